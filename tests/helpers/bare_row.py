@@ -1,6 +1,6 @@
-"""One row of one node by itself: its compiled kernels between guard values, or its functions in plain Python.
+"""One row of one node alone: its compiled kernels between guard values, or its functions in plain Python.
 
-Every memory that a kernel is given lies between values that nothing may touch; what it may only read is compared.
+All memory passed to a kernel lies between guard values; read-only memory is compared.
 """
 
 import ctypes
@@ -34,7 +34,7 @@ class Guarded:
         return self.all.ctypes.data + 8 * GUARD
 
     def check(self):
-        """Fails, by name, where something was written before or behind the values."""
+        """Fail, with its name, if something was written before or after the values."""
         outside = np.delete(self.all, np.arange(GUARD, GUARD + self.size))
         assert (outside == CANARY).all(), f"{self.name}: written beyond its own"
 
@@ -58,9 +58,9 @@ class BareRow:
         return float(parameter.options.index(value) if parameter.kind == "choice" else value)
 
     def run(self, frame, n, signals=None, events=None):
-        """Run `n` frames from `frame` on: `signals` [n] and `events` (lists of tuples) by name, zero where not given.
+        """Run `n` frames from `frame` on: `signals` [n] and `events` (lists of tuples) by name, zero if not given.
 
-        A number that is read each frame has its own value where it is not given.
+        A number that is read each frame has its own value if it is not given.
         """
         names = self.binding.names
         inputs = [Guarded(name, self.signal(name, n, signals or {})) for name in names.signals_in]
@@ -81,7 +81,7 @@ class BareRow:
         self.events = {one.name: _events(one.values, n) for one in made}
 
     def tail(self):
-        """The bound of what is still to come; 0 for a node without one."""
+        """Return the bound of the remaining output; 0 for a node without one."""
         if self.binding.tail is None:
             return 0.0
         memories = [_pointer(one) for one in (self.controls, self.state, self.coefficients, self.data)]
@@ -118,7 +118,7 @@ class PlainRow:
         self._designed = False
 
     def run(self, frame, n, signals=None, events=None):
-        """As `BareRow.run`; gives the outputs and the events, by name."""
+        """As `BareRow.run`; return the outputs and the events, by name."""
         names = self.binding.names
         known = self.known | {"frame": frame, "end": frame + n}
         known |= {name: self.bare.signal(name, n, signals or {}) for name in names.signals_in}

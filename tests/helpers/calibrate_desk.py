@@ -1,4 +1,4 @@
-"""The Calibrate workspace on the screen, with the small calibration of `calibrate_samples`, and hands before it."""
+"""The Calibrate workspace on the screen, with the small calibration of `calibrate_samples`, and its user."""
 
 from calibrate_samples import weighings
 from on_screen import show
@@ -14,7 +14,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 class Desk:
-    """A workspace on the screen, and the hands before it."""
+    """A workspace on the screen, with methods to operate it."""
 
     def __init__(self, qtbot, root, *, kind="simulator", gate=None, failure=None):
         self.qtbot, self.made, self.said, self.written, self.wanted = qtbot, [], [], [], []
@@ -54,7 +54,7 @@ class Desk:
         self.wait(lambda: self.page == "setup")
 
     def go(self, page):
-        """Click Continue, under whatever name, until the page is there."""
+        """Click Continue, whatever its label, until this page is shown."""
         while self.page != page:
             before = self.wizard.snapshot.page
             self.wait(self.wizard.going.isEnabled)
@@ -65,6 +65,6 @@ class Desk:
         return sorted(path.name for path in self.workspace.profiles.folder.rglob("*") if path.is_file())
 
     def file(self, tile="t1"):
-        """The file of a tile's profile, in a folder that is there."""
+        """Return the file of a tile's profile, in an existing folder."""
         self.workspace.profiles.folder.mkdir(parents=True, exist_ok=True)
         return self.workspace.profiles.folder / f"{tile}.json"

@@ -1,4 +1,4 @@
-"""A small calibration of its own, for tests of the wizard: a scale that is weighed, and a bell that is struck."""
+"""A small calibration for tests of the wizard: a scale that is loaded, and a bell that is struck."""
 
 import threading
 from dataclasses import replace
@@ -18,13 +18,13 @@ from underfoot.widgets.calibrate.catalogue import Kind
 TILE = default_floor().tiles[0]
 MIDDLE = (0.02, -0.05)
 HELD = 20
-"""Readings that a load is to rest for."""
+"""Readings for which a load must be at rest."""
 REFERENCE = ask("load_cell", Text("", doc="Where it is."))
 PAGES = ("setup", "tare", "weigh", "note", "bell", "result")
 
 
 class Weighing:
-    """One known weight turns counts into newtons; a bell tells how loud the tile is. Made of `Response`, its part."""
+    """Converts counts to newtons by one known weight; a bell gives the tile's level. It makes a `Response`."""
 
     kind, title = "response", "Weighing"
 
@@ -130,7 +130,7 @@ class Weighing:
 
 
 class Scale:
-    """Bears what is asked at once; ten readings a call. By hand it bears what `hand_n` says."""
+    """Carries the requested load at once; ten readings per call. By hand it carries `hand_n`."""
 
     def __init__(self, by_hand=False):
         self._by_hand, self.hand_n = by_hand, 0.0
@@ -162,7 +162,9 @@ class Scale:
 
 
 def weighing(made, by_hand=False, gate=None, failure=None):
-    """The calibration as the workspace has it; what was made of it lies in `made`. With a `failure` none can be."""
+    """Return the calibration for the workspace; its results are appended to `made`. With a `failure` it cannot be
+    made.
+    """
 
     def make(target, tile, profile, reference):
         if failure is not None:
@@ -174,6 +176,6 @@ def weighing(made, by_hand=False, gate=None, failure=None):
 
 
 def weighings(made, by_hand=False, gate=None, failure=None):
-    """The same under the names of all three parts, as the workspace shows them."""
+    """Return the same under the names of all three parts, as the workspace shows them."""
     one = weighing(made, by_hand, gate, failure)
     return (replace(one, key="fsr", name="Forces"), replace(one, key="centroid", name="Places"), one)

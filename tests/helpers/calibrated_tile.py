@@ -1,4 +1,4 @@
-"""A tile of the simulator that was calibrated."""
+"""A calibrated tile of the simulator."""
 
 import pytest
 from click.testing import CliRunner
@@ -9,7 +9,7 @@ from underfoot.floor.profile import Profile
 
 @pytest.fixture(scope="session")
 def profile(tmp_path_factory):
-    """Of tile t1 of the simulator, as the wizard calibrates it with nobody on the tile."""
+    """Profile of tile t1 of the simulator, calibrated by the wizard with nobody on the tile."""
     path = tmp_path_factory.mktemp("profiles") / "t1.json"
     options = ["--target", "simulator", "--tile", "t1", "--seed", "1", "--no-loads", "--profile", str(path)]
     said = CliRunner().invoke(cli, ["calibrate", "response", *options])

@@ -1,6 +1,6 @@
-"""What tests of the command line share: running it within this process, and a walk to give to it.
+"""Fixtures for tests of the command line: running it within this process, and a walk as input.
 
-These are fixtures of all tests, so nothing heavy is imported before one of them is asked for.
+They are available to all tests, so heavy imports wait until one is used.
 """
 
 import re
@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 COMPILING = re.compile(r"^underfoot: (first use|\d+ kernels?).*\n", re.MULTILINE)
-"""What is said where a test is the first to need a kernel."""
+"""Output of the first test that needs a kernel."""
 
 
 @dataclass
 class Said:
-    """What a command left behind: its exit status, and what it wrote to its outputs."""
+    """Result of a command: its exit status and its outputs."""
 
     status: int
     out: str
@@ -25,7 +25,7 @@ class Said:
 
 @pytest.fixture
 def underfoot(monkeypatch, capfd):
-    """Runs a command line within this process."""
+    """Run a command line within this process."""
     from underfoot.__main__ import main
 
     def run(*arguments):
@@ -48,7 +48,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def refused(underfoot, folder):
-    """Runs a command line that must fail: in one line, with all files as they were before."""
+    """Run a command line that must fail with one line, and leave all files unchanged."""
 
     def run(*arguments):
         before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -1,4 +1,4 @@
-"""Twelve feet at a time, each well within a tile of its own, for as long as one wants; who stands where is known."""
+"""Twelve feet at a time, each well within its own tile, for any length of time, with known positions."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,14 @@ FEET, ROWS, COLUMNS = 12, 6, 8
 FORCE_HZ, FRAME_HZ = 250, 60
 STAND_S, LIFT_S = 1.5, 0.15
 BEGIN_S = 0.6
-"""Until then nobody stands, so that each tile's zero is known."""
+"""Before this time nobody stands, so that each tile's zero is known."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of 60 a second: the contacts that are sent, and the tiles that surely bear a foot, and may."""
+    """A frame of 60 per second: the contacts that are sent, and the tiles that certainly, and possibly, carry a
+    foot.
+    """
 
     time_s: float
     contacts: tuple
@@ -27,9 +29,9 @@ class Frame:
 
 
 class Crowd:
-    """Twelve feet that come down again and again on twelve tiles with a free one between, with noise on the sensors.
+    """Twelve feet that come down repeatedly on twelve tiles separated by free ones, with noise on the sensors.
 
-    `frames(seconds)` is what a server would be shown, tracked as it comes.
+    `frames(seconds)` is the tracked input of a server.
     """
 
     def __init__(self, seed=5):
@@ -41,13 +43,13 @@ class Crowd:
         self._phase_s = rng.uniform(0.0, STAND_S + LIFT_S, FEET)
 
     def feet_n(self, time_s):
-        """The force of each foot, 0 while it is lifted, and how far its stance is, 0 to 1: shape (feet, n)."""
+        """Return each foot's force, 0 while it is lifted, and its stance, 0 to 1: shape (feet, n)."""
         since_s = time_s - BEGIN_S - self._phase_s[:, None]
         share = np.where(since_s >= 0.0, since_s % (STAND_S + LIFT_S) / STAND_S, -1.0)
         return gait.vertical_force(share.ravel(), 700.0, 500.0, 680.0).reshape(share.shape), share
 
     def forces(self, feet_n, share):
-        """What the sensors read: noise, a tare, and the feet."""
+        """Return the sensors' readings: noise, a tare, and the feet."""
         forces = self._rng.normal(0.0, 0.3, (feet_n.shape[1], len(self.floor.tiles), 4)) + 10.0
         along = 0.1 * (gait.roll(np.clip(share, 0.0, 1.0)) - 0.5)
         for foot, tile in enumerate(self.tiles):
@@ -55,7 +57,7 @@ class Crowd:
         return forces
 
     def stances(self, seconds):
-        """How many times a foot comes down, and has been lifted again, by then."""
+        """Return how many times a foot has come down, and has been lifted again, by then."""
         cycle = STAND_S + LIFT_S
         passed = (seconds - BEGIN_S - self._phase_s) / cycle
         return int(np.ceil(passed).sum()), int((np.floor(passed) + (passed % 1.0 > STAND_S / cycle)).sum())
@@ -78,5 +80,5 @@ class Crowd:
                 )
 
     def tile_at(self, x_m, y_m):
-        """The tile on which a place is."""
+        """Return the tile at a position."""
         return int(np.argmin(np.hypot(*(self._centres_m - (x_m, y_m)).T)))

@@ -12,7 +12,7 @@ WORKERS = 2
 
 @contextmanager
 def dask_cluster(folder, until):
-    """The scheduler's address, and the workers' processes; its files are in `folder`. Without Dask the test skips."""
+    """Yield the scheduler's address and the workers' processes; its files are in `folder`. Skips without Dask."""
     pytest.importorskip("distributed")
     where = folder / "scheduler.json"
     module = [sys.executable, "-W", "ignore", "-m"]

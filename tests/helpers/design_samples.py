@@ -1,4 +1,4 @@
-"""A few node types that do nothing, a patch of them, and a hand on the mouse, for tests of the Design workspace."""
+"""A few node types without function, a patch of them, and mouse positions, for tests of the Design workspace."""
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
@@ -91,7 +91,7 @@ def port(workspace, id: str, side: str, name: str) -> QPoint:
 
 
 def middle(workspace, id: str) -> QPoint:
-    """A place in a node's small plot, away from its ports."""
+    """Return a position in a node's small plot, away from its ports."""
     item = workspace.canvas.patch_scene.nodes[id]
     return workspace.canvas.mapFromScene(item.mapToScene(item.shape_now.plot.center()))
 

@@ -1,4 +1,4 @@
-"""The engine of a live session within this process, which runs only when its blocks are asked for."""
+"""The engine of a live session within this process, which runs only when its blocks are requested."""
 
 import multiprocessing
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ FLOOR = default_floor()
 
 @contextmanager
 def engine_of(patch, scopes=(), **target):
-    """An engine, the connection to it, and the memory that it writes."""
+    """Yield an engine, the connection to it, and the memory that it writes."""
     ours, theirs = multiprocessing.Pipe()
     memory = SessionMemory.create(len(FLOOR.tiles), 48_000, 1000.0)
     engine = Engine(theirs, Setup(Target(FLOOR, **target), patch.dumps(), scopes, "", memory.names, 0))
@@ -29,6 +29,6 @@ def engine_of(patch, scopes=(), **target):
 
 
 def blocks(engine, count):
-    """Run so many blocks."""
+    """Run this many blocks."""
     for _ in range(count):
         engine.runner.run()

@@ -1,4 +1,4 @@
-"""Files of other programs, as those write them, small: made here from their published structure."""
+"""Small files of other programs, built here from their published structure."""
 
 import json
 
@@ -107,10 +107,12 @@ def macaron():
 
 
 class Syntacts:
-    """Signals as Syntacts writes them with cereal: types are numbered as they come, and named the first time."""
+    """Signals as Syntacts writes them with cereal: types are numbered in order of appearance, and named the first
+    time.
+    """
 
     def __init__(self, names_each_time=False):
-        """With `names_each_time`, parts can be put together in any order."""
+        """With `names_each_time`, parts can be combined in any order."""
         self.types, self.names_each_time = [], names_each_time
 
     def pointer(self, type, model):
@@ -162,11 +164,11 @@ SAMPLES = {
     "macaron": ("icon.json", macaron),
     "syntacts": ("signal.json", syntacts),
 }
-"""A file's name, and what is in it, by its format's name."""
+"""File name and content of each format's sample, by its name."""
 
 
 def put(folder, name):
-    """The sample of a format in a folder; its path."""
+    """Write the sample of a format into a folder; return its path."""
     if name == "wav":
         path = folder / "sound.wav"
         soundfile.write(path, 0.5 * np.sin(np.arange(4800) * 0.05), 48_000)

@@ -1,10 +1,10 @@
-"""What each format asks of a file, written down from its own published description; none of it is the code under test.
+"""Requirements of each format on a file, from its published description, independent of the code under test.
 
 - `.haptic`: the data model's README and validation rules (Lofelt SDK, core/datamodel, MIT).
 - AHAP: Apple's "Representing haptic patterns in AHAP files", and the limits that the Lofelt SDK keeps (30 s, 16).
 - HJIF: the checks of the MPEG reference software's IOJson (MPEGGroup/HapticReferenceSoftware, BSD).
 
-Each function raises `AssertionError` at the first thing that is wrong.
+Each function raises `AssertionError` at the first violation.
 """
 
 import re
@@ -82,7 +82,7 @@ def hjif(document):
     for perception in document["perceptions"]:
         assert {"id", "avatar_id", "description", "perception_modality", "channels"} <= set(perception)
         assert {"effect_library", "reference_devices"} <= set(perception)
-        assert "effect_semantic_scheme" not in perception  # the reference validator refuses any
+        assert "effect_semantic_scheme" not in perception  # the reference validator rejects any
         assert perception["avatar_id"] in avatars
         assert perception["perception_modality"] == "Vibrotactile"
         assert len(perception["channels"]) <= (128 if document["level"] == 1 else 65_536)

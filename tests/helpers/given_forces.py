@@ -1,4 +1,4 @@
-"""A source of given force samples, someone who stands and sways, and what the engine's intake makes of them."""
+"""A source of given force samples, a person who stands and sways, and the intake's output for them."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ QUIET_S, STAND_S = 0.3, 1.0
 
 
 class Given:
-    """A source that hands over given samples in the frame of their arrival."""
+    """A source that delivers given samples in the frame of their arrival."""
 
     def __init__(self, rate_hz, stamps, forces, arrivals=None):
         self.floor, self.rate_hz = FLOOR, rate_hz
@@ -31,7 +31,9 @@ class Given:
 
 
 def standing(rate_hz, rate=RATE, seconds=2.0):
-    """Samples of someone who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and forces."""
+    """Return samples of a person who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and
+    forces.
+    """
     time_s = np.arange(round(seconds * rate_hz)) / rate_hz
     forces = np.zeros((len(time_s), 2, 4))
     on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)
@@ -42,7 +44,7 @@ def standing(rate_hz, rate=RATE, seconds=2.0):
 
 
 def drawn(source, frames, rate=RATE, blocks=(512,)):
-    """Force, x and y [signal, tile, frame], as the intake gives them in blocks of these sizes."""
+    """Return force, x and y [signal, tile, frame] from the intake, in blocks of these sizes."""
     intake = Intake(source, rate, max(blocks))
     out = np.zeros((3, 2, frames))
     at = turn = 0

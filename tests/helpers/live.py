@@ -1,4 +1,4 @@
-"""A running session as tests drive it: by polling, and by what it reports and plays."""
+"""A running session for tests, driven by polling, with its reports and output."""
 
 from contextlib import contextmanager
 
@@ -12,7 +12,7 @@ from underfoot.nodes import REGISTRY
 
 
 class Live:
-    """A session with all that it reported and played so far."""
+    """A session with all its reports and output so far."""
 
     def __init__(self, session, until):
         self.session, self._until = session, until
@@ -26,7 +26,7 @@ class Live:
             self.parts.append((first, frames.copy()))
 
     def until(self, holds, what="", seconds=None):
-        """Poll until `holds()`, and return what it gave."""
+        """Poll until `holds()` is true, and return its result."""
 
         def look():
             self.poll()
@@ -46,17 +46,17 @@ class Live:
         return self.of(Started)[-1]
 
     def complete(self):
-        """Wait until every process of the session has been started, for one that several tests share."""
+        """Wait until every process of the session has started, for a session shared by several tests."""
         self.started()
         self.until(lambda: {"standby", "compiler"} <= set(self.session.pids), "all processes are started")
 
     def play(self, frames):
-        """Let it play for this many frames from now on."""
+        """Wait until this many more frames are played."""
         now = self.session.health.frame
         self.until(lambda: self.end >= now + frames, f"{frames} frames are played")
 
     def done(self, kind, times=1):
-        """The frame at which the newest command of a kind took effect, when that was reported."""
+        """Return the frame at which the newest command of a kind took effect, once reported."""
 
         def found():
             return [done.frame for done in self.of(CommandApplied) if isinstance(done.command, kind)]
@@ -66,17 +66,17 @@ class Live:
 
     @property
     def gaps(self):
-        """Pairs of frames between which nothing was played."""
+        """Return pairs of frames between which nothing was played."""
         ends = [at + len(frames) for at, frames in self.parts]
         return [(end, at) for end, (at, _) in zip(ends, self.parts[1:], strict=False) if at > end]
 
     @property
     def end(self):
-        """The frame behind the last that was played."""
+        """The frame after the last one played."""
         return self.parts[-1][0] + len(self.parts[-1][1]) if self.parts else 0
 
     def played(self, first, count):
-        """Frames that were played, [frame, tile]; NaN where there were none."""
+        """Return played frames, [frame, tile]; NaN where there were none."""
         out = np.full((count, self.parts[0][1].shape[1]), np.nan, np.float32)
         for at, frames in self.parts:
             begin, end = max(at, first), min(at + len(frames), first + count)
@@ -87,7 +87,7 @@ class Live:
 
 @contextmanager
 def live(patch, until, record=None, floor=None, folder=None, start=True, **target):
-    """A session that plays `patch`; everything that it started is ended behind it."""
+    """Yield a session that plays `patch`; ends everything that it started."""
     session = Session(Target(floor or default_floor(), **target), patch, REGISTRY, folder)
     try:
         if record is not None:

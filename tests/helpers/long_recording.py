@@ -1,6 +1,6 @@
-"""Recordings as long as one likes, made of ten seconds of people who walk on the simulated floor.
+"""Recordings of any length, made of ten seconds of people who walk on the simulated floor.
 
-`python tests/helpers/long_recording.py FILE [MINUTES]` writes one of 36 tiles, to see how the window copes with it.
+`python tests/helpers/long_recording.py FILE [MINUTES]` writes one of 36 tiles, to test the window with it.
 """
 
 import sys
@@ -20,7 +20,7 @@ BLOCK = 4800
 
 
 def walked(floor, seconds, people="people=1"):
-    """Samples (stamp, arrival, corners...) of people on a floor, as a recording has them."""
+    """Return samples (stamp, arrival, corners...) of people on a floor, as in a recording."""
     source = SimulatedFloor(floor, RATE, people=simulation(people)[1])
     rows = []
     for end in range(480, round(seconds * RATE) + 1, 480):
@@ -31,7 +31,7 @@ def walked(floor, seconds, people="people=1"):
 
 
 def write_recording(path, seconds, floor=None, people="people=1", vibration=True, about=None):
-    """A recording in which loaded tiles vibrate with their force: commanded at 200 Hz, measured at 0.8 of it."""
+    """Write a recording in which loaded tiles vibrate with their force: commanded at 200 Hz, measured at 0.8 of it."""
     floor = floor or default_floor()
     piece = walked(floor, min(seconds, PIECE_S), people)
     said = {

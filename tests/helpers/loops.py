@@ -1,4 +1,4 @@
-"""Engine loops on a simulated floor, and what they play."""
+"""Engine loops on a simulated floor, and their output."""
 
 import numpy as np
 
@@ -12,14 +12,14 @@ FLOOR = default_floor()
 
 
 def loop_of(patch, block=256, registry=REGISTRY, walking=True, floor=FLOOR, **options):
-    """A loop that plays."""
+    """Return a loop that plays."""
     loop = Loop(patch, registry, SimulatedFloor(floor, walking=walking), LoopOptions(block=block, **options))
     loop.send(Play(True))
     return loop
 
 
 def played(loop, frames, blocks=None):
-    """What a loop plays in the next frames, in blocks of these sizes in turn."""
+    """Return the next frames that a loop plays, in blocks of these sizes in turn."""
     out = np.empty((frames, loop.out.shape[1]), np.float32)
     blocks = blocks or [loop.block]
     at = turn = 0

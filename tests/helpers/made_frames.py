@@ -1,4 +1,4 @@
-"""Frames as tests make them: by `struct`, by `zlib`, and by byte stuffing written out in words; and what to expect."""
+"""Frames built by `struct`, by `zlib`, and by byte stuffing written out; and the expected counts."""
 
 import struct
 import zlib
@@ -9,18 +9,18 @@ from underfoot.devices.framing.wire_format import FRAME_BYTES
 
 
 def packed(row):
-    """The 21 bytes of a frame."""
+    """Return the 21 bytes of a frame."""
     body = struct.pack("<BHHI4H", 1, *row)
     return body + struct.pack("<I", zlib.crc32(body))
 
 
 def stuffed(data):
-    """Consistent overhead byte stuffing of fewer than 254 bytes: what stands between zeros, each with its length."""
+    """Stuff fewer than 254 bytes (consistent overhead byte stuffing): each part between zeros with its length."""
     return b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
 
 
 def rows(count, tiles=1, first=0, period_us=1000, start_us=0):
-    """Integers (count times tiles, 7), one moment after the other; readings tell tile and sample."""
+    """Return integers (count times tiles, 7), one instant after the other; readings identify tile and sample."""
     number = np.repeat(np.arange(first, first + count), tiles)
     tile = np.tile(np.arange(tiles), count)
     out = np.zeros((len(number), 7), np.int64)
@@ -31,12 +31,12 @@ def rows(count, tiles=1, first=0, period_us=1000, start_us=0):
 
 
 def frames_of(data):
-    """Bytes of whole frames, frame by frame."""
+    """Split bytes of whole frames into frames."""
     return [data[i : i + FRAME_BYTES] for i in range(0, len(data), FRAME_BYTES)]
 
 
 def expected_counts(sent):
-    """What must be counted of frames that went out in this order: rows of tile, sequence, intact or not."""
+    """Return the expected counts for frames sent in this order: rows of tile, sequence, intact or not."""
     accepted = lost = doubled = reordered = 0
     for tile in np.unique(sent[:, 0]):
         seen, newest = set(), -1

@@ -1,11 +1,11 @@
-"""Small patches that tests of the engine play."""
+"""Small patches for tests of the engine."""
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 
 def patch_of(*wires, seed=3, **parameters):
-    """A patch of the nodes that the wires name, each node's id being its type; `parameters` by id."""
+    """Return a patch of the nodes that the wires name, each node's id being its type; `parameters` by id."""
     ids = dict.fromkeys(end.partition(".")[0] for wire in wires for end in wire)
     patch = Patch(seed=seed)
     for id in ids:
@@ -16,7 +16,7 @@ def patch_of(*wires, seed=3, **parameters):
 
 
 def stepped_bank(**parameters):
-    """A modal bank that footfalls and the hand strike: it rests, wakes, rings and falls asleep."""
+    """Return a modal bank struck by footfalls and by hand: it rests, wakes, rings and falls asleep."""
     return patch_of(
         ("tile-force.force", "footfall.force"),
         ("footfall.onset", "join.a"),
@@ -28,12 +28,12 @@ def stepped_bank(**parameters):
 
 
 def hum(**parameters):
-    """A tone on every tile, all the time."""
+    """Return a constant tone on every tile."""
     return patch_of(("tone.out", "tile-output.acceleration"), **parameters)
 
 
 def rough_step():
-    """Noise as loud as the tile is loaded, and a push as large as the contact is off the middle."""
+    """Return noise in proportion to the load, and a push in proportion to the centroid's distance from the centre."""
     return patch_of(
         ("tile-force.force", "scale.signal"),
         ("scale.out", "noise.amplitude"),

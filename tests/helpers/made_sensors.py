@@ -1,4 +1,4 @@
-"""Sensors and presses that owe nothing to the program: laws in closed form, hysteresis, a press robot."""
+"""Sensors and presses independent of the program: laws in closed form, hysteresis, a press robot."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ LAWS = {
 
 
 def loadings(rate_hz, seed, count=4, full_n=FULL_N):
-    """Time and force of loadings up and down, unloaded before, between and after."""
+    """Return time and force of loadings up and down, unloaded before, between and after."""
     draws = np.random.default_rng(seed)
     pieces = [np.zeros(int(rate_hz))]
     for k in range(count):
@@ -27,7 +27,9 @@ def loadings(rate_hz, seed, count=4, full_n=FULL_N):
 
 
 def lagging(force_n, width=0.08):
-    """What a sensor feels that reads `width` more when force falls: a play whose width is a share of the force."""
+    """Return the force read by a sensor that reads `width` more while force falls: a play with a width relative to the
+    force.
+    """
     felt, held = np.empty_like(force_n), 0.0
     for i, force in enumerate(force_n):
         held = min(max(held, force), (1.0 + width) * force)
@@ -41,7 +43,7 @@ def read(law, felt_n, seed, gain=1.0, noise=3.0):
 
 
 def pairs_rows(law, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count=4):
-    """Columns of a table of pairs: time, sensor from 0, reading, force."""
+    """Return the columns of a table of pairs: time, sensor from 0, reading, force."""
     found = []
     for j, gain in enumerate(gains):
         time_s, force = loadings(rate_hz, j, count)
@@ -52,10 +54,10 @@ def pairs_rows(law, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count
 
 def robot(sensors_m, gains=(1.0, 1.0, 1.0, 1.0), moved_m=0.0, twist=0.0, bias_n=0.0, noise_n=0.0, inset_m=0.02,
           side_m=0.305, rows=7, loads=(100.0, 200.0, 400.0), seed=0):  # fmt: skip
-    """Presses on a grid: places, loads and corner forces of a plate that splits bilinearly, but for what is asked.
+    """Return presses on a grid: positions, loads and corner forces of a plate with a bilinear split and these errors.
 
-    Sensors are `moved_m` from where they should be, each reads `gains` times what it carries, the plate twists by a
-    share `twist` of the load, and each force is `bias_n` off.
+    Sensors are `moved_m` from their nominal positions, each reads `gains` times its force, the plate twists by a share
+    `twist` of the load, and each force is off by `bias_n`.
     """
     draws = np.random.default_rng(seed)
     true_m = sensors_m + draws.uniform(-moved_m, moved_m, sensors_m.shape)
@@ -65,7 +67,7 @@ def robot(sensors_m, gains=(1.0, 1.0, 1.0, 1.0), moved_m=0.0, twist=0.0, bias_n=
     load = np.tile(loads, rows * rows)
     forces = np.empty((len(at), 4))
     for k, (place, force) in enumerate(zip(at, load, strict=True)):
-        # The one split without twist: sum and both moments are right, and forces are linear in the sensor's x, y, xy.
+        # The only split without twist: sum and both moments are right, and forces are linear in the sensor's x, y, xy.
         signs = np.sign(sensors_m[:, 0] * sensors_m[:, 1])
         equations = np.vstack([np.ones(4), true_m.T, signs])
         wanted = [force, *(force * place), force * (np.prod(place) / 0.1335**2 + twist)]

@@ -1,4 +1,4 @@
-"""Two footsteps: one as usual, and one whose first peak is an impact."""
+"""Two footsteps: a normal one, and one whose first peak is an impact."""
 
 from underfoot.floor.footsteps import Step
 

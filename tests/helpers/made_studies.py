@@ -1,4 +1,4 @@
-"""Small protocols, and participants that answer them in a known way."""
+"""Small protocols, and participants with known answers."""
 
 import json
 
@@ -10,14 +10,14 @@ TD = {"patch": "stimulus-td", "scaled_by": "gain.gain", "measured_m_s2": 6.8, "l
 
 
 def protocol_text(**changes):
-    """A protocol of one stimulus and one stage of ratings, as JSON."""
+    """Return a protocol of one stimulus and one stage of ratings, as JSON."""
     stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 2}}}
     fields = {"format": FORMAT, "version": 1, "stimuli": {"TD": TD, "X": {}}, "stages": [stage], **changes}
     return json.dumps(fields)
 
 
 def made_protocol(kind, parameters=None, stimuli=None, **stage):
-    """A checked protocol of one stage of trials of this method."""
+    """Return a checked protocol of one stage of trials of this method."""
     fields = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters or {}}, **stage}
     made = protocol_text(stages=[fields], stimuli=stimuli or {"TD": TD, "X": {}}, present_s=0.3)
     return Protocol.loads(made, REGISTRY)
@@ -28,12 +28,12 @@ def preset_protocol(name):
 
 
 def first_answers(page):
-    """What answers a page with what is asked's defaults; consent is given."""
+    """Answer a page with the defaults of its questions, and give consent."""
     return {"agreed": "yes"} if page.kind == "consent" else {one.name: one.default for one in page.asks}
 
 
 def walked(study, answers=first_answers, most=10_000):
-    """The pages of a study from where it stands to its end, each answered by `answers(page)`."""
+    """Return the pages of a study from its present one to its end, each answered by `answers(page)`."""
     pages = []
     while not study.is_done and len(pages) < most:
         pages.append(study.page)

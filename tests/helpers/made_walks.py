@@ -1,4 +1,4 @@
-"""Walks of known truth: feet that press with heel and ball on touching tiles, read by noisy sensors with a tare."""
+"""Walks with known truth: feet that press with heel and ball on adjacent tiles, read by noisy sensors with a tare."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,11 @@ import numpy as np
 from underfoot.floor.layout import Floor, Tile
 
 PATCH_M = 0.04
-"""Half the side of the square patches by which a foot presses."""
+"""Half the side of the square patches on which a foot presses."""
 
 
 def touching_floor(rows, columns, side_m=0.3):
-    """Square tiles edge to edge from (0, 0), their sensors 2 cm within the corners."""
+    """Return square tiles edge to edge from (0, 0), with sensors 2 cm within the corners."""
     reach = side_m / 2 - 0.02
     sensors = ((reach, reach), (-reach, reach), (-reach, -reach), (reach, -reach))
     places = [((column + 0.5) * side_m, (row + 0.5) * side_m) for row in range(rows) for column in range(columns)]
@@ -20,7 +20,7 @@ def touching_floor(rows, columns, side_m=0.3):
 
 @dataclass(frozen=True)
 class Foot:
-    """One foot on the floor, which rolls from heel to ball while it bears a double hump."""
+    """One foot on the floor, which rolls from heel to ball with a double-peaked force."""
 
     start_s: float
     heel_m: tuple[float, float]
@@ -31,7 +31,9 @@ class Foot:
     peak2_n: float = 780.0
 
     def force_n(self, time_s):
-        """Quarter sines up to the first peak and down from the second, half cosines between the extremes."""
+        """Return quarter sines up to the first peak and down from the second, with half cosines between the
+        extremes.
+        """
         p = (np.asarray(time_s) - self.start_s) / self.duration_s
         rise = self.peak1_n * np.sin(np.pi / 2 * p / 0.25)
         down = self.valley_n + (self.peak1_n - self.valley_n) * (0.5 + 0.5 * np.cos(np.pi * (p - 0.25) / 0.25))
@@ -50,7 +52,7 @@ class Foot:
 
 
 def walk(steps, start_s=0.6, heel_m=(0.15, 0.75), step_m=0.6, width_m=0.12, length_m=0.15, step_s=0.54, **kind):
-    """Feet in turn along +x, the left one first; `heel_m` is on the line of the walk."""
+    """Return alternating feet along +x, the left one first; `heel_m` is on the line of the walk."""
     feet = []
     for i in range(steps):
         y = heel_m[1] + (width_m / 2 if i % 2 == 0 else -width_m / 2)
@@ -60,7 +62,7 @@ def walk(steps, start_s=0.6, heel_m=(0.15, 0.75), step_m=0.6, width_m=0.12, leng
 
 
 def corner_forces(floor, feet, time_s):
-    """What the sensors read of the feet, exactly: shape (n, tiles, 4)."""
+    """Return the exact forces at the sensors: shape (n, tiles, 4)."""
     forces = np.zeros((len(time_s), len(floor.tiles), 4))
     for foot in feet:
         force, ball = foot.force_n(time_s), foot.ball_share(time_s)
@@ -71,7 +73,7 @@ def corner_forces(floor, feet, time_s):
 
 
 def read(forces, rate_hz, noise_n=0.3, tare_n=0.0, drift_n_s=0.0, seed=0):
-    """The forces as real sensors tell them: a tare within 20 % of `tare_n`, drifting up or down, and noise."""
+    """Return the forces as real sensors read them: a tare within 20 % of `tare_n`, drifting up or down, and noise."""
     rng = np.random.default_rng(seed)
     time_s = np.arange(len(forces))[:, None, None] / rate_hz
     tare = tare_n * rng.uniform(0.8, 1.2, forces.shape[1:])
@@ -80,7 +82,7 @@ def read(forces, rate_hz, noise_n=0.3, tare_n=0.0, drift_n_s=0.0, seed=0):
 
 
 def _of_patch(tile, place_m):
-    """The share of a patch's load that each of a tile's sensors carries."""
+    """Return the share of a patch's load on each of a tile's sensors."""
     half = np.array(tile.size_m) / 2
     low = np.maximum(np.array(place_m) - PATCH_M - tile.centre_m, -half)
     high = np.minimum(np.array(place_m) + PATCH_M - tile.centre_m, half)

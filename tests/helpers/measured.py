@@ -1,4 +1,4 @@
-"""The measured walks beside this checkout, read where they lie; nothing of them is copied."""
+"""The measured walks beside this checkout, read in place; none of them is copied."""
 
 from pathlib import Path
 
@@ -15,14 +15,14 @@ WALKS = ("adult/walk1", "adult/walk2", "adult/walk3", "three-steps/walk", "two-p
 
 
 def walk(name):
-    """Floor and forces of a walk."""
+    """Return floor and forces of a walk."""
     path = DATA / f"{name}.csv"
     floor = Floor.load(floor_beside(path))
     return floor, read_forces(path, floor)
 
 
 def reference_centroids(name, tile):
-    """The centroid that the data's reference gives for a tile, in its frame: shape (n, 2), NaN where it is blank."""
+    """Return the reference's centroid for a tile, in its frame: shape (n, 2), NaN where it is blank."""
     path = DATA / f"{name}.reference.csv"
     columns = path.read_text().splitlines()[0].split(",")
     table = np.genfromtxt(path, delimiter=",", skip_header=1)
@@ -30,7 +30,7 @@ def reference_centroids(name, tile):
 
 
 def reference_steps(name):
-    """The README's figures of a walk's tiles: ms, peak, valley, peak (N), impulse (N s) and loading (kN/s)."""
+    """Return the README's figures of a walk's tiles: ms, peak, valley, peak (N), impulse (N s) and loading (kN/s)."""
     folder, _, file = name.partition("/")
     label = f"{folder} {file}" if folder == "adult" else folder
     steps = {}

@@ -1,4 +1,4 @@
-"""Files with something wrong in them: bytes changed, and JSON values replaced by others that JSON allows."""
+"""Damaged files: bytes changed, and JSON values replaced by others that JSON allows."""
 
 import json
 import random
@@ -8,7 +8,7 @@ TEXTS = ("NaN", "Infinity", "-Infinity", "1e999", "[" * 300 + "]" * 300, '{"a":'
 
 
 def mutated(data, rng):
-    """The bytes of a file, otherwise: `rng` is a `random.Random`."""
+    """Return the bytes of a file, mutated; `rng` is a `random.Random`."""
     kind = rng.randrange(4)
     if kind == 0:
         data = bytearray(data)
@@ -24,7 +24,7 @@ def mutated(data, rng):
 
 
 def with_junk(data, rng):
-    """A JSON document with one to four of its values, keys or items replaced; bytes that are none stay."""
+    """Return a JSON document with one to four of its values, keys or items replaced; other bytes unchanged."""
     start = data.find(b"{")
     try:
         raw = json.loads(data[max(start, 0) :])
@@ -59,5 +59,5 @@ def _replaced(value, rng):
 
 
 def randomness(seed):
-    """A generator of its own for each seed."""
+    """Return a separate generator for each seed."""
     return random.Random(seed)

@@ -1,4 +1,4 @@
-"""Sound cards that are not there, as tests have them, and what is played into them."""
+"""Virtual sound cards for tests, and what is played into them."""
 
 import subprocess
 import sys
@@ -13,21 +13,21 @@ from underfoot.bench.stress import null_sinks
 
 @pytest.fixture
 def null_sink(tmp_path, monkeypatch):
-    """PortAudio's default device is a PulseAudio null sink; skips where there is no PulseAudio or PortAudio."""
+    """Make a PulseAudio null sink PortAudio's default device; skip without PulseAudio or PortAudio."""
     with _sinks(tmp_path, monkeypatch, {"uf": 4}) as (sink,):
         yield sink
 
 
 @pytest.fixture
 def two_sinks(tmp_path, monkeypatch):
-    """Two sound cards of 18 channels, "left" and "right"; skips as `null_sink` does."""
+    """Make two sound cards of 18 channels, "left" and "right"; skip as `null_sink` does."""
     with _sinks(tmp_path, monkeypatch, {"left": 18, "right": 18}) as sinks:
         yield sinks
 
 
 @contextmanager
 def listening(sink):
-    """Collects what is played into a sink meanwhile: a function that gives float32 [frame, channel] so far."""
+    """Collect what is played into a sink: yield a function that returns float32 [frame, channel] so far."""
     path = sink.folder / f"heard{len(list(sink.folder.glob('heard*')))}.f32"
     command = ["parec", "-s", f"unix:{sink.socket}", "-d", f"{sink.name}.monitor", "--format=float32le"]
     command += ["--rate=48000", "--latency-msec=20", "--raw"]

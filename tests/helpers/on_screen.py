@@ -1,26 +1,26 @@
-"""Windows of tests on the screen, with the focus, as a person would have them; also where no window manager is."""
+"""Windows of tests on the screen, with the focus, also without a window manager."""
 
 from PySide6.QtCore import QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 
 
 def show(qtbot, widget):
-    """Show a window, and wait until keys go to it."""
+    """Show a window, and wait until it has the focus."""
     widget.show()
     widget.activateWindow()
     qtbot.waitUntil(widget.isActiveWindow)
 
 
 def place_on(floor_map, tile, x_m=0.0, y_m=0.0):
-    """Where a place of a tile is in the pixels of a floor map."""
+    """Convert a position on a tile to the pixels of a floor map."""
     return floor_map.to_screen().map(QPointF(*tile.to_floor((x_m, y_m)))).toPoint()
 
 
 def choose(button, *words):
-    """Click a button that opens a menu, and through its menus to the choice of these words.
+    """Click a button that opens a menu, and through its menus to the choice with these words.
 
-    An open menu has an event loop of its own; the clicks in it come from a timer. A dialog that was closed just before
-    gives the focus back first: when it does so later, menus that are open close.
+    An open menu has an event loop of its own, so a timer clicks in it. Wait first until a dialog that was just closed
+    has given the focus back: when it does so later, open menus close.
     """
     button.window().activateWindow()
     assert QTest.qWaitForWindowActive(button.window(), 60_000)

@@ -1,4 +1,4 @@
-"""The other end of the network: a socket that sends and hears OSC, encoded and decoded by python-osc."""
+"""The other end of the network: a socket that sends and receives OSC, encoded and decoded by python-osc."""
 
 import socket
 from contextlib import closing
@@ -22,7 +22,7 @@ class OscEnd:
 
     @property
     def text(self):
-        """Its address, as plans have it."""
+        """Its address, as in plans."""
         return f"{LOOPBACK}:{self.port}"
 
     def close(self):
@@ -35,7 +35,7 @@ class OscEnd:
         self.socket.sendto(datagram, (LOOPBACK, port))
 
     def datagrams(self):
-        """What came, datagram by datagram: each a list of (address, arguments)."""
+        """Return the datagrams received, each as a list of (address, arguments)."""
         found = []
         while True:
             try:
@@ -45,19 +45,19 @@ class OscEnd:
             found.append([(timed.message.address, timed.message.params) for timed in OscPacket(datagram).messages])
 
     def hear(self, address):
-        """All messages to an address so far, the arguments of each."""
+        """Return the arguments of all messages to an address so far."""
         self.heard += [message for datagram in self.datagrams() for message in datagram]
         return [arguments for heard, arguments in self.heard if heard == address]
 
 
 def free_port():
-    """A UDP port that nobody has."""
+    """Return a free UDP port."""
     with closing(OscEnd()) as end:
         return end.port
 
 
 class CursorDecoder:
-    """A client of TUIO 1.1 as its specification says: contacts by id, and what came and went, bundle by bundle."""
+    """A TUIO 1.1 client after its specification: contacts by id, and those added and removed, bundle by bundle."""
 
     def __init__(self):
         self.cursors, self.added, self.removed, self.sequences, self.sources = {}, [], [], [], set()

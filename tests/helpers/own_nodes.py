@@ -26,7 +26,7 @@ class Hum:
 
 
 class Beside:
-    """A folder with a patch `hum.json` whose node lies in `nodes/hum-of-mine.py`; that file says when it was run."""
+    """A folder with a patch `hum.json` whose node is in `nodes/hum-of-mine.py`; that file records each run."""
 
     def __init__(self, folder):
         from underfoot.patch.patch import Patch, PlacedNode
@@ -40,19 +40,19 @@ class Beside:
         self.write()
 
     def write(self, sign="1.0"):
-        """Write the node's file; with another `sign` it is another one, silent at 0."""
+        """Write the node's file; another `sign` makes it a different file, silent at 0."""
         self.file.write_text(HUM.replace("SIGN", sign))
 
     @property
     def runs(self):
-        """How often the file was run, in any process."""
+        """Return how often the file was run, in any process."""
         told = self.file.with_suffix(".ran")
         return len(told.read_text()) if told.exists() else 0
 
 
 @pytest.fixture
 def beside(tmp_path):
-    """Such a folder; what is run of it is forgotten afterwards."""
+    """Yield such a folder; unregister its nodes afterwards."""
     from underfoot.nodes import REGISTRY
     from underfoot.patch.node_files import RUNNING
 

@@ -1,4 +1,4 @@
-"""A person who takes part in a study on the simulated floor: steps when asked to, and answers when it is time."""
+"""A simulated participant of a study on the simulated floor, who steps and answers when asked to."""
 
 from contextlib import contextmanager
 
@@ -14,11 +14,11 @@ from underfoot.patch.patch import Patch
 from underfoot.studies.runner import Phase, Runner
 
 STEP_S = 0.35
-"""How long a simulated foot stays on the tile, and off it."""
+"""Seconds for which a simulated foot stays on the tile, and off it."""
 
 
 class Person:
-    """Does what a runner waits for; `answers(page)` says what is answered."""
+    """Does what a runner waits for; `answers(page)` returns the answers."""
 
     def __init__(self, runner, until, answers=first_answers):
         self.runner, self._until, self._answers = runner, until, answers
@@ -41,7 +41,7 @@ class Person:
         self.runner.session.send(PressTile(self.tile, x_m, y_m, force_n))
 
     def wait(self, seconds):
-        """Let so much of the session's time go by."""
+        """Wait for this much of the session's time."""
         end = self.runner.watch.now_s + seconds
         self.until(lambda: self.runner.watch.now_s >= end, "time goes by")
 
@@ -54,7 +54,7 @@ class Person:
         return self.until(lambda: self.runner.phase in phases and self.runner.phase, f"phase {phases}")
 
     def one_page(self):
-        """Do what the present page wants, and come to the next."""
+        """Do what the present page wants, and go to the next."""
         runner = self.runner
         self.until_phase(Phase.PAGE, Phase.READY, Phase.ANSWERING, Phase.END, Phase.PAUSE)
         before = len(runner.study.entries)
@@ -69,7 +69,7 @@ class Person:
             runner.answer(self._answers(runner.page))
 
     def present(self):
-        """Begin what waits, in the way that it waits for."""
+        """Begin the waiting presentation, in the way that it requires."""
         runner, interval = self.runner, self.runner.interval
         if runner.page.start == "key":
             runner.start()
@@ -90,7 +90,7 @@ class Person:
 
 @contextmanager
 def open_session(until):
-    """A session on one simulated tile on which nobody walks, with all its processes, for several tests to share."""
+    """Yield a session on one simulated tile without a walker, with all its processes, for several tests to share."""
     session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
     try:
         session.start()
@@ -102,7 +102,7 @@ def open_session(until):
 
 @contextmanager
 def taking_part(session, protocol, path, until, equipment=None):
-    """A runner of a new or old session file, and a person on the tile."""
+    """Yield a participant with a runner of a new or existing session file."""
     file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
     session.send(PressTile("t1", 0.0, 0.0, 0.0))
     runner = Runner(session, file, protocol, None, equipment)

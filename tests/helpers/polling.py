@@ -1,4 +1,4 @@
-"""Waiting for what happens in other threads and processes."""
+"""Waiting for events in other threads and processes."""
 
 import threading
 
@@ -6,7 +6,7 @@ import pytest
 
 
 class Poll:
-    """Looks again and again until something holds; fails after `seconds`."""
+    """Polls until a condition holds; fails after `seconds`."""
 
     def __init__(self, seconds=60.0):
         self.seconds = seconds
@@ -23,5 +23,5 @@ class Poll:
 
 @pytest.fixture(scope="session")
 def until():
-    """`until(holds)`: wait until a function returns something true, and return that."""
+    """Return `until(holds)`, which waits until a function returns a true value, and returns it."""
     return Poll()

@@ -1,4 +1,4 @@
-"""What the thesis measured of its nine stimuli (table 6.1)."""
+"""The thesis's measurements of its nine stimuli (table 6.1)."""
 
 TABLE_6_1 = {
     "sc": (2.9, 1.74),
@@ -13,4 +13,4 @@ TABLE_6_1 = {
 }
 """Peak and RMS acceleration at A = 1, m/s^2."""
 NO_NOISE = ("wc", "wd")
-"""Rows whose RMS over peak is that of no normal noise of 50 to 700 Hz: their peak is met."""
+"""Rows whose RMS over peak does not fit normal noise of 50 to 700 Hz: their peak is met."""

@@ -13,17 +13,17 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.window import MainWindow
 
 LONG_MS = 120_000
-"""A first run compiles kernels."""
+"""Timeout in milliseconds that allows for compiling kernels."""
 
 
 def hiss(title="Hiss"):
-    """A patch of noise on every tile."""
+    """Return a patch of noise on every tile."""
     patch = Patch(title=title).add("noise", REGISTRY).add("tile-output", REGISTRY, at=(240.0, 0.0))
     return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
 
 
 def quiet_window(qtbot, folder, path=None):
-    """A window without a session."""
+    """Return a window without a session."""
     made = MainWindow(folder, Target(default_floor()), path)
     made.settings.first_steps_done = True
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
@@ -33,7 +33,7 @@ def quiet_window(qtbot, folder, path=None):
 
 
 def play_on_simulator(folder):
-    """A window that plays the patch in `folder` on the simulated floor."""
+    """Return a window that plays the patch in `folder` on the simulated floor."""
     window = MainWindow(folder / "kept", Target(default_floor()), folder / "hiss.json")
     window.settings.first_steps_done = True
     window.resize(1280, 800)
@@ -47,7 +47,7 @@ def play_on_simulator(folder):
 
 
 def until_it_plays(window):
-    """Wait until the engine runs, and every process of the session has been started."""
+    """Wait until the engine runs, and every process of the session has started."""
 
     def plays():
         QCoreApplication.processEvents()
@@ -61,8 +61,7 @@ def until_it_plays(window):
 def choose_file(window, path, open_dialog):
     """Type a file's name into the dialog that `open_dialog` opens.
 
-    Without the focus in its line the dialog takes what is selected in its list, and a dialog that has just been opened
-    gets the focus sooner or later.
+    Without the focus in its line the dialog takes the selection of its list, and a new dialog may get the focus late.
     """
     open_dialog()
     dialog = dialog_of(window, QFileDialog)
@@ -81,7 +80,7 @@ def choose_file(window, path, open_dialog):
 
 
 class Heard:
-    """The newest stretch of vibration of a window's session."""
+    """The newest vibration of a window's session."""
 
     def __init__(self, window):
         self._window, self._samples = window, np.zeros((0, 0))
@@ -92,29 +91,29 @@ class Heard:
         self._samples = samples
 
     def any(self):
-        """Whether any tile shook."""
+        """Whether any tile vibrated."""
         return bool(self._samples.any())
 
     def tiles(self):
-        """The tiles that shook."""
+        """Return the tiles that vibrated."""
         return [self._window.controller.target.floor.ids[i] for i in self._samples.any(axis=0).nonzero()[0]]
 
 
 def design(window):
-    """The Design workspace of a window."""
+    """Return the Design workspace of a window."""
     return window.workspaces["Design"]
 
 
 def monitor(window):
-    """The Monitor workspace of a window."""
+    """Return the Monitor workspace of a window."""
     return window.workspaces["Monitor"]
 
 
 def calibrate(window):
-    """The Calibrate workspace of a window."""
+    """Return the Calibrate workspace of a window."""
     return window.workspaces["Calibrate"]
 
 
 def dialog_of(window, kind):
-    """The dialog of a kind that is open."""
+    """Return the open dialog of a kind."""
     return next(dialog for dialog in window.findChildren(kind) if dialog.isVisible())

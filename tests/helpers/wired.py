@@ -19,7 +19,7 @@ EVERY_TRANSPORT = pytest.mark.parametrize(
 
 
 def free_port():
-    """A port of this machine that nobody uses."""
+    """Return a free port of this machine."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one, socket.socket() as other:
         one.bind(("127.0.0.1", 0))
         other.bind(one.getsockname())
@@ -27,7 +27,7 @@ def free_port():
 
 
 def ends(scheme):
-    """An emulator's sender, and the transport that reads what it sends."""
+    """Return an emulator's sender, and the transport that reads what it sends."""
     transport = TRANSPORTS[scheme]
     sender = transport.sender.of(f"127.0.0.1:{free_port()}" if transport.sender.option_value else "")
     return sender, transport.of(sender.name)

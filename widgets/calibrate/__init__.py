@@ -1,4 +1,4 @@
-"""The Calibrate workspace: any procedure, one page a step, and what is known of each tile."""
+"""The Calibrate workspace: any procedure, one page per step, and each tile's profile."""
 
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
 

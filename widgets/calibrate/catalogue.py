@@ -1,4 +1,4 @@
-"""The calibrations as the window shows them, and how each is made ready for a tile of a target."""
+"""The calibrations offered by the window, and the creation of each for a tile of a target."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,14 +19,15 @@ if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
 MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
-"""From target, tile, what is known of it, and what was said of the reference beside it."""
+"""From target, tile, its profile, and the reference that was entered."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One calibration: the part of a profile that it makes, its name, what it is for, and how it is made ready.
+    """A calibration: the part of a profile that it makes, its name, its purpose, and its factory.
 
-    `reference` is what is asked on hardware of the reference; `first` is the part that must be there before it.
+    `reference` is the parameter that asks for the reference on hardware; `first` is the part that must be calibrated
+    before.
     """
 
     key: str
@@ -39,12 +40,12 @@ class Kind:
 
 
 def by_hand(target: Target) -> bool:
-    """Whether a person presses: the target is hardware."""
+    """Whether a person presses, because the target is hardware."""
     return target.kind not in ("simulator", "replay")
 
 
 def why_not(target: Target) -> str:
-    """Why tiles of a target cannot be calibrated; "" where they can."""
+    """Return why tiles of a target cannot be calibrated; "" if they can."""
     if target.kind == "replay":
         return "A recording cannot be pressed. Choose the simulated floor or a tile as the target."
     return ""
@@ -53,13 +54,13 @@ def why_not(target: Target) -> str:
 def _make(
     declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
 ) -> tuple[Procedure, Rig]:
-    """The procedure of a calibration, and the rig that it needs."""
+    """Create the procedure of a calibration, and the rig that it needs."""
     procedure = declared().procedure(Setup(tile, profile, rate_hz=target.rate))
     return procedure, _RIGS[declared.rig](target, tile, reference)
 
 
 def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
-    """A rig that presses `tile`: the simulator, or a person, with a load cell where one is named."""
+    """Create a rig that presses `tile`: the simulator, or a person, with a load cell if one is named."""
     from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
     from underfoot.calibration.rigs.simulated_hand import SimulatedHand
     from underfoot.devices.transports import transport_of
@@ -71,7 +72,7 @@ def _pressing_rig(target: Target, tile: Tile, cell: str) -> Rig:
 
 
 def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
-    """A rig that shakes `tile`: the simulator, or the sound card, with the input that hears the accelerometer."""
+    """Create a rig that shakes `tile`: the simulator, or the sound card with the accelerometer's input."""
     from underfoot.devices.outputs import card_channels
     from underfoot.engine.loop import output_channels
     from underfoot.engine.sounding import SimulatedShaker, SoundCard
@@ -88,7 +89,7 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
 
 
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
-    """The tile as the simulated floor of `target` has it; an ideal floor's is of the usual kind."""
+    """Return the tile as in the simulated floor of `target`; for an ideal floor, one of the usual kind."""
     from underfoot.floor.simulated_tile import SimulatedTile
     from underfoot.floor.tile_parameters import simulation
 
@@ -110,7 +111,7 @@ _REFERENCES = {
         Text("", doc="The sound card that hears it, by a part of its name. Nothing: the default input."),
     ),
 }
-"""What is asked on hardware of the reference of a rig."""
+"""Parameters that ask for a rig's reference on hardware."""
 
 KINDS = tuple(
     Kind(one.kind, one.name, one.title, one.about, partial(_make, one), _REFERENCES[one.rig], one.requires)

@@ -1,4 +1,4 @@
-"""What there is to calibrate: the tile, the three procedures with what its profile says of each, and its history."""
+"""The choice of a calibration: the tile, the three procedures with the state of its profile, and its history."""
 
 from collections.abc import Sequence
 
@@ -24,15 +24,15 @@ WIDTH_PX = 34 * theme.GRID
 
 
 class ChoicePanel(QWidget):
-    """Shows a floor and one tile's profile; signals what was chosen."""
+    """Shows a floor and one tile's profile; signals the choice."""
 
     tile_chosen = Signal(str)
     kind_chosen = Signal(str)
     earlier_chosen = Signal(int)
-    """The place among the profile's earlier parts of the one to compare with; -1 for none."""
+    """Index among the profile's earlier parts of the one to compare with; -1 for none."""
     restore_wanted = Signal(int)
     plates_wanted = Signal()
-    """Plates are to be sought for the chosen tile."""
+    """Open the search for plates for the chosen tile."""
 
     def __init__(self, kinds: Sequence[tuple[str, str]]) -> None:
         super().__init__()
@@ -84,12 +84,12 @@ class ChoicePanel(QWidget):
         self.setFocusProxy(self.map)
 
     def set_floor(self, floor: Floor) -> None:
-        """The tiles to choose among; the first is chosen."""
+        """Show the tiles of a floor; the first is chosen."""
         self._floor = floor
         self.map.set_floor(floor)
 
     def show_profile(self, profile: Profile, kind: str, flags: Sequence[str]) -> None:
-        """What is known of the chosen tile, and the history of its part `kind`."""
+        """Show the chosen tile's profile, and the history of its part `kind`."""
         tile = self._floor.tiles[self._floor.index(profile.tile)]
         serial = f" · serial {profile.serial}" if profile.serial else ""
         self._tile.setText(f"{tile_in_words(tile)}{serial}")
@@ -119,7 +119,7 @@ class ChoicePanel(QWidget):
 
 
 class Card(QPushButton):
-    """A procedure's name, over what the profile says of it."""
+    """A procedure's name, above the state of the profile."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -135,7 +135,7 @@ class Card(QPushButton):
             layout.addWidget(label)
 
     def show_part(self, part: Part | None) -> None:
-        """The part of the profile that this procedure makes."""
+        """Show the part of the profile that this procedure makes."""
         words = part_in_words(part)
         self._state.setText(words)
         theme.set_role(self._state, "small" if part is None or part.good else "alarm")
@@ -143,5 +143,5 @@ class Card(QPushButton):
         self.setToolTip(words if part is None else part.verdict or words)
 
     def text_shown(self) -> str:
-        """What stands under the name."""
+        """Return the text under the name."""
         return self._state.text()

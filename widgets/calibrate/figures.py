@@ -1,4 +1,4 @@
-"""Figures for the person: their labels, values with their units, now and before."""
+"""Display of figures: labels, and values with units, now and before."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ ROW_PX = 24
 
 
 def part_in_words(part: Part | None) -> str:
-    """A part of a profile in a line.
+    """Describe a part of a profile in one line.
 
     >>> part_in_words(None), part_in_words(Part(made="2026-03-04", error=1.25, error_unit="mm"))
     ('not calibrated yet', '2026-03-04 · errs by 1.25 mm')
@@ -39,7 +39,7 @@ def part_in_words(part: Part | None) -> str:
 
 
 class FigureRow(QWidget):
-    """A few figures beside one another, each under its name."""
+    """A few figures side by side, each under its name."""
 
     MOST = 6
 
@@ -61,7 +61,7 @@ class FigureRow(QWidget):
         self.setFixedHeight(4 * theme.GRID + 4)
 
     def show_figures(self, quantities: Quantities) -> None:
-        """Show the first of these."""
+        """Show the first of these figures."""
         for place, (name, value) in enumerate(self._pairs):
             what, amount, unit = quantities[place] if place < len(quantities) else ("", math.nan, "")
             name.setText(label_of(what))
@@ -69,7 +69,7 @@ class FigureRow(QWidget):
             value.setText(quantity(amount, unit) if what else "")
 
     def texts(self) -> list[str]:
-        """What is shown, name and value."""
+        """Return the displayed names and values."""
         return [f"{name.text()} {value.text()}" for name, value in self._pairs if name.text()]
 
 
@@ -97,10 +97,10 @@ class FigureTable(QTableWidget):
     def show_figures(
         self, quantities: Quantities, now: str, before: Mapping[str, float] | None = None, then: str = ""
     ) -> None:
-        """These under the heading `now`, and what they were `before` under `then`, where that is known."""
+        """Show figures under the heading `now`, and their values `before`, if known, under `then`."""
         head = self.horizontalHeader()
         for column in (1, 2):
-            head.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)  # or every item would be measured anew
+            head.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)  # or every item would be measured again
         self.setHorizontalHeaderLabels(["", now, then])
         self.setColumnHidden(2, before is None)
         self.setRowCount(len(quantities))

@@ -1,4 +1,4 @@
-"""A procedure at work on a rig, in a thread of its own; what the window knows of them are snapshots."""
+"""Runs a procedure on a rig in a thread of its own; the window receives snapshots."""
 
 import queue
 import threading
@@ -20,15 +20,16 @@ from underfoot.errors import BadMeasurement, UnderfootError
 Make = Callable[[], tuple[Procedure, Rig]]
 
 _TELL_S, _DRAW_S = 0.033, 0.25
-"""Between two snapshots, and between two of those whose drawings are made anew."""
+"""Intervals in seconds between snapshots, and between those with new drawings."""
 _DRAIN_S, _EMPTY_S = 0.02, 0.005
 _LONGEST_REST_S = 0.25
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast a simulator's run by itself goes by: a page is seen for `page_s` at least, and `speed` seconds of the
-    simulator are a second; 0 for as fast as it can."""
+    """Speed of an automatic run on the simulator: a page is shown for at least `page_s`, and one second takes `speed`
+    seconds of simulated time; 0 for as fast as possible.
+    """
 
     page_s: float = 0.25
     speed: float = 20.0
@@ -36,8 +37,9 @@ class Pace:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A procedure as it stood. `waits` says that nothing happens until a hand asks for it; `alone` that it runs by
-    itself; `refused` is why the page's measurement was not taken, in one line."""
+    """State of a procedure. `waits` is true while it waits for the user; `alone` while it runs automatically;
+    `refused` is the reason for which the page's measurement was rejected, in one line.
+    """
 
     page: Page
     live: Live
@@ -49,18 +51,18 @@ class Snapshot:
 
 
 class Measurement(QObject):
-    """Makes a procedure and its rig and works them until `stop`; nothing here waits for either.
+    """Creates a procedure and its rig, and runs them until `stop`, without blocking.
 
-    On a simulator a page's press or sound begins when it is asked for, or by itself. `by_hand` is for hardware: there
-    readings are taken as long as a page wants a press, for a person decides when to press.
+    On a simulator a page's press or sound begins on request, or automatically. `by_hand` is for hardware: readings are
+    then taken as long as a page wants a press, because a person decides when to press.
     """
 
     changed = Signal()
     """There is a new `snapshot`."""
     failed = Signal(str)
-    """It cannot begin, or cannot go on: why, in one line."""
+    """It cannot begin or continue: the reason in one line."""
     ended = Signal()
-    """The rig is let go; this is the last that is heard of it."""
+    """The rig is released; the last signal."""
 
     def __init__(self, make: Make, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -75,58 +77,58 @@ class Measurement(QObject):
         self._thread = threading.Thread(target=self._run, name="calibrate")
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def go(self, values: Mapping[str, Any]) -> None:
-        """What Continue means on the page of `snapshot`: give the answer, begin the press, play the sound."""
+        """Do what Continue means on the page of `snapshot`: submit the answer, begin the press, play the sound."""
         page = self.snapshot.page if self.snapshot is not None else None
         self._allow()
         self._orders.put(lambda work: work.go(values, page))
 
     def run_alone(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
-        """On a simulator: let the pages go by, `values` answering the present one; or pause where it stands."""
+        """On a simulator: run automatically, with `values` as the answer to the present page; or pause."""
         if on:
             self._allow()
         self._orders.put(lambda work: work.set_alone(on, values or {}))
 
     def skip(self) -> None:
-        """Leave out what the page measures."""
+        """Skip what the page measures."""
         self._orders.put(lambda work: work.leave(work.procedure.skip))
 
     def back(self) -> None:
-        """To the page before."""
+        """Return to the previous page."""
         self._orders.put(lambda work: work.leave(work.procedure.back))
 
     def _allow(self) -> None:
-        """At once, not in turn: a panic that comes after the hand is to have the last word."""
+        """At once, not queued: a panic after the click must take precedence."""
         if self._work is not None:
             self._work.rig.allow()
 
     def silence(self) -> None:
-        """Panic: nothing goes on by itself, and what plays ends."""
+        """Panic: stop the automatic run, and what is playing."""
         self.run_alone(False)
         if self._work is not None:
             self._work.rig.silence()
 
     def stop(self) -> None:
-        """Let the tile go as soon as what is computed just now is through; `ended` tells."""
+        """Release the tile as soon as the present computation is complete; `ended` follows."""
         if self._work is not None:
             self._work.rig.silence()
         self._orders.put(None)
 
     def join(self) -> None:
-        """Wait for the end."""
+        """Wait for the thread to end."""
         if self._thread.ident is not None:
             self._thread.join()
 
     def seen(self) -> None:
-        """The snapshot will be looked at now: a newer one may be told of."""
+        """Acknowledge the snapshot: a newer one may be signalled."""
         self._seen.set()
 
     @property
     def busy_s(self) -> float:
-        """For how long one thing has been made, computed or played, seconds; 0 where nothing is."""
+        """Seconds for which one operation has been running; 0 for none."""
         since = self._began_s if self._work is None else self._work.busy_since
         return time.monotonic() - since if since else 0.0
 
@@ -153,7 +155,7 @@ class Measurement(QObject):
 
 
 class _Work:
-    """The thread's side: obeys orders, does what the page wants, and tells how things stand."""
+    """The thread's side: executes orders, does what the page wants, and sends snapshots."""
 
     def __init__(
         self,
@@ -173,7 +175,7 @@ class _Work:
         self._told_s = self._drawn_s = self._turned_s = self._rests_s = self.busy_since = time.monotonic()
 
     def run(self) -> None:
-        """Until an order to stop."""
+        """Run until an order to stop."""
         self._tell(whole=True)
         while True:
             pause_s = self._pause_s()
@@ -193,7 +195,7 @@ class _Work:
         page = self.procedure.page
         is_seen = seen is not None and (seen.key, seen.asks) == (page.key, page.asks)
         if page.last or self._asked or not is_seen:
-            return  # a second click, meant for a page that has gone by
+            return  # a second click, meant for an earlier page
         self._refused = ""
         if page.asks or (page.press is None and page.sound is None):
             self._try(lambda: self.procedure.answer(values))
@@ -214,24 +216,24 @@ class _Work:
         self._try(how)
         self._tell(whole=True)
 
-    # --- what goes on ---
+    # --- steps ---
 
     def _next(self, pause_s: float | None) -> "_Order":
-        """The next order, if one comes within `pause_s`."""
+        """Return the next order, if one arrives within `pause_s`."""
         self.busy_since = 0.0
         order = self._orders.get(timeout=pause_s) if pause_s != 0.0 else self._orders.get_nowait()
         self.busy_since = time.monotonic()
         return order
 
     def _pause_s(self) -> float | None:
-        """How long to wait for an order before doing what the page wants; None where it wants nothing."""
+        """Return how long to wait for an order before doing what the page wants; None if it wants nothing."""
         if not self._moves():
             return _DRAIN_S if self._by_hand and not self.procedure.page.last else None
         begins_s = self._rests_s if self._asked else self._turned_s + self._pace.page_s * self._alone
         return max(begins_s - time.monotonic(), 0.0)
 
     def _moves(self) -> bool:
-        """Whether there is something to do without a hand's asking."""
+        """Whether there is something to do without a request."""
         page = self.procedure.page
         wants_press = page.press is not None and not page.asks
         return not page.last and (self._asked or self._alone or (self._by_hand and wants_press))
@@ -240,7 +242,7 @@ class _Work:
         """Do what the page wants, once."""
         self.busy_since = time.monotonic()
         if not self._moves():
-            self.rig.read()  # what comes in between pages is nobody's
+            self.rig.read()  # discard readings between pages
             return
         if not self._asked:
             self._asked = True
@@ -256,7 +258,7 @@ class _Work:
             self._rests_s = time.monotonic() + _EMPTY_S
 
     def _try(self, do: Callable[[], None]) -> None:
-        """Do a thing that may be refused, and tell what came of it."""
+        """Do something that may be refused, and send the result."""
         before, refused = self.procedure.page, ""
         try:
             do()
@@ -274,7 +276,7 @@ class _Work:
         self._tell(whole=is_new or is_news)
 
     def _tell(self, *, whole: bool) -> None:
-        """Make a new snapshot if it is time for one: at once where the `whole` has changed."""
+        """Send a new snapshot if one is due; at once if the `whole` has changed."""
         now_s, old, procedure = time.monotonic(), self._snapshot, self.procedure
         if not whole and now_s - self._told_s < _TELL_S:
             return
@@ -291,11 +293,11 @@ class _Work:
 
 
 _Order = Callable[[_Work], None] | None
-"""What the window wants of the thread; None is to end."""
+"""An order of the window to the thread; None ends it."""
 
 
 class WatchedRig:
-    """A rig, and the time of the newest reading that it brought. Once silenced it plays nothing until `allow`."""
+    """A rig that notes the time of its newest reading. Once silenced it plays nothing until `allow`."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -318,11 +320,11 @@ class WatchedRig:
         return heard
 
     def allow(self) -> None:
-        """A hand wants sound again."""
+        """Allow sound again, at the user's request."""
         self._is_silenced = False
 
     def silence(self) -> None:
-        """End what plays, from any thread, where the rig knows how; what was to play just now does not begin."""
+        """Stop playback, from any thread, if the rig supports it; a sound about to start does not start."""
         self._is_silenced = True
         silence = getattr(self._rig, "silence", None)
         if silence is not None:

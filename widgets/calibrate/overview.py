@@ -1,4 +1,4 @@
-"""Before a calibration: what it is for, what the profile knows of it now and knew earlier, and the way to begin."""
+"""The page before a calibration: its purpose, the profile's present and earlier state, and the start buttons."""
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
@@ -20,12 +20,12 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 
 class Overview(QWidget):
-    """Shows one procedure and what a tile's profile has of it; signals when to begin."""
+    """Shows one procedure and the matching part of a tile's profile; signals when to begin."""
 
     begin_wanted = Signal(bool)
-    """Whether it is to run automatically."""
+    """Begin; whether to run automatically."""
     reference_given = Signal(object)
-    """What was typed of the reference that it is measured against."""
+    """The reference that was entered."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,12 +81,12 @@ class Overview(QWidget):
         self.begin_alone.clicked.connect(lambda: self.begin_wanted.emit(True))
 
     def show_kind(self, title: str, about: str) -> None:
-        """The procedure."""
+        """Show a procedure."""
         self.title.setText(title)
         self.about.setText(about)
 
     def show_reference(self, parameter: Parameter | None, value: str = "") -> None:
-        """Ask what it is measured against; None asks nothing."""
+        """Ask for the reference; None asks nothing."""
         if self.editor is not None and self.editor.parameter is not parameter:
             self.reference.removeWidget(self.editor)
             self.editor.hide()
@@ -103,7 +103,7 @@ class Overview(QWidget):
         self.reference_help.setVisible(parameter is not None)
 
     def show_way(self, why_not: str, can_alone: bool) -> None:
-        """Whether it can begin here, or `why_not`; and whether it can run automatically."""
+        """Show whether it can begin, or `why_not`, and whether it can run automatically."""
         self.begin.setEnabled(not why_not)
         theme.set_role(self.begin, "" if why_not else "primary")
         self.begin_alone.setVisible(can_alone)
@@ -112,7 +112,7 @@ class Overview(QWidget):
         self.note.setVisible(bool(why_not))
 
     def show_part(self, tile: Tile, part: Part | None, earlier: Part | None = None) -> None:
-        """What the profile has of it, and an `earlier` one to compare with."""
+        """Show the part of the profile, and an `earlier` one to compare with."""
         self.verdict.setText(
             pretty_text(part.verdict or f"Calibrated on {part.made}.") if part is not None else "Not calibrated yet."
         )
@@ -140,7 +140,7 @@ class Overview(QWidget):
 
 
 def _figures(part: Part | None) -> dict[str, float]:
-    """The error that counts, and the other figures; one that is called the same is the same."""
+    """Return the part's error and its other figures; a figure with the same label is left out."""
     if part is None:
         return {}
     others = {name: value for name, value in part.figures.items() if label_of(name) != label_of("error")}

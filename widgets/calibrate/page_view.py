@@ -1,4 +1,4 @@
-"""One page of a procedure: what to do, what to type, where to press, and how far that is."""
+"""A page of a procedure: instruction, fields, where to press, and progress."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -20,11 +20,11 @@ from underfoot.widgets.controls.parameter_editor import editor_for
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
-"""The loads of a sound, for the person."""
+"""Descriptions of the loads of a sound."""
 
 
 class PageView(QWidget):
-    """Shows a page and its live reading; `values` are what was typed."""
+    """Shows a page and its live reading; `values` are the user's input."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -68,13 +68,13 @@ class PageView(QWidget):
         layout.setStretchFactor(self._rest, 0)
 
     def set_tile(self, tile: Tile) -> None:
-        """The tile of the pictures; what was typed for another one is forgotten."""
+        """Set the tile of the pictures, and clear the input for another one."""
         self.picture.set_tile(tile)
         self._page = Page("", "", "")
         self._given.clear()
 
     def show_page(self, page: Page) -> None:
-        """Show this page; one that is shown already stays as it is, with what was typed."""
+        """Show a page; if it is shown already, it keeps the input."""
         if _looks(page) == _looks(self._page):
             return
         if (page.key, page.asks) != (self._page.key, self._page.asks):
@@ -96,28 +96,27 @@ class PageView(QWidget):
         )
 
     def show_live(self, live: Live) -> None:
-        """How far the page's measurement is."""
+        """Show the progress of the page's measurement."""
         self.bar.setValue(round(1000 * min(max(live.ready, 0.0), 1.0)))
         self.picture.show_ready(live.ready)
         self.hint.setText(pretty_text(live.hint))
         self.figures.show_figures(live.quantities)
 
     def values(self) -> Mapping[str, Any]:
-        """What is typed on the page, by name."""
+        """Return the input on the page, by name."""
         return {editor.parameter.name: editor.value() for editor in self.editors}
 
     def complaint(self) -> str:
-        """Why what was typed last cannot be given; "" where it can, and from the next time on: a field takes the value
-        back that it had."""
+        """Return why the last input is invalid, and forget it; "" if it is valid. The field has restored its value."""
         for editor in self.editors:
             for field in editor.findChildren(Field):
-                field.finish()  # whether or not the focus has left it
+                field.finish()  # even if it still has the focus
         complaint, self._complaint = self._complaint, ""
         return complaint
 
     def stops(self) -> list[QWidget]:
-        """What Tab stops at, in order: a field before its slider."""
-        window = self.window()  # a choice's list is a window of its own
+        """Return the widgets of the tab order: a field before its slider."""
+        window = self.window()  # a choice's list is a separate window
         return [
             widget
             for editor in self.editors
@@ -126,14 +125,14 @@ class PageView(QWidget):
         ]
 
     def focus_first(self) -> bool:
-        """Give the first field the focus; False where there is none."""
+        """Give the first field the focus; return False if there is none."""
         stops = self.stops()
         if stops:
             stops[0].setFocus(Qt.FocusReason.TabFocusReason)
         return bool(stops)
 
     def _note_complaint(self, editor: ParameterEditor, field: Field, typed: str) -> None:
-        """Keep what a field has against what was typed, for it forgets that when the focus leaves it."""
+        """Keep a field's error message, which the field clears when it loses the focus."""
         is_bad = field.property("role") == "bad"
         name = editor.label.text().lower()
         allowed = str(field.property("reason")).rpartition("; ")[2]
@@ -153,18 +152,18 @@ class PageView(QWidget):
             if editor.parameter.name in before:
                 editor.set_value(before[editor.parameter.name])
             self._fields.addWidget(editor)
-            editor.show()  # at once, for the focus goes there next
+            editor.show()  # at once, since the focus goes there next
             for field in editor.findChildren(Field):
                 field.given.connect(partial(self._note_complaint, editor, field))
 
 
 def sounds(page: Page) -> bool:
-    """Whether there is anything to be heard of a page's sound: silence is only recorded."""
+    """Whether the page's sound is audible: silence is only recorded."""
     return page.sound is not None and bool(page.sound.signal.any())
 
 
 def _where(page: Page) -> str:
-    """Where to press, or how long it plays and with what on the tile."""
+    """Describe where to press, or how long the sound is and under which load."""
     if page.press is not None:
         return where_in_words(page.press)
     if page.sound is not None:
@@ -175,7 +174,7 @@ def _where(page: Page) -> str:
 
 
 def _labelled(editor: ParameterEditor) -> ParameterEditor:
-    """With a label that leaves the unit to the value, where it is only the parameter's name; a list has it there."""
+    """Remove the unit from a label that is only the parameter's name, since the value has it; a list keeps it."""
     name, parameter = editor.parameter.name, editor.parameter
     if parameter.label == name.replace("_", " ").capitalize():
         unit = f", {pretty_unit(parameter.unit)}" if isinstance(parameter, Numbers) and parameter.unit else ""
@@ -184,5 +183,5 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
 
 
 def _looks(page: Page) -> tuple[object, ...]:
-    """What of a page is seen."""
+    """Return the visible content of a page."""
     return page.key, page.title, page.instruction, page.asks, page.press, page.places_m

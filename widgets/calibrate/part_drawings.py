@@ -1,4 +1,4 @@
-"""Drawings of a part of a profile: the one in use, and an earlier one dashed or grey beside it."""
+"""Drawings of a part of a profile: the one in use, and an earlier one dashed or grey."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ from underfoot.floor.profile import Centroid, Fsr, Part, Profile, Response
 _POINTS = 200
 _LOAD_N = 1000.0
 _SIDE = 9
-"""Places along each side of the tile at which the correction of the centroid is drawn."""
+"""Points along each side of the tile at which the correction of the centroid is drawn."""
 _COLOURS = ("force", "contact", "vibration", "events")
 
 
 def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> tuple[Drawing, ...]:
-    """The drawings of a part in use, and of an `earlier` one of the same kind; none where there is neither.
+    """Return the drawings of a part in use, and of an `earlier` one of the same kind; empty without both.
 
     >>> from underfoot.floor.layout import default_floor
     >>> drawings_of(default_floor().tiles[0], None)
@@ -54,7 +54,7 @@ def _sensor_curves(part: Fsr, is_old: bool) -> list[Series]:
 
 
 def _moves(tile: Tile, part: Centroid, is_old: bool) -> list[Series]:
-    """Arrows from the plain centroid of the sensors to where the part says that the load stands."""
+    """Draw arrows from the uncorrected centroid to the corrected position."""
     plain = Profile(tile=tile.id, centroid=Centroid(made=part.made, sensors_m=tile.sensors_m, least_n=0.0))
     forces_n = _loads(tile)
     begin = 1e3 * plain.position(forces_n)
@@ -64,7 +64,7 @@ def _moves(tile: Tile, part: Centroid, is_old: bool) -> list[Series]:
 
 
 def _loads(tile: Tile) -> NDArray[np.float64]:
-    """Corner forces, in parts of the whole, of places all over the tile, as a bilinear split gives them."""
+    """Return corner forces, as shares of the load, for positions all over the tile, by a bilinear split."""
     low, high = np.array(tile.sensors_m).min(axis=0), np.array(tile.sensors_m).max(axis=0)
     share = np.linspace(0.05, 0.95, _SIDE)
     across, up = (grid.ravel() for grid in np.meshgrid(share, share))

@@ -1,4 +1,4 @@
-"""A page on which a plate is sought for the chosen tile: what is asked of it, which plates fit, and where they lie."""
+"""The page that searches a plate for the chosen tile: requirements, matching plates, and their trade-off."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ _ABOUT = (
 
 
 class _Asked:
-    """What is asked, in the units of the page."""
+    """The requirements, in the units of the page."""
 
     least_modulus = Number(1.0, 0.01, 1000.0, unit="GPa", scale="log", label="Modulus from", doc="Least modulus.")
     most_modulus = Number(220.0, 0.01, 1000.0, unit="GPa", scale="log", label="to", doc="Largest modulus.")
@@ -55,12 +55,12 @@ _PARAMETERS: tuple[Parameter, ...] = tuple(one for one in vars(_Asked).values() 
 
 
 class PlatePage(QWidget):
-    """Searches as one turns the numbers; a search takes some milliseconds."""
+    """Searches at each change of a number; a search takes some milliseconds."""
 
     left = Signal()
     """Back to the calibrations."""
     report_wanted = Signal(object)
-    """The `Found` of which a report is to be written."""
+    """Write a report of this `Found`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -103,7 +103,7 @@ class PlatePage(QWidget):
         self.search()
 
     def search(self) -> None:
-        """Search what is asked now; where it cannot be, say why."""
+        """Search with the present requirements; if that is impossible, show the reason."""
         if self._tile is None:
             return
         try:
@@ -118,7 +118,7 @@ class PlatePage(QWidget):
         self._show_found()
 
     def write_report(self, folder: Path) -> str:
-        """Write the report of what is shown, and say where it is."""
+        """Write a report of what is shown, and return a line with its path."""
         assert self.found is not None
         write([self.found], folder)
         return f"The report is in {folder / 'index.html'}"
@@ -175,7 +175,7 @@ class PlatePage(QWidget):
 
 
 def parameters_of(simulation: str) -> TileParameters:
-    """What the tiles of a target are made of, as far as that is known: a simulator's file, else the thesis's."""
+    """Return the tile parameters of a target, if known: a simulator's file, else the thesis's."""
     from underfoot.floor.tile_parameters import simulation as read
 
     return read(simulation)[0] or TileParameters()

@@ -1,4 +1,4 @@
-"""Where a floor's profiles live, and their reading and writing in a thread, for disks can be slow."""
+"""Storage of a floor's profiles, read and written in a thread, because disks can be slow."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -15,18 +15,18 @@ from underfoot.widgets.session.profile_folder import profile_folder
 
 
 def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
-    """What speaks against using these profiles, by tile, today: one line each."""
+    """Return warnings about these profiles, by tile, today: one line each."""
     return tuple(line for tile, profile in profiles.items() for line in profile.flags(tile, today))
 
 
 class Profiles(QObject):
-    """The profiles of one floor. Nothing waits for the disk: `changed` tells when they are there."""
+    """The profiles of one floor, without blocking on the disk: `changed` follows when they are loaded."""
 
     changed = Signal()
     saved = Signal(str)
     """A tile's profile was written."""
     said = Signal(str)
-    """A file that cannot be read or written, in one line; or where something was written."""
+    """A line about a file that cannot be read or written, or was written."""
     _read = Signal(object, object)
     _wrote = Signal(object, object, str)
 
@@ -40,31 +40,31 @@ class Profiles(QObject):
         self._wrote.connect(self._take_one)
 
     def of(self, tile: str) -> Profile:
-        """What is known of a tile: at first nothing."""
+        """Return a tile's profile; an empty one at first."""
         return self.by_tile.get(tile) or Profile(tile=tile)
 
     def follow(self, floor: Floor, folder: str = "", simulation: str = "") -> None:
-        """Read the profiles of this floor, from its own folder or this one."""
+        """Load the profiles of this floor, from its own folder or this one."""
         self.folder = Path(folder) if folder else profile_folder(self._root, floor, simulation)
         self.by_tile = {}
         self.changed.emit()
         self._submit(self._load, self.folder, floor.ids)
 
     def save(self, tile: str, result: Result) -> None:
-        """Put a result into a tile's profile; what it had before is kept in its history."""
+        """Store a result in a tile's profile; the part it replaces goes into the history."""
         self._submit(self._write, self.folder, tile, result.apply, f"The profile of {tile} is saved")
 
     def restore(self, tile: str, place: int) -> None:
-        """Let `earlier[place]` of a tile's profile be in use again."""
+        """Put `earlier[place]` of a tile's profile into use again."""
         words = f"An earlier calibration of {tile} is in use again"
         self._submit(self._write, self.folder, tile, lambda profile: profile.restored(place), words)
 
     def do(self, work: Callable[[], str]) -> None:
-        """Do something else that touches the disk, in turn; what it returns, or its error, is said."""
+        """Queue other work with the disk; its result or error is emitted by `said`."""
         self._submit(self._do, work)
 
     def close(self) -> None:
-        """Wait for what is being written."""
+        """Wait for pending writes."""
         self._worker.shutdown()
 
     def _submit(self, work: Callable[..., None], *arguments: object) -> None:

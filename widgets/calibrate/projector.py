@@ -1,4 +1,4 @@
-"""A tile at its true size for a projector above the floor: dark, with a mark where to press now."""
+"""A tile at its true size for a projector above the floor: dark, with a mark where to press."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen
@@ -13,14 +13,14 @@ from underfoot.widgets.controls.true_scale import TrueScaleWindow
 
 RULE_M = 0.1
 _LIT = look.palette("dark")
-"""A floor is lit in the dark whatever colours the window has."""
+"""The dark palette, whatever the window's colours: the floor is lit in a dark room."""
 _DIM = "#4a5462"
 
 
 class FloorProjection(TrueScaleWindow):
-    """A window that fills a screen. Plus and minus scale it, arrow keys move it, Return continues, Escape closes it.
+    """A full-screen window. Plus and minus scale it, arrow keys move it, Return continues, Escape closes it.
 
-    Panic is Escape in the main window only: who stands on the floor with a keyboard wants to leave this view.
+    Escape means panic in the main window only: here, a person on the floor uses it to leave the view.
     """
 
     go_wanted = Signal()
@@ -32,7 +32,7 @@ class FloorProjection(TrueScaleWindow):
         self._tile, self.page, self._ready = tile, Page("", "", ""), 0.0
 
     def show_page(self, page: Page, ready: float) -> None:
-        """Mark the page's press, of which `ready` has come."""
+        """Mark the page's press, of which the share `ready` is done."""
         self.page, self._ready = page, ready
         self.update()
 
@@ -85,7 +85,7 @@ class FloorProjection(TrueScaleWindow):
         painter.drawText(beside, quantity(press.force_n, "N"))
 
     def _paint_rule(self, painter: QPainter, area: QRectF) -> None:
-        """A length to hold a ruler against."""
+        """Paint a length to check with a ruler."""
         left = QPointF(
             max(area.left(), 2.0 * theme.GRID), min(area.bottom() + 3 * theme.GRID, self.height() - 6 * theme.GRID)
         )

@@ -1,4 +1,4 @@
-"""The last page: the verdict in plain words, what to mind, and the figures, now and until now."""
+"""The last page: the verdict in plain words, remarks, and the figures, new and previous."""
 
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
@@ -10,7 +10,7 @@ from underfoot.widgets.calibrate.figures import FigureTable
 
 
 class ResultView(QWidget):
-    """Shows a result beside what the profile says until now."""
+    """Shows a result beside the profile's previous part."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A tile from above in its true proportions: its sensors, the places of a series, and where to press now."""
+"""A tile from above, to scale: its sensors, the positions of a series, and where to press."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from underfoot.widgets import theme
 Places = Sequence[tuple[float, float]]
 
 FEET = {"standing": 0.0, "corner": 0.75}
-"""Where a foot stands for the loads of a sound, as a share of the way from the middle to the first sensor."""
+"""Position of a foot for the loads of a sound, as a share of the way from the centre to the first sensor."""
 FOOT_M = (0.09, 0.26)
 _MARGIN_PX = 24
 _NEAR_M = 1e-6
@@ -36,23 +36,23 @@ class TilePicture(QWidget):
         self._load = ""
 
     def set_tile(self, tile: Tile) -> None:
-        """The tile that is measured."""
+        """Set the tile that is measured."""
         self._tile = tile
         self.update()
 
     def show_press(self, press: PressRequest | None, places: Places = ()) -> None:
-        """Where to press now, if anywhere, among these places of a series."""
+        """Show where to press, if anywhere, among these positions of a series."""
         self._press, self._places = press, places
         self.setAccessibleDescription(where_in_words(press) if press is not None else "")
         self.update()
 
     def show_load(self, load: str) -> None:
-        """What stands on the tile while a sound is played: "none", "standing" or "corner"."""
+        """Show the load during a sound: "none", "standing" or "corner"."""
         self._load = load
         self.update()
 
     def show_ready(self, share: float) -> None:
-        """How much of what is wanted here has come, 0 to 1."""
+        """Show the share that is done, 0 to 1."""
         if share != self._ready:
             self._ready = share
             self.update()
@@ -63,10 +63,10 @@ class TilePicture(QWidget):
     def minimumSizeHint(self) -> QSize:
         return QSize(160, 128)
 
-    # --- where things are ---
+    # --- geometry ---
 
     def area(self) -> QRectF:
-        """The tile in the widget's pixels."""
+        """Return the tile's rectangle in the widget's pixels."""
         width_m, height_m = self._tile.size_m
         room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX)
         scale = max(min(room.width() / width_m, room.height() / height_m), 1.0)
@@ -74,7 +74,7 @@ class TilePicture(QWidget):
         return QRectF(middle.x() - size[0] / 2, middle.y() - size[1] / 2, *size)
 
     def place(self, at_m: tuple[float, float]) -> QPointF:
-        """A place of the tile's frame, y upwards, in the widget's pixels."""
+        """Convert a position in the tile's frame, y upwards, to the widget's pixels."""
         area = self.area()
         scale = area.width() / self._tile.size_m[0]
         return area.center() + QPointF(at_m[0] * scale, -at_m[1] * scale)
@@ -118,7 +118,7 @@ class TilePicture(QWidget):
             painter.drawText(QRectF(here.x() - 9, here.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, f"{number + 1}")
 
     def _paint_places(self, painter: QPainter) -> None:
-        """Those before the present one, which are taken, are filled."""
+        """Paint the positions; completed ones are filled."""
         now = place_number(self._places, self._press)
         for number, at_m in enumerate(self._places):
             taken = now is not None and number < now
@@ -127,14 +127,14 @@ class TilePicture(QWidget):
             painter.drawEllipse(self.place(at_m), 2.5, 2.5)
 
     def _paint_foot(self, painter: QPainter, share: float) -> None:
-        """The outline of a sole, `share` of the way from the tile's middle to its first sensor."""
+        """Paint the outline of a sole, `share` of the way from the tile's centre to its first sensor."""
         area, here = self.area(), self.place((share * self._tile.sensors_m[0][0], share * self._tile.sensors_m[0][1]))
         scale = area.width() / self._tile.size_m[0]
         foot = QRectF(0.0, 0.0, FOOT_M[0] * scale, min(FOOT_M[1] * scale, area.height()))
         foot.moveCenter(here)
         foot.moveTop(min(max(foot.top(), area.top()), area.bottom() - foot.height()))
         sole = QColor(theme.FORCE)
-        sole.setAlphaF(0.2)  # the sensor beneath is seen
+        sole.setAlphaF(0.2)  # keeps the sensor beneath visible
         painter.setPen(QPen(QColor(theme.FORCE), 1.5))
         painter.setBrush(sole)
         painter.drawPath(_sole(foot))
@@ -163,7 +163,7 @@ class TilePicture(QWidget):
 
 
 def _sole(box: QRectF) -> QPainterPath:
-    """The outline of a left sole in a box, toes up."""
+    """Return the outline of a left sole in a box, toes up."""
     outline = QPainterPath()
     begin, *curves = [QPointF(box.left() + x * box.width(), box.top() + y * box.height()) for x, y in _SOLE]
     outline.moveTo(begin)
@@ -178,18 +178,18 @@ _SOLE = (
     (0.88, 1.0), (0.56, 1.0), (0.24, 1.0), (0.2, 0.85), (0.17, 0.68), (0.14, 0.5), (0.0, 0.42), (0.0, 0.24),
     (0.0, 0.1), (0.25, 0.0), (0.62, 0.0),
 )  # fmt: skip
-"""Corners and handles of Bezier curves round a sole, as shares of its box."""
+"""Corners and handles of Bezier curves around a sole, as shares of its box."""
 
 
 def place_number(places: Places, press: PressRequest | None) -> int | None:
-    """Which of `places` a press is at; None where it is at none of them."""
+    """Return the index in `places` of a press; None if it is at none of them."""
     if press is None:
         return None
     return next((i for i, at_m in enumerate(places) if math.dist(at_m, press.at_m) < _NEAR_M), None)
 
 
 def where_in_words(press: PressRequest) -> str:
-    """A press, for the person.
+    """Describe a press.
 
     >>> where_in_words(PressRequest((0.1, -0.02), 400.0, sensor=3)), where_in_words(PressRequest((0.0, 0.0), 0.0))
     ('Press 400 N over sensor 4', 'Stand clear of the tile')
@@ -205,7 +205,7 @@ def where_in_words(press: PressRequest) -> str:
 
 
 def tile_in_words(tile: Tile) -> str:
-    """What a tile is.
+    """Describe a tile.
 
     >>> tile_in_words(default_floor().tiles[0])
     't1 · 305 × 305 mm'

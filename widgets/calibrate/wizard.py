@@ -1,4 +1,4 @@
-"""The wizard: presents any procedure page by page, with what was taken so far beside it."""
+"""The wizard, which presents any procedure page by page, beside the measurements so far."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -29,26 +29,26 @@ from underfoot.widgets.calibrate.result_view import ResultView
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 BUSY_S = 0.4
-"""After so long at one thing a page says that something is computed."""
+"""Seconds after which a page shows that a computation is running."""
 WORTH = 0.1
-"""Leaving asks first where a person has done more than this share of the whole."""
+"""Share of the work done beyond which leaving asks for confirmation."""
 
 _LOOK_MS = 100
 
 
 class Wizard(QWidget):
-    """Shows one measurement after another, each given to `begin`; signals when the person leaves, saves or reports."""
+    """Shows measurements, each started by `begin`; signals when the user leaves, saves or reports."""
 
     left = Signal()
-    """The person cancelled, or closed the last page."""
+    """The user cancelled, or closed the last page."""
     save_wanted = Signal(object)
     """A `Result`."""
     report_wanted = Signal(object)
     projection_wanted = Signal()
     ready = Signal()
-    """The tile is there, and the first page of its measurement."""
+    """The tile is ready, and the first page of its measurement."""
     shown = Signal(object)
-    """A `Snapshot` that is on the screen now."""
+    """The `Snapshot` now on the screen."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -79,7 +79,7 @@ class Wizard(QWidget):
         self._timer.start()
 
     def end(self) -> None:
-        """Forget the measurement."""
+        """Drop the measurement."""
         self._timer.stop()
         if self.measurement is not None:
             self.measurement.changed.disconnect(self._take)
@@ -87,12 +87,12 @@ class Wizard(QWidget):
             self.measurement = None
 
     def mark_saved(self) -> None:
-        """The result is in the profile."""
+        """Note that the result is in the profile."""
         self._is_saved = True
         self._show_buttons()
         self.closing.setFocus()
 
-    # --- what the measurement says ---
+    # --- messages of the measurement ---
 
     def _take(self) -> None:
         measurement = self.measurement
@@ -107,7 +107,7 @@ class Wizard(QWidget):
             self.ready.emit()
         turned = old is None or (old.page.key, old.page.asks) != (new.page.key, new.page.asks)
         had_focus = self._has_focus()
-        self._show_buttons()  # before anything else has changed: each asks for the whole layout
+        self._show_buttons()  # before anything else changes: each change lays out the whole
         if new.page.last and new.result is not None:
             self.result.show_result(new.result, self._before)
             self._body.setCurrentWidget(self.result)
@@ -141,7 +141,7 @@ class Wizard(QWidget):
         self.refusal.setVisible(bool(why))
 
     def _show_busy(self) -> None:
-        """Say that something is computed or played where that takes longer than a blink."""
+        """Show that something is being computed or played, if it takes noticeable time."""
         measurement, snapshot = self.measurement, self.snapshot
         busy_s = 0.0 if measurement is None else measurement.busy_s
         if busy_s < BUSY_S:
@@ -160,20 +160,20 @@ class Wizard(QWidget):
             self.busy_words.setText(f"Computing…  {busy_s:.0f} s")
         self.busy.show()
 
-    # --- what the person does ---
+    # --- actions of the user ---
 
     def go_on(self) -> None:
-        """What Continue means on the page."""
+        """Do what Continue means on the page."""
         complaint = self.page.complaint()
         if complaint:
             self._refuse(complaint)
         elif self.going.isEnabled() and self.going.isVisibleTo(self) and self.measurement is not None:
-            self.setFocus()  # or the focus would leave the page with the button
+            self.setFocus()  # otherwise the focus would leave the page with the button
             self.going.setEnabled(False)
             self.measurement.go(self.page.values())
 
     def cancel(self) -> None:
-        """Leave, with nothing changed; a person who has done much is asked first."""
+        """Leave without changes; ask first if much has been done."""
         measurement, snapshot = self.measurement, self.snapshot
         is_much = snapshot is not None and snapshot.page.share > WORTH and not self._is_saved
         if measurement is None or not (measurement.by_hand and is_much):
@@ -222,7 +222,7 @@ class Wizard(QWidget):
         return None if self.snapshot is None else self.snapshot.result
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Return goes on, or does what the button with the focus says; Alt and an arrow go back."""
+        """Return continues, or activates the button with the focus; Alt and an arrow go back."""
         focus = self.window().focusWidget()
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
             if isinstance(focus, QAbstractButton) and self.isAncestorOf(focus):
@@ -239,7 +239,7 @@ class Wizard(QWidget):
         return focus is None or focus is self or self.isAncestorOf(focus) or not focus.isEnabled()
 
     def _order_stops(self) -> None:
-        """Let Tab go through the page, the drawings and the buttons: fields made just now are last until then."""
+        """Set the tab order: page, drawings, buttons. New fields would otherwise be last."""
         buttons = self._buttons.findChildren(QPushButton)
         drawings = [self.drawings] if self.drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
         for one, next_one in pairwise([*self.page.stops(), *drawings, *buttons]):
@@ -367,7 +367,7 @@ class Wizard(QWidget):
 
 
 def going_words(page: Page, by_hand: bool, waits: bool) -> str:
-    """What Continue is called on a page: what it does there."""
+    """Return the label of Continue on a page: what it does there."""
     if page.press is not None and not page.asks:
         if page.press.force_n <= 0.0:
             return "Read" if waits and not by_hand else "Reading…"

@@ -36,16 +36,16 @@ SHORTCUTS = (
 
 
 class CalibrateWorkspace(Workspace):
-    """Runs any of `kinds` on the tiles of the target; profiles live below `root`, a folder for each floor."""
+    """Runs any of `kinds` on the tiles of the target; profiles are stored below `root`, one folder per floor."""
 
     release_wanted = Signal()
-    """The session is to let go of the tiles; `begin_released` when it has."""
+    """The session should release the tiles; `begin_released` follows."""
     reopen_wanted = Signal()
     """The tiles are free again."""
     held = Signal(bool)
-    """Whether hardware is taken from the session."""
+    """Whether the hardware is taken from the session."""
     profile_changed = Signal(object, str, object)
-    """A `Profile` that was written, which part of it, and the folder that it is in: the engine is to use it."""
+    """A `Profile` that was written, which part of it, and its folder: for use by the engine."""
 
     def __init__(self, root: Path, settings: Settings, kinds: Sequence[Kind], pace: Pace | None = None) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class CalibrateWorkspace(Workspace):
         self.setFocusProxy(self.choice)
         self._connect()
 
-    # --- as a workspace ---
+    # --- workspace interface ---
 
     def listen(self, context: WorkspaceContext) -> None:
         controller = context.controller
@@ -90,12 +90,12 @@ class CalibrateWorkspace(Workspace):
         return SHORTCUTS
 
     def silence(self) -> None:
-        """End what runs by itself or plays."""
+        """Stop an automatic run, and playback."""
         if self._measurement is not None:
             self._measurement.silence()
 
     def close_down(self) -> None:
-        """End what runs, and wait for it and for what is being written."""
+        """Stop what runs, and wait for it and for pending writes."""
         self.wizard.end()
         if self.projection is not None:
             self.projection.close()
@@ -104,10 +104,10 @@ class CalibrateWorkspace(Workspace):
             self._measurement.join()
         self.profiles.close()
 
-    # --- what it shows ---
+    # --- display ---
 
     def set_target(self, target: Target) -> None:
-        """Show the floor of this target and its profiles. A measurement on another one ends, and changes nothing."""
+        """Show the floor of this target and its profiles. A measurement on another one ends without changes."""
         old, self._target = self._target, target
         if old is not None and _tiles_of(old) == _tiles_of(target):
             return
@@ -117,13 +117,13 @@ class CalibrateWorkspace(Workspace):
 
     @property
     def tile(self) -> Tile:
-        """The tile that is chosen."""
+        """The chosen tile."""
         assert self._target is not None
         return self._target.floor.tiles[self._target.floor.index(self.choice.map.choice())]
 
     @property
     def is_measuring(self) -> bool:
-        """Whether a tile is held by a measurement."""
+        """Whether a measurement occupies a tile."""
         return self._measurement is not None or self._is_waiting
 
     def _show(self) -> None:
@@ -139,7 +139,7 @@ class CalibrateWorkspace(Workspace):
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
 
     def _lacks(self, profile: Profile) -> str:
-        """What must be calibrated first; "" where it is."""
+        """Return what must be calibrated first; "" for nothing."""
         first = self._kinds.get(self._kind.first)
         if first is None or profile.part(first.key) is not None:
             return ""
@@ -166,7 +166,7 @@ class CalibrateWorkspace(Workspace):
         self._show()
 
     def seek_plates(self) -> None:
-        """Show the page on which plates are sought for the chosen tile."""
+        """Show the page that searches plates for the chosen tile."""
         if self._target is not None and not self.is_measuring:
             self.plates.show_tile(self.tile, parameters_of(self._target.simulation))
             self._stack.setCurrentWidget(self.plates)
@@ -177,10 +177,12 @@ class CalibrateWorkspace(Workspace):
         if self._stack.currentWidget() is self.plates:
             self.seek_plates()
 
-    # --- a measurement ---
+    # --- measurement ---
 
     def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; `alone`: the simulator runs it from first to last page."""
+        """Begin the chosen calibration of the chosen tile; if `alone`, the simulator runs it from first to last
+        page.
+        """
         if self._target is None or self.is_measuring or why_not(self._target):
             return
         self._alone = alone
@@ -193,7 +195,7 @@ class CalibrateWorkspace(Workspace):
             self._measure()
 
     def begin_released(self) -> None:
-        """The session has let go of the tiles."""
+        """Begin, now that the session has released the tiles."""
         if self._is_waiting:
             self._is_waiting = False
             self._measure()
@@ -215,7 +217,7 @@ class CalibrateWorkspace(Workspace):
             measurement.run_alone(True)
 
     def leave(self) -> None:
-        """Back to the choice; what runs ends, and changes nothing."""
+        """Return to the choice; a running measurement ends without changes."""
         if self.projection is not None:
             self.projection.close()
         self.wizard.end()
@@ -237,7 +239,7 @@ class CalibrateWorkspace(Workspace):
                 self.reopen_wanted.emit()
         self._show()
 
-    # --- what becomes of it ---
+    # --- results ---
 
     def _save(self, result: Result) -> None:
         self.profiles.save(self.tile.id, result)
@@ -256,10 +258,10 @@ class CalibrateWorkspace(Workspace):
         self._ask_folder("plates", lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
 
     def _ask_folder(self, subject: str, then: Callable[[Path], None]) -> None:
-        """Ask for a folder, which gets a name of its own, and go on with it."""
+        """Ask for a folder with a name of its own, and continue with it."""
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that is not there yet can be named
-        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # what is in the folder stays
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that does not exist yet can be named
+        dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the folder's content stays
         dialog.setLabelText(QFileDialog.DialogLabel.FileName, "Folder:")
         dialog.selectFile(f"{subject}-{self.tile.id}-{date.today().isoformat()}")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -267,7 +269,7 @@ class CalibrateWorkspace(Workspace):
         dialog.open()
 
     def write_report(self, result: Result, folder: Path) -> None:
-        """Write a page with pictures, figures and raw data into a folder, and say where it is."""
+        """Write a page with plots, figures and raw data into a folder; return a line with its path."""
         profile = self.profiles.of(self.tile.id)
 
         def write() -> str:
@@ -278,10 +280,10 @@ class CalibrateWorkspace(Workspace):
         self._settings.folder = str(folder)
         self.profiles.do(write)
 
-    # --- on the floor ---
+    # --- projection ---
 
     def project(self) -> None:
-        """Show the tile at its true size on the last screen, which is the projector's where there are several."""
+        """Show the tile at its true size on the last screen, which is the projector's if there are several."""
         if self.projection is None:
             right_m, up_m = self._settings.projector_at
             projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
@@ -325,5 +327,5 @@ class CalibrateWorkspace(Workspace):
 
 
 def _tiles_of(target: Target) -> tuple[object, ...]:
-    """Which tiles a target has."""
+    """Return what determines the tiles of a target."""
     return target.floor, target.kind, target.source, target.simulation

@@ -1,1 +1,1 @@
-"""The plot of the window, live or still, and what live plots are made of."""
+"""The window's plots, live or still."""

@@ -10,13 +10,13 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
 LEAST_PX = 304
-"""Height below which a drawing is not pressed: the column scrolls instead."""
+"""Least height of a drawing; below it, the column scrolls."""
 EQUAL_PX = 480
-"""The same of a map, whose axes have one scale."""
+"""Least height of a map, whose axes have the same scale."""
 
 
 class DrawingColumn(QScrollArea):
-    """Drawings one under another; as many as fit are seen at once, and the rest by scrolling."""
+    """Drawings one below the other; as many as fit are visible, the rest by scrolling."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,11 +39,11 @@ class DrawingColumn(QScrollArea):
 
     @property
     def plots(self) -> list[Plot]:
-        """What is shown."""
+        """Return the visible plots."""
         return [plot for plot in self._plots if not plot.isHidden()]
 
     def show_drawings(self, drawings: Sequence[Drawing], otherwise: str) -> None:
-        """Show these, or a word on why there are none."""
+        """Show these drawings, or a text on why there are none."""
         while len(self._plots) < len(drawings):
             plot = Plot()
             self._plots.append(plot)

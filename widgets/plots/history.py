@@ -1,4 +1,4 @@
-"""The latest rows of a stream: what a live plot shows."""
+"""The latest rows of a stream, for live plots."""
 
 from typing import Generic, TypeVar
 
@@ -9,7 +9,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class History(Generic[Scalar]):
-    """The latest rows of a stream, in order and in one piece, in memory taken once: `capacity` rows of this shape.
+    """The latest rows of a stream, in order and contiguous, in preallocated memory: `capacity` rows of this shape.
 
     >>> history = History(np.float64, 3, 2)
     >>> history.append([[1, 1], [2, 2]])
@@ -24,7 +24,7 @@ class History(Generic[Scalar]):
         self._end = 0
 
     def append(self, rows: ArrayLike) -> None:
-        """Add rows; the oldest give way."""
+        """Add rows; the oldest are dropped."""
         new = np.asarray(rows, self._rows.dtype)
         new = new[max(0, len(new) - self.capacity) :]
         if self._end + len(new) > len(self._rows):
@@ -35,7 +35,7 @@ class History(Generic[Scalar]):
         self._end += len(new)
 
     def latest(self) -> NDArray[Scalar]:
-        """The latest rows, at most `capacity`, oldest first; a view that the next `append` may change."""
+        """Return the latest rows, at most `capacity`, oldest first; a view that the next `append` may change."""
         return self._rows[max(0, self._end - self.capacity) : self._end]
 
     def clear(self) -> None:

@@ -1,4 +1,4 @@
-"""The shapes of a plot, painted by Qt."""
+"""Painting of a plot's shapes by Qt."""
 
 from functools import lru_cache
 
@@ -48,17 +48,17 @@ def paint(painter: QPainter, shape: Shape) -> None:
 
 
 def width_px(words: str, size_px: int, bold: bool) -> float:
-    """How wide words are in the font of the window."""
+    """Return the width of a text in the font of the window."""
     return _metrics(size_px, bold).horizontalAdvance(words)
 
 
 def rectangle(box: Box) -> QRectF:
-    """A box as Qt has it."""
+    """Convert a box to a Qt rectangle."""
     return QRectF(box.left, box.top, box.width, box.height)
 
 
 def polygon(points: NDArray[np.float64]) -> QPolygonF:
-    """Points [n, 2] as Qt has them, copied in one go."""
+    """Convert points [n, 2] to a Qt polygon in one copy."""
     made = QPolygonF()
     made.resize(len(points))
     if len(points):
@@ -91,7 +91,7 @@ def _heat_brush(left: float, right: float, colours: str) -> QBrush:
 
 @lru_cache(maxsize=8)
 def _heat_pixels(low: float, high: float, colours: str) -> NDArray[np.uint32]:
-    """A pixel of each level. Looking them up costs less than letting Qt do it while it stretches the picture."""
+    """Return the pixel of each level. A lookup here costs less than in Qt while it scales the image."""
     return np.array([QColor(*row).rgba() for row in heat_colours(low, high, colours).tolist()], np.uint32)
 
 

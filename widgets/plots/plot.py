@@ -1,4 +1,4 @@
-"""The plot of the window: shows a `Drawing`, one after another, as often as the screen can."""
+"""The plot widget of the window: shows a `Drawing`, and updates it as often as the screen can."""
 
 import math
 
@@ -16,20 +16,20 @@ from underfoot.widgets.plots import saving
 from underfoot.widgets.plots.painting import paint, rectangle, width_px
 
 Look = tuple[object, ...]
-"""What the frame of a plot is made of; a plot that looks the same keeps its frame."""
+"""What determines the frame of a plot; a plot with the same look keeps its frame."""
 
 
 class Plot(QWidget):
     """Shows one drawing: with title, legend and labels, or compact in given margins.
 
-    What is around the data is painted once, and kept until it looks different: a frame of a live plot costs the paint
-    of its data. For that the ranges of a live drawing are to be given.
+    Everything around the data is painted once and cached until its look changes, so an update of a live plot costs
+    only its data. That requires fixed ranges in a live drawing.
     """
 
     hovered = Signal(float)
-    """Where the mouse is on the x axis; NaN beside it, and when the mouse has left."""
+    """Position of the mouse on the x axis; NaN outside it, and when the mouse has left."""
     wheeled = Signal(float)
-    """The wheel was turned over the plot: a share of its width, below 0 towards its left end."""
+    """The wheel was turned over the plot: a share of its width, negative towards its left end."""
 
     def __init__(self, name: str = "", margins: Margins | None = None) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class Plot(QWidget):
         self._picture = QPixmap()
 
     def show_drawing(self, drawing: Drawing) -> None:
-        """Show this one instead of what was there."""
+        """Show another drawing."""
         self.drawing = drawing
         if self._margins is None:
             self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}")
@@ -57,19 +57,19 @@ class Plot(QWidget):
         self.update()
 
     def set_margins(self, margins: Margins) -> None:
-        """Leave this much around the axes of a compact plot."""
+        """Set the margins around the axes of a compact plot."""
         if margins != self._margins:
             self._margins, self._frame = margins, None
             self.update()
 
     def point_at(self, x: float) -> None:
-        """Mark a value of the x axis with a line; NaN takes it away."""
+        """Mark a value of the x axis with a line; NaN removes it."""
         self._pointer = x
         self.update()
 
     @property
     def frame(self) -> Frame:
-        """Where the axes are, in the widget's pixels, and what is around them."""
+        """The axes, in the widget's pixels, and what is around them."""
         if self._frame is None:
             self._frame = frame_of(self.drawing, self.width(), self.height(), width_px, self._margins)
             self._picture = QPixmap()
@@ -82,11 +82,11 @@ class Plot(QWidget):
         return x.low, x.high, y.low, y.high
 
     def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points [n, 2] of the axes in the widget's pixels."""
+        """Convert points [n, 2] from axis units to the widget's pixels."""
         return np.column_stack([self.frame.x.place(points[:, 0]), self.frame.y.place(points[:, 1])])
 
     def take_colours(self) -> None:
-        """Paint what is around the data anew."""
+        """Repaint the cached frame after a change of colours."""
         self._frame = None
 
     def sizeHint(self) -> QSize:
@@ -107,7 +107,7 @@ class Plot(QWidget):
             self.wheeled.emit(-(event.angleDelta().y() or -event.angleDelta().x()) / 600.0)
             event.accept()
         else:
-            event.ignore()  # what lies around it may be scrolled
+            event.ignore()  # what lies around it may scroll
 
     def leaveEvent(self, event: QEvent) -> None:
         self.hovered.emit(math.nan)
@@ -129,7 +129,7 @@ class Plot(QWidget):
             paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), "muted"))
 
     def _painted(self, frame: Frame) -> QPixmap:
-        """The frame as a picture."""
+        """Return the frame as a pixmap."""
         ratio = self.devicePixelRatioF()
         if self._picture.isNull() or self._picture.devicePixelRatio() != ratio:
             self._picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
@@ -144,7 +144,7 @@ class Plot(QWidget):
 
 
 def _look_of(drawing: Drawing) -> Look | None:
-    """What the frame depends on; None where it depends on the data."""
+    """Return what the frame depends on; None if it depends on the data."""
     given = [drawing.x_range, drawing.y_range] + ([drawing.right_range] if drawing.right else [])
     if None in given:
         return None

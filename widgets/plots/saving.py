@@ -1,4 +1,4 @@
-"""A plot as a file: its picture, or the numbers in it."""
+"""Saving of a plot to a file, as a picture or as numbers."""
 
 from pathlib import Path
 
@@ -14,12 +14,12 @@ from underfoot.files import write_file
 from underfoot.widgets import theme
 
 FINE = 2
-"""Pixels of a picture for each of the screen."""
+"""Pixels of a picture per pixel of the screen."""
 KINDS = (("Picture", ".svg"), ("Picture", ".png"), ("Data", ".csv"))
 
 
 def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None:
-    """Offer to save what a plot shows."""
+    """Show a menu to save a plot."""
     menu = QMenu(plot)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for words, suffix in KINDS:
@@ -29,7 +29,7 @@ def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None
 
 
 def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
-    """Write what a plot shows, as the path's suffix says. `BadFile` where it cannot be written."""
+    """Save a plot in the format of the path's suffix. Raises `BadFile` if it cannot be written."""
     if path.suffix.lower() == ".svg":
         write_file(path, svg(drawing, theme.NAME).encode())
     elif path.suffix.lower() == ".csv":

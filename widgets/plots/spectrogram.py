@@ -1,9 +1,9 @@
-"""Spectrograms: levels over time and frequency, with the band that the sole feels between two lines."""
+"""Spectrograms: levels over time and frequency, with lines around the band that the sole feels."""
 
 from underfoot.drawing import Drawing, HeatMap, Range, ReferenceLine
 
 FELT_HZ = (40.0, 1000.0)
-"""What the sole feels (thesis 2.1)."""
+"""The band that the sole feels (thesis 2.1)."""
 FELT = (ReferenceLine("y", FELT_HZ[0], dashed=True), ReferenceLine("y", FELT_HZ[1], dashed=True))
 
 
@@ -16,7 +16,7 @@ def spectrogram(
     lines: tuple[ReferenceLine, ...] = FELT,
     note: str = "",
 ) -> Drawing:
-    """A spectrogram; `time` is the label of its time axis. `note` says why there is no `heat`."""
+    """Return a spectrogram; `time` is the label of its time axis. `note` says why there is no `heat`."""
     return Drawing(
         "Spectrogram",
         time,

@@ -1,4 +1,4 @@
-"""A plot whose x axis is zoomed: by wheel, by dragging over a stretch, and by keys. Whoever draws it answers."""
+"""A plot whose x axis is zoomed by wheel, by dragging over a range, and by keys. Its owner handles the requests."""
 
 import math
 
@@ -10,21 +10,21 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
 STEP = 1.25
-"""The factor of one step of the wheel or a key."""
+"""Zoom factor of one step of the wheel or a key."""
 _LEAST_DRAG_PX = 6.0
 
 
 class ZoomPlot(Plot):
-    """Tells where the mouse is, and which part of the x axis a person wants to see."""
+    """Emits the position of the mouse, and the range of the x axis that the user wants to see."""
 
     pointed = Signal(float, float)
-    """Where the mouse is on the x and the y axis; NaN beside them, and when it has left."""
+    """Position of the mouse on the x and the y axis; NaN outside them, and when it has left."""
     zoom_wanted = Signal(float, float)
-    """The factor, and the place of the x axis that is to stay where it is."""
+    """Zoom factor, and the fixed point on the x axis."""
     move_wanted = Signal(float)
-    """By how much of what is in view, to the right."""
+    """Shift to the right, as a share of the visible range."""
     part_wanted = Signal(float, float)
-    """The ends of the stretch that was dragged over."""
+    """Ends of the range that was dragged over."""
     whole_wanted = Signal()
 
     def __init__(self, name: str = "", margins: Margins | None = None) -> None:

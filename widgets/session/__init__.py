@@ -1,1 +1,1 @@
-"""What binds the window to a session: target, controller, the open patch, settings, and reports as signals."""
+"""The window's side of a session: target, controller, the open patch, settings, and reports as signals."""

@@ -1,4 +1,4 @@
-"""The copy of unsaved work that survives a crash."""
+"""Automatic copies of unsaved work, which survive a crash."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ from underfoot.patch.patch import Patch
 _SLOTS = 16
 
 MakeReady = Callable[[Patch, Path | None], None]
-"""Has the nodes of a patch in a folder known before the patch is checked."""
+"""Registers the nodes of a patch in a folder before the patch is checked."""
 
 
 @dataclass(frozen=True)
 class Rescued:
-    """Unsaved work of a window that was not closed, and the file that it belongs to, if any."""
+    """Unsaved work of a window that crashed, and its file, if any."""
 
     patch: Patch
     path: Path | None
     other: "Rescued | None" = None
-    """What was in the other slot, if there was anything."""
+    """The work in the other slot, if any."""
 
 
 class Autosave:
-    """The copy of one window's unsaved work, in a file that no other window touches.
+    """The copy of one window's unsaved work, in a file that no other window uses.
 
-    Each window holds the lock of one slot. The lock of a window that died is free again, and the work in its slot is
-    what `rescue` finds.
+    Each window holds the lock of one slot. The lock of a window that died is free again, and `rescue` finds the work
+    in its slot.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -48,7 +48,7 @@ class Autosave:
                 return
 
     def keep(self, patch: Patch, path: Path | None, other: Rescued | None = None) -> None:
-        """Write the work down. Without a free slot (16 windows) nothing is kept."""
+        """Write the copy. Without a free slot (16 windows) nothing is kept."""
         if self._lock is not None:
             work: dict[str, object] = {"format": "underfoot-work", "path": str(path or ""), "patch": patch}
             if other is not None:
@@ -61,9 +61,9 @@ class Autosave:
             self._path.unlink(missing_ok=True)
 
     def rescue(self, registry: Registry, make_ready: MakeReady = lambda patch, folder: None) -> Rescued | None:
-        """What a window left in this slot when it died; None where that is nothing, or cannot be used.
+        """Return what a crashed window left in this slot; None if there is nothing, or it cannot be used.
 
-        `make_ready` is given each patch and its folder before the patch is checked.
+        `make_ready` is called with each patch and its folder before the patch is checked.
         """
         if self._lock is None:
             return None
@@ -80,14 +80,14 @@ class Autosave:
         return Rescued(Patch.loads(text, registry, str(self._path)), path)
 
     def put_aside(self) -> None:
-        """Move the work that was left here to another slot, for a later start."""
+        """Move the work left here to another slot, for a later start."""
         free = (self._path.with_name(f"work-{slot}.json") for slot in range(_SLOTS))
         to = next((path for path in free if not path.exists() and not path.with_suffix(".lock").exists()), None)
         if to is not None and self._path.exists():
             self._path.replace(to)
 
     def close(self) -> None:
-        """Free the slot; what it holds stays."""
+        """Release the slot, and keep its content."""
         if self._lock is not None:
             self._lock.unlock()
             self._lock = None

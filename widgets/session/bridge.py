@@ -1,4 +1,4 @@
-"""Where what a session reports becomes Qt signals: sixty times a second, in batches, and nowhere else."""
+"""Conversion of a session's reports to Qt signals, sixty times a second, in batches."""
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
@@ -23,16 +23,16 @@ from underfoot.widgets.session.footstep_tracker import FootstepTracker
 TICK_MS = 16
 HEALTH_TICKS = 6
 TRACKING_BUDGET_S = 0.006
-"""What tracking footsteps may take of a tick; the rest waits for the next."""
+"""Seconds per tick available to footstep tracking; the rest waits for the next tick."""
 
 
 class Bridge(QObject):
-    """Polls a session and emits what it found. Vibration is read only while it is wanted."""
+    """Polls a session and emits its reports. Vibration is read only while it is wanted."""
 
     started = Signal(object)
-    """`Started`: the engine runs."""
+    """`Started`: the engine is running."""
     noticed = Signal(str)
-    """A line for the person."""
+    """A line for the user."""
     compiling = Signal(int, int)
     """Kernels ready, of how many."""
     costs = Signal(object)
@@ -40,9 +40,9 @@ class Bridge(QObject):
     faulted = Signal(object)
     """`Fault`: a node produced a value that is not finite."""
     previewed = Signal(object)
-    """`Preview`, as it was asked for."""
+    """`Preview`, as requested."""
     outlined = Signal(object)
-    """`Outlines`, as they were asked for."""
+    """`Outlines`, as requested."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed."""
     errors_measured = Signal(object)
@@ -50,19 +50,19 @@ class Bridge(QObject):
     health = Signal(object)
     """`Health`, ten times a second."""
     forces = Signal(object)
-    """`ForceUpdate`, once a tick in which there were any force samples."""
+    """`ForceUpdate`, once per tick with force samples."""
     vibrated = Signal(int, object)
-    """First session frame and samples (n, tiles), of full scale."""
+    """First session frame, and samples (n, tiles), relative to full scale."""
     measured = Signal(int, object, object)
-    """First session frame; what was commanded, and what the tiles did, (n, tiles) each, m/s^2."""
+    """First session frame; commanded and measured acceleration, (n, tiles) each, m/s^2."""
     stepped = Signal(list)
-    """Footsteps that are known since the last time."""
+    """New footsteps."""
     marked = Signal(str, float)
-    """Words of a mark, and when it was, in seconds of the session."""
+    """Text of a mark, and its time in seconds of the session."""
     reported = Signal(list)
-    """Everything that the session reported in a tick, as it is."""
+    """All reports of the session in a tick, unchanged."""
     ticked = Signal()
-    """All signals of a tick have been emitted: now they may be drawn."""
+    """All signals of a tick have been emitted: widgets may redraw."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -77,32 +77,32 @@ class Bridge(QObject):
         self._timer.timeout.connect(self.tick)
 
     def follow(self, session: Session, floor: Floor, rate_hz: float) -> None:
-        """Poll this session from now on, whose frames are `rate_hz` a second."""
+        """Poll this session from now on, with `rate_hz` frames per second."""
         self._session = session
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
         self._said.clear()
         self._timer.start()
 
     def leave(self) -> None:
-        """Poll no session any more."""
+        """Stop polling."""
         self._timer.stop()
         self._session = self._tracker = None
 
     def want_vibration(self, wanted: bool) -> None:
-        """Whether `vibrated` and `measured` are to be emitted."""
+        """Set whether `vibrated` and `measured` are emitted."""
         self.wants_vibration = wanted
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
-        """Wait until the kernels of tracking are loaded; whether they were in this time."""
+        """Wait until the tracking kernels are loaded; return whether they were in time."""
         return self._tracker is not None and self._tracker.wait_for_kernels(timeout_s)
 
     def tare(self) -> None:
-        """Take the present forces as zero in what is shown; the engine has its own `Tare`."""
+        """Take the present forces as zero for display; the engine has its own `Tare`."""
         if self._tracker is not None:
             self._tracker.tare()
 
     def tick(self) -> None:
-        """Take what there is from the session."""
+        """Read the session, and emit signals."""
         session, tracker = self._session, self._tracker
         if session is None or tracker is None:
             return
@@ -121,7 +121,7 @@ class Bridge(QObject):
         self.ticked.emit()
 
     def _read(self, session: Session, tracker: FootstepTracker) -> None:
-        """Take what is new in the rings; they hold it for seconds."""
+        """Read what is new in the rings, which hold it for seconds."""
         tracker.take(*session.force.read())
         update, steps = tracker.track(TRACKING_BUDGET_S)
         if update is not None:
@@ -140,7 +140,7 @@ class Bridge(QObject):
         match report:
             case Started():
                 if self._tracker is not None:
-                    self._tracker.load_kernels()  # which are in the cache now
+                    self._tracker.load_kernels()  # in the cache by now
                 self.started.emit(report)
                 self._say_once(report.notice)
             case Compiling(ready, total):

@@ -1,4 +1,4 @@
-"""The session that the window plays: on which target, whether sound is let out, at what level, and into which file."""
+"""The session of the window: its target, whether its output is open, its level, and its recording."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -29,30 +29,30 @@ from underfoot.widgets.session.target_settings import target_in_words
 class SessionController(QObject):
     """Owns the session and its recording, and opens another session when the target changes.
 
-    What the session reports, `bridge` tells.
+    The session's reports are emitted by `bridge`.
     """
 
     said = Signal(str)
-    """A line for the person."""
+    """A line for the user."""
     opened = Signal(object)
-    """The `Target` of the session that was opened just now."""
+    """The `Target` of the session that was just opened."""
     released = Signal()
-    """The session is closed, and what it played on is free."""
+    """The session is closed, and its devices are free."""
     playing_changed = Signal(bool)
     level_changed = Signal(float)
     """Output level in decibels of full scale."""
     recording_changed = Signal(object)
-    """The `Path` that is recorded to, or None."""
+    """The `Path` of the recording, or None."""
     target_locked = Signal(bool)
-    """Whether somebody who asked for the session's release needs the target to stay as it is."""
+    """Whether the target must not change, because something else uses its devices."""
     lawful = Signal(object)
     """`Laws` of the node that was previewed last."""
     errors_measured = Signal(object)
-    """`ErrorCurveDrawn` of the node whose errors were asked for last, again after each point."""
+    """`ErrorCurveDrawn` of the last node requested, again after each point."""
     previewed = Signal(object, str)
-    """The `Preview` that was asked for last, and its node."""
+    """The last `Preview` requested, and its node."""
     outlined = Signal(object)
-    """The `Outlines` that were asked for last."""
+    """The last `Outlines` requested."""
     _closed = Signal()
     _made = Signal(object)
     _failed = Signal(str)
@@ -80,7 +80,7 @@ class SessionController(QObject):
         self._patch = Patch()
         self._patch_folder: Path | None = None
         self.played_as: Callable[[Patch], Patch] = as_it_is
-        """What this session plays for the window's patch: that with what other programs asked for."""
+        """The patch to play for the window's patch: with the requests of other programs."""
         self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
         self._outlines_ticket = 0
         self._worker: threading.Thread | None = None
@@ -96,17 +96,17 @@ class SessionController(QObject):
         self.bridge.lawful.connect(self._take_laws)
         self.bridge.errors_measured.connect(self._take_errors)
 
-    # --- life ---
+    # --- lifecycle ---
 
     def start(self) -> None:
-        """Open a session that plays the patch of the last `edit`: silently on a sound card, until `play`."""
+        """Open a session that plays the patch of the last `edit`: on a sound card silently, until `play`."""
         if self.target.sound is not None:
             self._set_playing(False)
             self._is_silent_start = True
         self._open()
 
     def edit(self, patch: Patch, folder: Path | None, *, anew: bool = False, settle_s: float = 0.0) -> None:
-        """Play this patch from now on; `folder` is where it lies, from which paths of sound files are told.
+        """Play this patch from now on; relative paths of sound files refer to `folder`.
 
         `anew` plays it from its start; `settle_s` as in `Swap`.
         """
@@ -114,7 +114,7 @@ class SessionController(QObject):
         self.play_patch(anew=anew, settle_s=settle_s)
 
     def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
-        """Play the patch of the last `edit`, as `played_as` has it now."""
+        """Play the patch of the last `edit`, as `played_as` now returns it."""
         if self.session is not None and not self._is_lent:
             self.session.folder = self._patch_folder
             self.session.edit(self.played_as(self._patch), anew=anew, settle_s=settle_s)
@@ -126,11 +126,11 @@ class SessionController(QObject):
 
     @property
     def is_lent(self) -> bool:
-        """Whether a study has the session."""
+        """Whether a study uses the session."""
         return self._is_lent
 
     def set_target(self, target: Target) -> None:
-        """Close the session and open one on another target. Nobody waits for the old one to end."""
+        """Close the session and open one on another target, without waiting for the old one to end."""
         self.target = self._with_profiles(target)
         if self.session is not None:
             self._is_changing = True
@@ -138,12 +138,12 @@ class SessionController(QObject):
             self._drop(self.session)
 
     def use_sound(self, on: bool) -> None:
-        """Before `start`: play on the sound device that is remembered, or on none."""
+        """Before `start`: use the sound device of the settings, or none."""
         kept = self._settings
         self.target = replace(self.target, sound=kept.sound if on else None, rate=kept.rate, block=kept.block)
 
     def release(self) -> None:
-        """Close the session, so that something else can have what it plays on; `released` tells when that is free."""
+        """Close the session, so that its devices are free for something else; `released` follows."""
         self._is_released = True
         if self.session is not None:
             self._drop(self.session)
@@ -151,7 +151,7 @@ class SessionController(QObject):
             self.released.emit()
 
     def reopen(self) -> None:
-        """Open a session again after `release`; one that is open is opened anew, and reads the profiles anew."""
+        """Open a session again after `release`; an open one is reopened, and reads the profiles again."""
         if self._is_released:
             self._is_released = False
             self._open()
@@ -159,9 +159,10 @@ class SessionController(QObject):
             self.set_target(self.target)
 
     def lend(self, only_patch: bool = False) -> Session | None:
-        """Leave the session to a study: edits, level, play and stop wait until `take_back`. None for no session.
+        """Hand the session to a study: edits, level, play and stop wait until `take_back`. None if there is no
+        session.
 
-        A scene takes `only_patch`: level, play and stop act as ever. None, too, while somebody else has the session.
+        A scene takes `only_patch`: level, play and stop still act. Also None while somebody else has the session.
         """
         if self._is_lent:
             self.said.emit("A study or a scene has the session; end that first.")
@@ -172,7 +173,7 @@ class SessionController(QObject):
         return self.session
 
     def take_back(self) -> None:
-        """Play the patch again at the window's level, as it was before `lend`, with what was changed since."""
+        """Restore the patch and level from before `lend`, with the changes made since."""
         if not self._is_lent:
             return
         was_level_lent = self._is_level_lent
@@ -186,7 +187,7 @@ class SessionController(QObject):
                 (self.session.play if self.playing else self.session.stop)()
 
     def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
-        """Part `kind` of a profile was written: the engine is to use it at once."""
+        """Have the engine use part `kind` of a profile that was just written."""
         if folder != Path(self.target.profiles or "."):
             self.target = replace(self.target, profiles=str(folder))
         if kind == "response":
@@ -208,16 +209,16 @@ class SessionController(QObject):
 
     @property
     def played_s(self) -> float:
-        """Seconds of the session that went by."""
+        """Elapsed time of the session in seconds."""
         return self.session.health.frame / self.session.target.rate if self.session is not None else 0.0
 
     def _with_profiles(self, target: Target) -> Target:
-        """A target with the profiles of its floor, where there are any."""
+        """Return a target with the profiles of its floor, if there are any."""
         folder = profile_folder(self._profiles, target.floor, target.simulation)
         return replace(target, profiles=str(folder)) if not target.profiles and folder.is_dir() else target
 
     def _open(self) -> None:
-        """Make a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
+        """Create a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
         if self._is_leaving:
             return
         if self._is_released:
@@ -242,7 +243,7 @@ class SessionController(QObject):
         self._worker.start()
 
     def _take(self, session: Session) -> None:
-        """The session has been made; what was changed meanwhile is sent to it."""
+        """Adopt the session that was created; send it the changes made meanwhile."""
         if self._is_leaving:
             return
         self._unclaimed = None
@@ -262,7 +263,7 @@ class SessionController(QObject):
         self.bridge.follow(session, self.target.floor, self.target.rate)
 
     def _fall_back(self, why: str) -> None:
-        """The target cannot be played on: say so, and go back to one that can."""
+        """Report that the target cannot be played on, and return to one that can."""
         self.said.emit(why)
         if self.target.profiles:
             self.target = replace(self.target, profiles="")
@@ -274,14 +275,14 @@ class SessionController(QObject):
         self._open()
 
     def _drop(self, session: Session) -> None:
-        """Follow a session no more, and end it."""
+        """Stop following a session, and end it."""
         self.record(False)
         self.bridge.leave()
         self.session, self.played_as = None, as_it_is
         self._end(session)
 
     def _end(self, session: Session) -> None:
-        """Close a session in a thread, and open the next one after it: they may want the same card."""
+        """Close a session in a thread, and then open the next one: they may use the same card."""
 
         def close() -> None:
             session.close()
@@ -293,7 +294,7 @@ class SessionController(QObject):
     # --- playing ---
 
     def play(self) -> None:
-        """Let sound out, also after a panic."""
+        """Open the output, also after a panic."""
         self._is_silent_start = False
         self._set_playing(True)
         if self.session is not None and not self._is_level_lent:
@@ -314,45 +315,45 @@ class SessionController(QObject):
             self.session.repeats.begin(tile, period_s)
 
     def set_loop_length(self, period_s: float) -> None:
-        """How long what repeats is, from its next start on."""
+        """Set the period of the loop, from its next start on."""
         if self.session is not None:
             self.session.repeats.set_period(period_s)
 
     def end_loop(self) -> None:
-        """Play no more from the start again."""
+        """End the loop."""
         if self.session is not None:
             self.session.repeats.end()
 
     def stop(self) -> None:
-        """Ramp the sound down; the session goes on."""
+        """Ramp the output down; the session continues."""
         self._is_silent_start = False
         self._set_playing(False)
         if self.session is not None and not self._is_level_lent:
             self.session.stop()
 
     def play_or_stop(self) -> None:
-        """Stop where it plays, else play."""
+        """Stop if it plays, otherwise play."""
         if self.playing:
             self.stop()
         else:
             self.play()
 
     def panic(self) -> None:
-        """Silence at once."""
+        """Silence the output at once."""
         if self.session is not None:
             self.session.panic()
         self._set_playing(False)
         self.said.emit("Panic: the sound is off. Play turns it on again.")
 
     def set_level(self, db: float) -> None:
-        """Output level in decibels of full scale; kept for the next start."""
+        """Set the output level in decibels of full scale, and keep it for the next start."""
         self._settings.level_db = db
         if not self._is_level_lent:
             self.send(Level(db))
         self.level_changed.emit(db)
 
     def send(self, command: Command) -> None:
-        """One command to the engine; `Tare` holds for what the window shows, too."""
+        """Send a command to the engine; `Tare` also applies to the display."""
         if isinstance(command, Tare):
             self.bridge.tare()
         if self.session is not None:
@@ -361,10 +362,10 @@ class SessionController(QObject):
     def request_preview(
         self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
     ) -> None:
-        """Ask what a node of a patch does in one step on a tile: `previewed` brings the newest that was asked for.
+        """Request the response of a patch's node to one step on a tile: `previewed` delivers the newest request.
 
-        `seconds` as in `Session.preview`. With `laws`, `lawful` brings the node's laws after it. `previewed` calls it
-        by its `name`, by default the node's id.
+        `seconds` as in `Session.preview`. With `laws`, `lawful` delivers the node's laws after it. `previewed` uses
+        `name`, by default the node's id.
         """
         if self.session is not None:
             self._preview_ticket = self.session.preview(
@@ -373,12 +374,12 @@ class SessionController(QObject):
             self._preview_node = name or node
 
     def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
-        """Ask what nodes of a patch do in one step on a tile, in few points: `outlined` brings the newest."""
+        """Request thumbnails of nodes' responses to one step on a tile: `outlined` delivers the newest request."""
         if self.session is not None:
             self._outlines_ticket = self.session.outline(without_missing(patch, self._registry), nodes, seconds, tile)
 
     def measure_errors(self, patch: Patch, node: str) -> None:
-        """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
+        """Measure a node's run time over error until the next request: `errors_measured` delivers the curve."""
         if self.session is not None:
             self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
 
@@ -399,7 +400,7 @@ class SessionController(QObject):
             self.previewed.emit(preview, self._preview_node)
 
     def _end_silent_start(self, report: Started) -> None:
-        """Nobody is startled where there is no sound card: what is seen may play at once."""
+        """Without a sound card nobody is startled, so playing may start at once."""
         if self._is_silent_start and report.where != SOUND_CARD:
             self.play()
         elif self._is_silent_start:
@@ -416,7 +417,7 @@ class SessionController(QObject):
     # --- recording ---
 
     def record(self, on: bool) -> None:
-        """Begin a recording in the documents' folder, or end the one that runs."""
+        """Begin a recording in the documents' folder, or end the present one."""
         session = self.session
         if session is None:
             self.recording_changed.emit(None)
@@ -436,12 +437,12 @@ class SessionController(QObject):
 
 
 def as_it_is(patch: Patch) -> Patch:
-    """The window's patch, when nobody else asks for anything."""
+    """Return the window's patch unchanged: no other program has requests."""
     return patch
 
 
 def recordings_folder() -> Path:
-    """Where the window records to."""
+    """Return the folder of the window's recordings."""
     return Path(platformdirs.user_documents_dir()) / "Underfoot"
 
 

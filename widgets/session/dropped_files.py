@@ -1,4 +1,4 @@
-"""Files that are dropped on the window: each suffix has what opens it."""
+"""Files dropped on the window, opened by suffix."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -8,13 +8,13 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
 Handlers = Mapping[str, Callable[[Path], object]]
-"""What opens a file, by its suffix with the dot, in small letters."""
+"""Functions that open a file, by its suffix with the dot, in lower case."""
 
 
 class DroppedFiles(QObject):
-    """Takes the first file that is dropped on `window` and has a handler; others are not taken, as the cursor shows.
+    """Accepts the first file dropped on `window` that has a handler; the cursor shows that others are rejected.
 
-    `handlers` is asked when something is dragged here, so that nothing is imported before.
+    `handlers` is called when something is dragged here, so that nothing is imported before.
     """
 
     def __init__(self, window: QWidget, handlers: Callable[[], Handlers]) -> None:

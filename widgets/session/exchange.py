@@ -1,4 +1,4 @@
-"""Import and export of the open patch, from the menu and from files that are dropped on the window."""
+"""Import and export of the open patch, from the menu and for files dropped on the window."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Exchange(QObject):
-    """Reads files of other programs in a thread, and opens what came of them; shows the dialog of exports.
+    """Reads files of other programs in a thread, and opens the resulting patch; shows the export dialog.
 
-    What knows the formats is imported when it is asked for: it loads what renders.
+    The formats are imported on first use, since they load the renderer.
     """
 
     _came = Signal(object)
@@ -41,7 +41,7 @@ class Exchange(QObject):
         self._came.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
     def ask(self) -> None:
-        """Ask for a file, and open what comes of it when the present patch is safe."""
+        """Ask for a file, and import it once the present patch is safe."""
         from underfoot.exchange.formats import READ
 
         every = " ".join(sorted({f"*{suffix}" for one in READ for suffix in one.suffixes}))
@@ -50,11 +50,13 @@ class Exchange(QObject):
         self._open_patch.when_safe(lambda: self._files.ask("Import", filter, self._read))
 
     def open(self, path: Path) -> None:
-        """Open what comes of a file, when the present patch is safe."""
+        """Import a file once the present patch is safe."""
         self._open_patch.when_safe(lambda: self._read(path))
 
     def handlers(self) -> Handlers:
-        """What opens files that are dropped. A JSON file is a patch, or says itself which program it is of."""
+        """Return the functions for dropped files. A JSON file is a patch, unless its content identifies another
+        program.
+        """
         from underfoot.exchange.formats import READ
 
         def open_json(path: Path) -> None:
@@ -63,7 +65,7 @@ class Exchange(QObject):
         return {suffix: self.open for one in READ for suffix in one.suffixes} | {".json": open_json}
 
     def export(self) -> None:
-        """Show the formats, and write the patch in one of them."""
+        """Show the formats, and export the patch in one of them."""
         from underfoot.exchange.format import Export
         from underfoot.widgets.dialogs.export_dialog import ExportDialog
 
@@ -76,7 +78,7 @@ class Exchange(QObject):
         ExportDialog(what, self._open_patch.name, self._files, self._window).open()
 
     def close(self) -> None:
-        """The window closes."""
+        """Stop, when the window closes."""
         self._reader.shutdown(wait=False, cancel_futures=True)
 
     def _read(self, path: Path) -> None:
@@ -105,7 +107,7 @@ class Exchange(QObject):
 
 
 def _answer(future: "Future[Imported]") -> "Imported | UnderfootError":
-    """What came of reading; errors that are not ours go on to where they are shown."""
+    """Return the result of reading; unexpected errors are raised again."""
     error = future.exception()
     if isinstance(error, UnderfootError):
         return error
@@ -113,5 +115,5 @@ def _answer(future: "Future[Imported]") -> "Imported | UnderfootError":
 
 
 def _short(lines: tuple[str, ...], most: int = 12) -> list[str]:
-    """At most so many lines, and how many more there are."""
+    """Return at most this many lines, and the number of the others."""
     return [*lines[:most], *([f"and {len(lines) - most} more"] if len(lines) > most else [])]

@@ -17,16 +17,16 @@ from underfoot.floor.layout import Floor
 from underfoot.floor.walks import StepCounter
 
 CHUNK = 4096
-"""Tiles times samples that are tracked in one go: 2 ms."""
+"""Tiles times samples tracked at once: 2 ms."""
 
 
 @dataclass(frozen=True)
 class ForceUpdate:
     """The force samples of one tick.
 
-    `time_s` (n,) is since the start of the session, `force_n` (n, tiles, 4) is tared. Load of each tile, which tiles
-    are untared, and the contacts are those at the last sample. `contact_rows` says where contacts have been; it
-    follows the samples with a short delay.
+    `time_s` (n,) is since the start of the session, `force_n` (n, tiles, 4) is tared. The tiles' loads, the untared
+    tiles, and the contacts are those at the last sample. `contact_rows` are the contacts' positions; they follow the
+    samples with a short delay.
     """
 
     time_s: NDArray[np.float64]
@@ -39,13 +39,13 @@ class ForceUpdate:
 
 @dataclass
 class FootstepTracker:
-    """Tracks contacts and counts footsteps. Until its kernels are loaded, samples wait."""
+    """Tracks contacts and counts footsteps. Samples wait until its kernels are loaded."""
 
     floor: Floor
     rate_hz: float
-    """Session frames a second."""
+    """Session frames per second."""
     force_hz: float
-    """Force samples a second."""
+    """Force samples per second."""
     chunk: int = CHUNK
     _waiting: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
     _tracker: ContactTracker | None = None
@@ -55,7 +55,9 @@ class FootstepTracker:
         self._counter = StepCounter(self.floor)
 
     def load_kernels(self) -> None:
-        """Load the kernels, in a thread. Best when another process has compiled them: that would slow this one down."""
+        """Load the kernels in a thread, preferably after another process has compiled them: compiling would slow this
+        one down.
+        """
         self._loaded = _load_kernels()
 
     @property
@@ -64,7 +66,7 @@ class FootstepTracker:
         return self._loaded.is_set()
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
-        """Wait until the kernels are loaded; whether they were in this time."""
+        """Wait until the kernels are loaded; return whether they were in time."""
         self.load_kernels()
         return self._loaded.wait(timeout_s)
 
@@ -76,7 +78,7 @@ class FootstepTracker:
             self._waiting.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def track(self, budget_s: float) -> tuple[ForceUpdate | None, list[Step]]:
-        """Track queued samples for about `budget_s`: what they were, if there were any, and new footsteps."""
+        """Track queued samples for about `budget_s`; return the tracked ones, if any, and new footsteps."""
         tracker = self._ready_tracker()
         if tracker is None:
             return None, []
@@ -101,7 +103,7 @@ class FootstepTracker:
         return ForceUpdate(times, force_n, tracker.loads_n, tracker.untared, ongoing, rows), steps
 
     def finish(self) -> list[Step]:
-        """The footsteps that are known only when no more samples follow."""
+        """Return the footsteps that are complete only when no more samples follow."""
         return self._counter.finish()
 
     def tare(self) -> None:
@@ -110,7 +112,7 @@ class FootstepTracker:
             self._tracker.tare()
 
     def _ready_tracker(self) -> ContactTracker | None:
-        """The tracker, which is made once its kernels are loaded."""
+        """Return the tracker, created once its kernels are loaded."""
         if self._tracker is None and self.is_ready:
             self._tracker = ContactTracker(self.floor, self.force_hz)
         return self._tracker
@@ -118,7 +120,7 @@ class FootstepTracker:
 
 @cache
 def _load_kernels() -> threading.Event:
-    """Load the kernels of tracking, and of reading rings, once, in a thread: a second with Numba. Set when done."""
+    """Load the kernels of tracking and of reading rings, once, in a thread: a second with Numba. Set when done."""
     loaded = threading.Event()
 
     def load() -> None:

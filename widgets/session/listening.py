@@ -1,4 +1,4 @@
-"""What is played of what is open: slot A or B, as loud as the other; one node of it alone; once, or again and again."""
+"""Selection of what is played: slot A or B, with matched levels; a single node; once, or in a loop."""
 
 import math
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.open_patch import SLOTS, OpenPatch, Waiting
 
 SILENCE_MS = 700
-"""How long it is silent before each presentation of a blind test: longer than a patch takes that was played before."""
+"""Silence before each presentation of a blind test: longer than the previous patch needs to decay."""
 
 
 SETTLE_S = 0.25
-"""How long what is played next runs unheard, so that it takes feet that stand on a tile for no step."""
+"""Seconds for which a new patch runs silently, so that feet already standing trigger no steps."""
 
 
 @dataclass(frozen=True)
 class Ear:
-    """Which output is heard alone: of a node, on a tile ("" for all), and its largest magnitude in the preview."""
+    """The output that is played alone: of a node, on a tile ("" for all), and its peak in the preview."""
 
     node: str
     port: str = ""
@@ -33,12 +33,12 @@ class Ear:
 
 
 class Listening(QObject):
-    """Gives the session the patch that is to be played, whenever one of its reasons changes."""
+    """Sets the patch that the session plays, whenever the selection changes."""
 
     changed = Signal()
-    """What is heard alone, or how much softer a slot is played, is another."""
+    """The node played alone, or a slot's attenuation, has changed."""
     said = Signal(str)
-    """A line for the person."""
+    """A line for the user."""
 
     def __init__(self, controller: SessionController, open_patch: OpenPatch, registry: Registry) -> None:
         super().__init__(controller)
@@ -64,17 +64,17 @@ class Listening(QObject):
         open_patch.opened.connect(lambda _: self.hear_all())
         open_patch.switched.connect(lambda *_: self.hear_all())
 
-    # --- again ---
+    # --- loop ---
 
     def play_from_start(self) -> None:
-        """Play from the start, with a step on the tile; a loop begins anew with it."""
+        """Play from the start, with a step on the tile; a loop restarts with it."""
         if self._is_looping:
             self._controller.loop(self.tile, self._loop_s)
         else:
             self._controller.play_from_start(self.tile)
 
     def loop(self, on: bool) -> None:
-        """Play from the start again and again, or no more."""
+        """Start or end the loop."""
         self._is_looping = on
         if on:
             self.play_from_start()
@@ -82,17 +82,17 @@ class Listening(QObject):
             self._controller.end_loop()
 
     def set_loop_length(self, seconds: float) -> None:
-        """How long what repeats is, from its next start on."""
+        """Set the period of the loop, from its next start on."""
         if seconds != self._loop_s:
             self._loop_s = seconds
             self._controller.set_loop_length(seconds)
 
     @property
     def is_looping(self) -> bool:
-        """Whether it plays again and again."""
+        """Whether the loop is on."""
         return self._is_looping
 
-    # --- one node alone ---
+    # --- single nodes ---
 
     def audition(self, ear: Ear) -> None:
         """Play one output alone, until `hear_all`."""
@@ -107,7 +107,7 @@ class Listening(QObject):
         self.changed.emit()
 
     def hear_all(self) -> None:
-        """Play all of the patch again."""
+        """Play the whole patch again."""
         if self.ear is not None:
             self.ear = None
             self._apply()
@@ -115,7 +115,7 @@ class Listening(QObject):
             self.changed.emit()
 
     def hear_preset(self, patch: Patch | None) -> None:
-        """Play this patch from its start for as long as it is looked at; None: what is open plays again."""
+        """Play this preset from its start while it is previewed; None: play the open patch again."""
         if patch is None and self._preset is None:
             return
         self._preset = patch
@@ -125,7 +125,7 @@ class Listening(QObject):
     # --- A and B ---
 
     def set_level(self, slot: str, rms_m_s2: float | None) -> None:
-        """How loud a slot is in the felt band over the preview; None: as before, until that is known again."""
+        """Set the RMS of a slot in the felt band over the preview; None keeps the old value until it is known again."""
         if rms_m_s2 is None:
             self._stale.add(slot)
         else:
@@ -135,17 +135,17 @@ class Listening(QObject):
         self.changed.emit()
 
     def level(self, slot: str) -> float | None:
-        """The RMS of a slot, m/s^2; None where it is not known."""
+        """Return the RMS of a slot, m/s^2; None if unknown."""
         return None if slot in self._stale else self._levels.get(slot)
 
     def match(self, on: bool) -> None:
-        """Play both slots as loud as the softer one, or each as it is."""
+        """Match the levels of both slots to the softer one, or play each unchanged."""
         self.is_matched = on
         self._apply()
         self.changed.emit()
 
     def factor(self, slot: str) -> float:
-        """What a slot is played times: at most 1, for the louder one is made softer, never the other one louder."""
+        """Return a slot's gain: at most 1, since the louder slot is attenuated and the other never amplified."""
         mine = self._levels.get(slot, 0.0)
         softest = min((self._levels.get(other, 0.0) for other in SLOTS), default=0.0)
         return softest / mine if self.is_matched and self._open_patch.other is not None and softest > 0.0 else 1.0
@@ -153,7 +153,7 @@ class Listening(QObject):
     def play_blind(self, slot: str) -> None:
         """Play a slot from its start, whichever is edited, until `end_blind`.
 
-        Silence comes first, as long whatever was played before and whatever comes: time tells nothing.
+        A silence precedes it, always of the same length, so that timing reveals nothing.
         """
         self._blind, self.ear = slot, None
         self.loop(False)
@@ -169,14 +169,14 @@ class Listening(QObject):
         if self._controller.playing:
             self._controller.send(Play(True))
 
-    # --- inside ---
+    # --- internals ---
 
     def _note_new_code(self) -> None:
-        """What is played next is built anew, however little the patch differs: its nodes may."""
+        """Have the next patch built again even if it is unchanged: its nodes may have changed."""
         self._has_new_code = True
 
     def _hear_reports(self, reports: list[object]) -> None:
-        """Step on the tile, once the patch in which one node is heard alone plays; loop on in a new session."""
+        """Step on the tile once the patch for a single node plays; continue the loop in a new session."""
         if self._is_looping and any(isinstance(one, Started) for one in reports):
             self._controller.loop(self.tile, self._loop_s)
         swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
@@ -195,7 +195,7 @@ class Listening(QObject):
             self._controller.play_from_start(tile or self.tile)
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
-        """Tell the session what to play; how a node is heard alone, in words."""
+        """Set the patch of the session; return a description of how a node is played alone."""
         anew, self._has_new_code = anew or self._has_new_code, False
         if self._preset is not None:
             self._heard = ("", None)
@@ -210,7 +210,7 @@ class Listening(QObject):
             patch, words = self._alone(patch, self.ear)
         patch = softened(patch, self._registry, self.factor(slot))
         patch = with_files_kept(patch, self._registry, chosen.folder, None)
-        # An edit is heard at once; what is heard of the patch, once it has settled.
+        # An edit is played at once; another selection, once it has settled.
         is_other, self._heard = (slot, self.ear) != self._heard, (slot, self.ear)
         self._controller.edit(patch, chosen.folder, anew=anew, settle_s=SETTLE_S if is_other else 0.0)
         return words
@@ -225,7 +225,7 @@ class Listening(QObject):
 
 
 def match_in_words(listening: Listening, slot: str) -> str:
-    """How much softer a slot is played, in dB; "" where that is not known."""
+    """Return the attenuation of a slot in dB; "" if unknown."""
     if listening.level(slot) is None:
         return ""
     db = 20.0 * math.log10(max(listening.factor(slot), 1e-6))

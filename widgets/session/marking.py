@@ -1,4 +1,4 @@
-"""Marks that a person sets while a session runs: at once by a key, or with words that are asked for."""
+"""Marks set during a session: at once by a key, or with a text that is asked for."""
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QInputDialog, QWidget
@@ -9,7 +9,7 @@ from underfoot.widgets.session.controller import SessionController
 
 
 class Marking(QObject):
-    """Sends marks to the session, and says when there was one: whoever set it, here or over the network."""
+    """Sends marks to the session, and reports each one, whoever set it, here or over the network."""
 
     def __init__(self, controller: SessionController, window: QWidget) -> None:
         super().__init__(window)
@@ -21,7 +21,7 @@ class Marking(QObject):
         self._controller.send(Mark())
 
     def ask(self) -> None:
-        """Mark this moment with words; the moment is now, however long they take to be typed."""
+        """Mark this moment with a text; the time is now, however long typing takes."""
         at_s = self._controller.played_s
         dialog = QInputDialog(self._window)
         dialog.setWindowTitle("A mark")

@@ -1,4 +1,4 @@
-"""Between the window's session and other programs: what the window follows is sent, what comes in is carried out."""
+"""The network connection of the window's session: sends its reports, and executes incoming requests."""
 
 from collections.abc import Callable
 
@@ -15,15 +15,17 @@ from underfoot.widgets.session.controller import SessionController, as_it_is
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.session.settings import WAYS, Settings
 
-_HEALTH_EVERY = 5  # of those that come ten times a second
+_HEALTH_EVERY = 5  # one of this many reports, which come ten times a second
 LENT = "a study has the floor, which takes no cues meanwhile"
 
 
 class NetworkLink(QObject):
-    """Serves the window's session as the settings say: `apply` changes these. Sockets are minded by another thread."""
+    """Serves the window's session according to the settings, which `apply` changes. Another thread handles the
+    sockets.
+    """
 
     def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
-        """`panic` silences all that the window plays."""
+        """`panic` silences everything that the window plays."""
         super().__init__(controller)
         self._controller, self._settings, self._panic = controller, settings, panic
         self._server: NetworkServer | None = None
@@ -41,31 +43,31 @@ class NetworkLink(QObject):
 
     @property
     def counts(self) -> Counts:
-        """What was sent, received and refused since the window was opened."""
+        """Messages sent, received and refused since the window was opened."""
         return self._server.counts if self._server is not None else self._counts
 
     @property
     def trouble(self) -> str:
-        """Why something of the plan cannot be; "" where all is well."""
+        """Why part of the plan is not possible; "" if all is well."""
         return self._server.trouble if self._server is not None else ""
 
     def apply(self, addresses: dict[str, str], on: list[str]) -> None:
-        """Use these addresses of `WAYS`, and keep them; those named in `on`, and of `plan.FLAGS`, are used.
+        """Use and keep these addresses of `WAYS`; those named in `on`, and of `plan.FLAGS`, are active.
 
-        `UnderfootError` where that cannot be: then nothing has changed.
+        Raises `UnderfootError` if that is not possible; then nothing has changed.
         """
         plan = NetworkPlan.chosen(addresses, on)
         self._serve(plan)
         self._settings.network_addresses, self._settings.network_on = dict(addresses), list(on)
 
     def close(self, wait: bool = True) -> None:
-        """Serve no more; `wait` until all has ended."""
+        """Stop serving; `wait` until all has ended."""
         if self._server is not None:
             self._server.close(wait)
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:
-        """A session was opened: begin to serve it, and say what leaves this computer."""
+        """Serve a session that was opened, and report what leaves this computer."""
         try:
             plan = NetworkPlan.chosen({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
             self._serve(plan)
@@ -76,7 +78,7 @@ class NetworkLink(QObject):
             self._controller.said.emit(f"Network: {line}.")
 
     def _serve(self, plan: NetworkPlan) -> None:
-        """Serve as planned, or, where that cannot be, as before."""
+        """Serve as planned, or as before if that is not possible."""
         session, before = self._controller.session, self._server
         self.close(wait=False)
         if session is None or not plan.is_anything:

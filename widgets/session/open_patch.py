@@ -1,4 +1,4 @@
-"""The patches that are open, A and B: where they lie, whether they are saved, and their copy that survives a crash."""
+"""The open patches, A and B: their files, whether they are saved, and the copies that survive a crash."""
 
 import os
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from underfoot.widgets.session.own_nodes import OwnNodes
 from underfoot.widgets.session.settings import Settings
 
 AUTOSAVE_MS = 1000
-"""How long after the last edit unsaved work is written down."""
+"""Time after the last edit at which unsaved work is copied."""
 
 SLOTS = ("A", "B")
 
@@ -29,7 +29,7 @@ _Answer = QMessageBox.StandardButton
 
 
 def other_slot(slot: str) -> str:
-    """The slot beside this one.
+    """Return the other slot.
 
     >>> other_slot("A")
     'B'
@@ -39,7 +39,7 @@ def other_slot(slot: str) -> str:
 
 @dataclass(frozen=True)
 class Waiting:
-    """The patch of the slot that is not edited, its file, and what is in that."""
+    """The patch of the slot that is not edited, its file, and the saved content."""
 
     patch: Patch
     path: Path | None
@@ -47,13 +47,13 @@ class Waiting:
 
     @property
     def folder(self) -> Path | None:
-        """The folder that it lies in; None while it has no file."""
+        """Its folder; None without a file."""
         return self.path.absolute().parent if self.path else None
 
 
 @dataclass(frozen=True)
 class _Adoption:
-    """A preset took the place of a patch: both, and that one's file and what is in it."""
+    """A preset that replaced a patch: both, and the replaced one's file and saved content."""
 
     before: Patch
     path: Path | None
@@ -62,30 +62,30 @@ class _Adoption:
 
 
 class OpenPatch(QObject):
-    """A patch and its file; and beside it another one, in the other of two slots, once it was asked for.
+    """A patch and its file, and on request another one in the second of two slots.
 
-    Whoever edits it calls `take`; who shows it listens to the signals.
+    Editors call `take`; views connect to the signals.
     """
 
     opened = Signal(object)
     """Another `Patch`, to be edited from now on."""
     patch_changed = Signal(object)
-    """The `Patch`, when it is another one and after every edit."""
+    """The `Patch`, when it is replaced and after every edit."""
     paths_changed = Signal(object)
-    """The `Patch` with other paths to the same files, when it was saved in another folder; to be edited on."""
+    """The `Patch` with new paths to the same files, after it was saved in another folder; editing continues."""
     folder_changed = Signal(object)
-    """The folder that the patch lies in, or None."""
+    """The folder of the patch, or None."""
     adopted = Signal(object, str)
-    """A `Patch` that takes the place of the one that is edited, as an edit of this name that can be taken back."""
+    """A `Patch` that replaces the edited one, as an undoable edit of this name."""
     switched = Signal(str, object)
     """The slot that is edited from now on, and its `Patch`."""
     title_changed = Signal()
-    """Name or unsaved mark may have changed."""
+    """The name or the unsaved mark may have changed."""
     said = Signal(str)
-    """A line for the person."""
+    """A line for the user."""
 
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
-        """`folder` is where copies of unsaved work are kept; `window` is that of the dialogs."""
+        """Copies of unsaved work are kept in `folder`; `window` is the parent of dialogs."""
         super().__init__(window)
         self.patch = Patch()
         self.path: Path | None = None
@@ -107,26 +107,26 @@ class OpenPatch(QObject):
 
     @property
     def is_saved(self) -> bool:
-        """Whether the patch is on disk as it is now, or was never edited."""
+        """Whether the patch equals its file, or was never edited."""
         return self.patch == self._saved
 
     @property
     def is_all_saved(self) -> bool:
-        """The same, of both slots."""
+        """The same, for both slots."""
         return self.is_saved and (self.other is None or self.other.patch == self.other.saved)
 
     @property
     def name(self) -> str:
-        """What the title shows: the patch's own title, else its file's name."""
+        """The name in the title: the patch's own title, else its file's name."""
         return self.patch.title or (self.path.stem if self.path else "Untitled")
 
     @property
     def folder(self) -> Path | None:
-        """The folder that the patch lies in; None while it has no file."""
+        """Folder of the patch; None without a file."""
         return self.path.absolute().parent if self.path else None
 
     def take(self, patch: Patch) -> None:
-        """The patch after an edit."""
+        """Set the patch after an edit."""
         self.patch = patch
         for step in reversed(self._adoptions):
             if patch in (step.before, step.after):
@@ -137,7 +137,7 @@ class OpenPatch(QObject):
         self.title_changed.emit()
 
     def adopt(self, path: Path) -> None:
-        """Edit on with a copy of a preset, as a step that can be taken back; what was before is kept for that."""
+        """Continue with a copy of a preset, as an undoable edit; the previous patch is kept for undo."""
         self.nodes.ask(path, lambda: self._adopt(path))
 
     def _adopt(self, path: Path) -> bool:
@@ -153,7 +153,7 @@ class OpenPatch(QObject):
         return True
 
     def _follow(self, step: "_Adoption", is_after: bool) -> None:
-        """A preset has no file of the person's: saving asks for one. What was before it has its own again."""
+        """A preset has no file of the user's, so saving asks for one. Undo restores the previous patch's file."""
         was_saved = step.before == step.saved
         self._saved = step.after if is_after and was_saved else step.saved
         self._set_path(None if is_after else step.path)
@@ -161,7 +161,7 @@ class OpenPatch(QObject):
     # --- A and B ---
 
     def switch(self) -> None:
-        """Edit and play the other slot. B begins as a copy of A without a file."""
+        """Edit and play the other slot. B starts as a copy of A without a file."""
         self._adoptions.clear()
         other = self.other or Waiting(self._without_folder(), None, self._without_folder())
         self.other = Waiting(self.patch, self.path, self._saved)
@@ -174,11 +174,11 @@ class OpenPatch(QObject):
         self._timer.start()
 
     def copy_to_other(self) -> Patch:
-        """The patch as the other slot is to have it, with files that are found from there."""
+        """Return the patch for the other slot, with file paths that are valid there."""
         return self._without_folder()
 
     def take_other(self, patch: Patch) -> None:
-        """The patch of the other slot after an edit, such as a copy."""
+        """Set the patch of the other slot, after an edit such as a copy."""
         other = self.other or Waiting(patch, None, patch)
         self.other = replace(other, patch=patch)
         self._timer.start()
@@ -187,10 +187,10 @@ class OpenPatch(QObject):
     def _without_folder(self) -> Patch:
         return with_files_kept(self.patch, self._registry, self.folder, None)
 
-    # --- begin ---
+    # --- start ---
 
     def begin(self, path: Path | None, otherwise: Patch) -> None:
-        """At the start: what a crash left, else the file that was asked for, else this patch."""
+        """Open, at the start, what a crash left, else the requested file, else this patch."""
         rescued = self.autosave.rescue(self._registry, self.nodes.make_ready)
         if path is not None and self.read(path):
             if rescued is not None:
@@ -205,9 +205,9 @@ class OpenPatch(QObject):
             self._begin_with(otherwise, None, saved=otherwise)
 
     def read(self, path: Path) -> bool:
-        """Open the patch in a file; a file that cannot be is said, and nothing changes.
+        """Open the patch in a file; if that fails, report it and change nothing.
 
-        Returns whether it is open now: it may be that a question has to be answered first.
+        Returns whether it is open now; a question may have to be answered first.
         """
         return self.nodes.ask(path, lambda: self._read(path))
 
@@ -253,22 +253,22 @@ class OpenPatch(QObject):
     # --- files ---
 
     def new(self) -> None:
-        """Begin an empty patch, when the present one is safe."""
+        """Begin an empty patch, once the present one is safe."""
         self.when_safe(lambda: self._begin_with(Patch(), None, saved=Patch()))
 
     def open(self, path: Path | None = None) -> None:
-        """Open a file, asked for where it is not given, when the present patch is safe."""
+        """Open a file once the present patch is safe; ask for it if it is not given."""
         if path is not None:
             self.when_safe(lambda: self.read(path))
         else:
             self.when_safe(lambda: self._files.ask("Open a patch", FILTER, self.read))
 
     def take_over(self, patch: Patch) -> None:
-        """Begin with a patch that has no file yet, such as one that was imported."""
+        """Begin with a patch without a file, such as an imported one."""
         self._begin_with(patch, None, saved=patch)
 
     def save(self, then: Callable[[], object] | None = None) -> None:
-        """Save to the patch's file, asked for where there is none yet; go on with `then` once it is saved."""
+        """Save to the patch's file, asking for one if needed; call `then` once it is saved."""
         if self.path is None:
             self.save_as(then)
         elif self._write(self.path) and then is not None:
@@ -294,7 +294,7 @@ class OpenPatch(QObject):
         left = self.nodes.bring_along(patch, self.folder, folder)
         self.patch = self._saved = patch
         self._set_path(path)
-        self._settings.outside_files += self._unknown_files(patch, folder)  # the person's own choice
+        self._settings.outside_files += self._unknown_files(patch, folder)  # the user's own choice
         if patch != before:
             self.paths_changed.emit(patch)
         self._settings.remember_file(path)
@@ -306,7 +306,7 @@ class OpenPatch(QObject):
     # --- questions ---
 
     def when_safe(self, then: Callable[[], object]) -> None:
-        """Go on with `then` at once if all is saved, else when the person has said what to do with it."""
+        """Call `then` at once if all is saved, else after the user has decided what to do."""
         if self.is_saved:
             then()
             return
@@ -326,12 +326,12 @@ class OpenPatch(QObject):
         self.when_safe(then if self.is_all_saved or self.other is None else lambda: self.when_all_safe(then))
 
     def _unknown_files(self, patch: Patch, folder: Path) -> list[str]:
-        """Files outside its folder that the patch reads, and that nobody has allowed yet."""
+        """Return the files outside its folder that the patch reads, and that are not allowed yet."""
         named = (os.path.abspath(path) for path in outside_files(patch, self._registry, folder))
         return [name for name in named if name not in self._settings.outside_files]
 
     def _ask_for_files(self, path: Path, patch: Patch, files: list[str]) -> None:
-        """Open the patch if the person lets it read files outside its folder."""
+        """Open the patch if the user allows it to read files outside its folder."""
         box = QMessageBox(self._window)
         box.setWindowTitle("Files outside the folder")
         some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
@@ -356,10 +356,10 @@ class OpenPatch(QObject):
             self._saved = self.patch
             then()
 
-    # --- the copy ---
+    # --- copies ---
 
     def keep(self) -> None:
-        """Write unsaved work down, or take the copy away where all is saved: in a thread, for disks can be slow."""
+        """Copy unsaved work, or remove the copy if all is saved, in a thread, because disks can be slow."""
         if self.is_all_saved:
             self._writer.submit(self.autosave.forget)
         else:
@@ -367,7 +367,7 @@ class OpenPatch(QObject):
             self._writer.submit(self.autosave.keep, self.patch, self.path, other)
 
     def close(self) -> None:
-        """The window closes. Unsaved work is forgotten, for the person was asked; or kept, if nobody was."""
+        """Close with the window. The copy is removed if the user was asked, and kept otherwise."""
         self._timer.stop()
         if self.keeps_unsaved:
             self.keep()

@@ -1,4 +1,4 @@
-"""Nodes in files beside a patch, in the window: asked about once a file, then run, or stood for."""
+"""Custom nodes in files beside a patch, in the window: run after confirmation, or replaced by stand-ins."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -30,14 +30,14 @@ _WORDS = (
 
 
 class OwnNodes(QObject):
-    """Asks before a file is run, and keeps the answer: by the file's SHA-256 in the settings where it was yes."""
+    """Asks before a file is run, and remembers consent by the file's SHA-256 in the settings."""
 
     changed = Signal()
-    """There are other nodes than before."""
+    """The set of nodes has changed."""
     agreed = Signal()
-    """The person has agreed to a file: to be kept at once."""
+    """The user has agreed to a file: to be saved at once."""
     said = Signal(str)
-    """A line for the person."""
+    """A line for the user."""
 
     def __init__(self, registry: Registry, settings: Settings, window: QWidget) -> None:
         super().__init__(window)
@@ -45,9 +45,9 @@ class OwnNodes(QObject):
         self._refused: set[str] = set()
 
     def ask(self, path: Path, then: Callable[[], bool]) -> bool:
-        """Go on with `then`; after a question where files lie beside the patch `path` that nobody was asked about.
+        """Call `then`; first ask if there are files beside the patch `path` that have not been decided on.
 
-        Returns what `then` does; False where a question is asked first.
+        Returns the result of `then`; False if a question is asked first.
         """
         try:
             files = self._unanswered(node_files(path.absolute().parent))
@@ -60,7 +60,7 @@ class OwnNodes(QObject):
         return False
 
     def ask_for_patch(self, path: Path, then: Callable[[], object]) -> None:
-        """Go on with `then`, which hears or presents the patch in a file, once its files run or may not."""
+        """Call `then`, which plays or presents the patch in a file, once its files run or are refused."""
         folder = path.absolute().parent
         if not has_nodes(folder):
             then()
@@ -73,16 +73,16 @@ class OwnNodes(QObject):
         self.ask_for(path.name, files, then)
 
     def ask_for(self, name: str, files: Sequence[NodeFile], then: Callable[[], object]) -> None:
-        """The same for the files that something called `name` needs; those that were agreed to before just run.
+        """Do the same for the files that something called `name` needs; files agreed to before are run.
 
-        A patch that needs a file that does not run then is refused, for that reason, by whatever reads it.
+        A patch that needs a file that does not run is then refused for that reason by its reader.
         """
 
         def go_on() -> None:
             self._run_beside(files)
             then()
 
-        files = [file for file in files if not running_elsewhere(file)]  # a patch that is open has that one
+        files = [file for file in files if not running_elsewhere(file)]  # it is in use by an open patch
         fresh = self._unanswered(files)
         if fresh:
             self._ask(name, fresh, go_on)
@@ -110,7 +110,7 @@ class OwnNodes(QObject):
         box.open()
 
     def _run_beside(self, files: Iterable[NodeFile]) -> None:
-        """Run those that were agreed to."""
+        """Run the files that were agreed to."""
         is_new = False
         for file in files:
             try:
@@ -122,13 +122,13 @@ class OwnNodes(QObject):
             self.changed.emit()
 
     def load(self, path: Path) -> Patch:
-        """The patch in a file, once the nodes beside it are there or stood for."""
+        """Load the patch in a file, once the nodes beside it are available or replaced by stand-ins."""
         text = read_file(path)
         self.make_ready(Patch.unchecked(text, str(path)), path.absolute().parent)
         return Patch.loads(text, self._registry, str(path))
 
     def make_ready(self, patch: Patch, folder: Path | None) -> None:
-        """Run the files beside a patch that were agreed to, and have something stand for the nodes of the others."""
+        """Run the files beside a patch that were agreed to, and register stand-ins for the nodes of the others."""
         reasons: dict[str, str] = {}
         is_new = False
         for file in node_files(folder):
@@ -149,13 +149,13 @@ class OwnNodes(QObject):
             self.changed.emit()
 
     def missing(self, patch: Patch) -> str:
-        """Which nodes of a patch are only stood for, and why, in a line; "" where none is."""
+        """Return a line on the nodes of a patch that are missing, and why; "" for none."""
         types = dict.fromkeys(patch.types.values())
         told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
         return "; ".join(told)
 
     def bring_along(self, patch: Patch, before: Path | None, after: Path) -> str:
-        """Copy the files that a patch needs beside it, as it is saved in another folder; what is wrong, in words."""
+        """Copy the files that a patch needs when it is saved in another folder; return a description of errors."""
         try:
             wrong = copy_needed(patch.types.values(), before, after)
         except UnderfootError as error:

@@ -1,4 +1,4 @@
-"""Where the calibration profiles of a floor are kept."""
+"""The folder of a floor's calibration profiles."""
 
 import hashlib
 import re
@@ -8,9 +8,9 @@ from underfoot.floor.layout import Floor
 
 
 def profile_folder(root: Path, floor: Floor, simulation: str = "") -> Path:
-    """The folder below `root` of this floor's profiles: its title, and a hash of where its tiles lie.
+    """Return the folder below `root` of this floor's profiles, named by its title and a hash of its tiles' layout.
 
-    Tiles that are simulated from a parameter file have profiles of their own, a folder for each file.
+    Tiles simulated from a parameter file have their own profiles, with a folder for each file.
 
     >>> from underfoot.floor.layout import default_floor
     >>> profile_folder(Path("profiles"), default_floor()).name.startswith("2-x-2-tiles-")

@@ -1,4 +1,4 @@
-"""What the window remembers between starts."""
+"""Settings that the window keeps between starts."""
 
 import base64
 from pathlib import Path
@@ -16,32 +16,31 @@ WAYS = {
     "listen": loopback(LISTEN_PORT),
     "serial_marks": "",
 }
-"""The ways to other programs, each with its address on this computer, and the serial port that marks come from."""
+"""Connections to other programs, each with its default address on this computer, and the serial port for marks."""
 
 LOW_LEVEL_DB = -30.0
-"""The output level of the very first start."""
+"""Output level of the very first start."""
 
 
 THEMES = {"dark": "Dark", "light": "Light", "system": "As the system"}
-"""The colours that the window may have, in words."""
+"""Names of the colour themes."""
 TEXT_SIZES = (100, 115, 130, 150)
-"""Percent. Everything grows with the text."""
+"""Percent. Everything scales with the text."""
 
 
 class Settings(msgspec.Struct):
-    """What the window remembers: the last target, sound device, level, and where things stood.
+    """Settings of the window: the last target, sound device, level, and layout.
 
-    `simulation` is the file of what simulated tiles are made of, "" for ideal ones. `sound` is "" for the default
-    device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are what each
-    calibration is measured against on hardware. `projector_at` is where a tile's middle is shown on the floor, in
-    metres right of and above the screen's. `stars` are the files of presets with a star. `network_addresses` are those
-    of `WAYS` that were chosen, and `network_on` those that are used, and of `plan.FLAGS`. `recordings` are files and
-    folders of recordings beside the one that is recorded to. `outside_files` may be read by patches in other folders:
-    the person said so. `run_code` has the SHA-256 of each file of a node that the person has agreed to run.
-    `study_equipment` is what studies use beside the floor, by the fields of
-    `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;
-    `splitters` are where the parts of workspaces meet, by the splitters' names, and `workspace` is the one that was on
-    the screen.
+    `simulation` is the file of the simulated tiles' parameters, "" for ideal ones. `sound` is "" for the default
+    device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are the
+    calibrations' references on hardware. `projector_at` is the position of a tile's centre on the floor, in metres
+    right of and above the screen's. `stars` are the files of starred presets. `network_addresses` are the chosen ones
+    of `WAYS`, and `network_on` the active ones, also of `plan.FLAGS`. `recordings` are files and folders of recordings
+    besides the folder recorded to. `outside_files` are files that the user allowed patches in other folders to read.
+    `run_code` has the SHA-256 of each custom node's file that the user has agreed to run. `study_equipment` is the
+    equipment of studies besides the floor, by the fields of `studies.equipment.EquipmentChoice`. `theme` is one of
+    `THEMES`, `text_size` one of `TEXT_SIZES`, in percent; `splitters` are splitter positions by name, and `workspace`
+    is the one last shown.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -85,14 +84,14 @@ class Settings(msgspec.Struct):
 
     @staticmethod
     def load(folder: Path) -> "Settings":
-        """The settings kept in `folder`; the defaults where there are none, or none that can be read."""
+        """Load the settings in `folder`; the defaults if there are none, or they cannot be read."""
         try:
             return msgspec.json.decode(read_file(folder / "settings.json"), type=Settings)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError):
             return Settings()
 
     def save(self, folder: Path) -> None:
-        """Keep the settings in `folder`, which is made where it is missing."""
+        """Save the settings in `folder`, creating it if needed."""
         folder.mkdir(parents=True, exist_ok=True)
         write_file(folder / "settings.json", msgspec.json.format(msgspec.json.encode(self), indent=1))
 
@@ -103,7 +102,7 @@ class Settings(msgspec.Struct):
 
     @property
     def window_bytes(self) -> bytes:
-        """Size and place of the window, as Qt wrote them."""
+        """Return the window's geometry as saved by Qt."""
         try:
             return base64.b64decode(self.geometry, validate=True)
         except ValueError:

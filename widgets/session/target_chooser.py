@@ -1,4 +1,4 @@
-"""What follows a choice of the target chooser: a question where the choice needs one, and the change of target."""
+"""The reaction to the target chooser: a question if the choice needs one, and the change of target."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +17,7 @@ FORCE_FILES = "Forces (*.csv *.underfoot *.uf *.c3d);;All files (*)"
 
 
 class TargetChooser:
-    """Asks in dialogs of `window`; errors of ours go to `complain`, a recording to be looked at to `open_recording`."""
+    """Asks in dialogs of `window`; passes errors to `complain`, and recordings to view to `open_recording`."""
 
     def __init__(
         self,
@@ -32,7 +32,7 @@ class TargetChooser:
         self._files, self._complain, self._open_recording = files, complain, open_recording
 
     def choose(self, key: str) -> None:
-        """Go on with a key of `session.targets.choices`."""
+        """Handle a key of `session.targets.choices`."""
         kind, *what = key.split()
         selection, ask = self._selection, self._files.ask
         if kind == "simulator":

@@ -1,4 +1,4 @@
-"""Changing the target of the session: another floor, simulated tile, recording, hardware or sound device."""
+"""Changes of the session's target: floor, simulated tile, recording, hardware or sound device."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -14,25 +14,25 @@ from underfoot.widgets.session.target_settings import make_target
 
 
 class TargetSelection:
-    """Gives the session another target, and remembers it in the settings for the next start."""
+    """Sets the session's target, and keeps it in the settings for the next start."""
 
     def __init__(self, controller: SessionController, settings: Settings) -> None:
         self._controller, self._settings = controller, settings
 
     def set_floor(self, rows: int, columns: int) -> None:
-        """Play on a simulated floor of so many tiles."""
+        """Use a simulated floor of this many tiles."""
         self._settings.rows, self._settings.columns = rows, columns
         self._use("simulator", "", default_floor(rows, columns))
 
     def use_floor(self, path: Path) -> None:
-        """Play on a simulated floor as the file has it; `BadFile` where it cannot be read."""
+        """Use a simulated floor as in a file; raise `BadFile` if it cannot be read."""
         self._use("simulator", str(path), Floor.load(path))
 
     def use_simulation(self, path: Path | None) -> None:
         """Simulate tiles with the parameters in this file, such as those of their sensors; None for ideal tiles.
 
-        The floor stays as it is where it is simulated, else it is the last one that was. `BadFile` where the file
-        cannot be read.
+        A simulated floor is kept; otherwise the last simulated one is used. Raises `BadFile` if the file cannot be
+        read.
         """
         if path is not None:
             TileParameters.load(path)
@@ -45,23 +45,24 @@ class TargetSelection:
             self._use("simulator", "", default_floor(self._settings.rows, self._settings.columns))
 
     def use_forces(self, path: Path) -> None:
-        """Play back the forces in a file: a CSV whose floor lies beside it, a recording, force plates in a C3D file.
-        `BadFile` where one cannot be read."""
+        """Play back the forces in a file: a CSV with its floor beside it, a recording, or force plates in a C3D file.
+        Raises `BadFile` if one cannot be read.
+        """
         self._use("replay", str(path), floor_of(path))
 
     def use_transport(self, scheme: str, address: str) -> None:
-        """Play on hardware on a transport, laid out as the present floor; `UnderfootError` where it cannot be opened.
+        """Use hardware on a transport, with the layout of the present floor; `UnderfootError` if it cannot be opened.
 
-        It is not remembered: the next start may find nothing there.
+        It is not kept in the settings: at the next start it may be absent.
         """
         target = make_target(self._settings, scheme, address, self._controller.target.floor)
         require_source(target)
         self._controller.set_target(target)
 
     def set_sound(self, sound: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
-        """Play on this device (None: none, "": the default one), at this rate, in blocks of so many frames.
+        """Use this sound device (None: none, "": the default one), at this rate and block size in frames.
 
-        `accelerometers` on its inputs are written as `accelerometers_of` reads them.
+        `accelerometers` on its inputs are in the form that `accelerometers_of` parses.
         """
         self._settings.sound, self._settings.rate, self._settings.block = sound, rate_hz, block
         self._settings.accelerometers = accelerometers

@@ -1,4 +1,4 @@
-"""Targets as the settings remember them, and in words."""
+"""Targets from the settings, and their descriptions."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from underfoot.widgets.session.targets import words_of
 
 
 def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
-    """A target that plays on the sound device of the settings; a simulated one is made of their simulated tile."""
+    """Return a target with the sound device of the settings; a simulated one has their simulated tile."""
     simulated = kind == "simulator"
     return Target(
         floor=floor,
@@ -29,7 +29,7 @@ def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Tar
 
 
 def _accelerometers(settings: Settings, floor: Floor) -> tuple[Accelerometer, ...]:
-    """Those of the settings; none on a floor that has not all of their tiles."""
+    """Return the accelerometers of the settings; none on a floor that lacks one of their tiles."""
     try:
         return accelerometers_of(settings.accelerometers, floor)
     except BadValue:
@@ -37,7 +37,7 @@ def _accelerometers(settings: Settings, floor: Floor) -> tuple[Accelerometer, ..
 
 
 def remembered_target(settings: Settings) -> Target:
-    """The last target; the simulated floor of four ideal tiles where its file is gone."""
+    """Return the last target; the simulated floor of four ideal tiles if its file is gone."""
     try:
         if settings.kind == "replay":
             return make_target(settings, "replay", settings.source, floor_of(settings.source))
@@ -49,7 +49,7 @@ def remembered_target(settings: Settings) -> Target:
 
 
 def target_in_words(target: Target) -> str:
-    """What a target is, for the person.
+    """Describe a target.
 
     >>> target_in_words(Target(default_floor(2, 3)))
     'Simulated floor  2 × 3'

@@ -1,4 +1,4 @@
-"""What the target chooser offers."""
+"""The choices of the target chooser."""
 
 from pathlib import Path
 
@@ -8,7 +8,9 @@ from underfoot.widgets.transport import Choices
 
 
 def choices() -> Choices:
-    """Floors and tiles to choose among. Keys are a kind, and what is chosen of it where that is not asked for."""
+    """Return the floors and tiles to choose from. Keys are a kind, and the choice within it if no question is
+    needed.
+    """
     return (
         ("simulator 2 2", "Simulated floor  2 × 2"),
         ("simulator 6 6", "Simulated floor  6 × 6"),
@@ -31,7 +33,7 @@ def choices() -> Choices:
 
 
 def words_of(path: Path) -> str:
-    """A file's name, for the person.
+    """Return a file's name for display.
 
     >>> words_of(Path("presets/plywood-tile.json"))
     'Plywood tile'

@@ -1,1 +1,1 @@
-"""What it all costs and what it withstands: run time against error, stability under stress, and a large floor."""
+"""Benchmarks: run time against error, reach of the models, latency, stability under stress, and large floors."""

@@ -1,6 +1,6 @@
-"""Run time against error: every model over its own knob, beside what a person would write first, in one run.
+"""Run time against error: every model over its accuracy parameter, beside naive implementations, in one run.
 
-A task is one thing to compute, with what it is held against; its methods compute it, each over the values of a knob.
+A task is one quantity to compute, with its reference; its methods compute it, each over the values of a knob.
 """
 
 import math
@@ -29,7 +29,7 @@ RATE = 48_000
 
 @dataclass(frozen=True)
 class Point:
-    """One value of a knob: median run time, and the error."""
+    """One value of a knob: median run time, and error."""
 
     knob: float
     seconds: float
@@ -48,7 +48,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What came of a task."""
+    """The results of a task."""
 
     model: str
     task: str
@@ -56,13 +56,13 @@ class Comparison:
     curves: tuple[Curve, ...]
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way of computing a task: `run(knob)`. The naive ones are those to beat."""
+    """A method of computing a task: `run(knob)`. Naive methods are the baseline."""
 
     name: str
     knob: str
@@ -73,7 +73,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Task:
-    """What is computed, what its error is, and `error(result, knob)`."""
+    """A quantity to compute, the name of its error, and `error(result, knob)`."""
 
     model: str
     task: str
@@ -83,7 +83,7 @@ class Task:
 
 
 def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Comparison]:
-    """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs a point."""
+    """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs per point."""
     found = []
     for make in TASKS:
         for task in make(quick):
@@ -93,7 +93,7 @@ def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) ->
 
 
 def measured(task: Task, budget_s: float) -> Comparison:
-    """Time each method at each value of its knob: the median of up to 20 runs, or of what fits into `budget_s`.
+    """Time each method at each value of its knob: the median of up to 20 runs, or of as many as fit into `budget_s`.
 
     >>> square = Method("square", "x", (2.0,), lambda x: x * x)
     >>> found = measured(Task("doctest", "square", "difference", lambda y, x: abs(y - 4.0), [square]), 0.0)
@@ -124,7 +124,7 @@ def _from_truth(truth: NDArray[np.float64], result: NDArray[np.float64], _: floa
 
 
 def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np.float64], knob: float) -> float:
-    """The error of the last frames, as many as the truth has."""
+    """Return the error of the last frames, as many as the reference has."""
     return _apart(result[-truths[knob].size :], truths[knob])
 
 
@@ -171,7 +171,7 @@ def _solved(by: Hammer, modes: ModalObject, times: NDArray[np.float64], toleranc
 
 
 def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Frequencies in whole eighths of a hertz, so that phases after many frames are known exactly."""
+    """Draw modes with frequencies in eighths of a hertz, so that phases after many frames are known exactly."""
     count = int(count)
     draw = np.random.default_rng(count)
     frequencies = np.round(8.0 * np.exp(draw.uniform(np.log(20.0), np.log(20_000.0), count))) / 8.0
@@ -183,7 +183,7 @@ def _rung(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[
 
 
 def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.complex128]:
-    """exp((-b + 2 pi i f) frames / rate), its angle reduced before it is rounded."""
+    """Return exp((-b + 2 pi i f) frames / rate), with the angle reduced before it is rounded."""
     return np.exp(-b * frames / RATE + 2j * np.pi * (f * frames % RATE / RATE))
 
 
@@ -301,7 +301,7 @@ def _slip_force(times: NDArray[np.float64] | float) -> Any:
 
 
 def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Displacement of ground that slips by 5 mJ whenever its plastic unit reaches 100 N, by DOP853."""
+    """Return the displacement of ground that slips by 5 mJ whenever its plastic unit reaches 100 N, by DOP853."""
     from scipy.integrate import solve_ivp
 
     plastic, place, begin, state = 4e5, 0.0, 0.0, np.zeros(2)

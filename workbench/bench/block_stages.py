@@ -1,4 +1,4 @@
-"""Where a block's time goes: what each stage and each node costs for a patch on a floor, what sleeps, and why."""
+"""Profile of a block: the cost of each stage and each node of a patch on a floor, and which nodes sleep, and why."""
 
 import time
 from collections.abc import Mapping
@@ -45,12 +45,12 @@ STAGES = {
     "rings, vibration": "what is played, and measured, is written to where window and recorder read",
     "rest": "commands, the status, the way from stage to stage",
 }
-"""What is done in each stage of a block, in their order."""
+"""The stages of a block, in order, with a description."""
 
 
 @dataclass(frozen=True)
 class StageCost:
-    """What a stage takes of a second of sound, ms."""
+    """Cost of a stage per second of sound, ms."""
 
     stage: str
     ms: float
@@ -58,7 +58,7 @@ class StageCost:
 
 @dataclass(frozen=True)
 class NodeCost:
-    """What a node takes of a second of sound, ms; on how many tiles it ran, on average; when it sleeps, or ""."""
+    """Cost of a node per second of sound, ms; its mean number of running tiles; when it sleeps, or ""."""
 
     node: str
     type: str
@@ -69,10 +69,10 @@ class NodeCost:
 
 @dataclass(frozen=True)
 class BlockStages:
-    """What a second of sound costs, ms: all of it, by stages, and by nodes.
+    """Cost of a second of sound, ms: in total, by stage, and by node.
 
-    `reading_ms` is what the thread that reads devices takes beside it, to turn readings into newtons. `left_out` are
-    nodes that no output needs.
+    `reading_ms` is the additional cost of the thread that reads devices, to convert readings to newtons. `left_out`
+    are nodes that no output needs.
     """
 
     tiles: int
@@ -85,7 +85,7 @@ class BlockStages:
     reading_ms: float
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return asdict(self)
 
 
@@ -102,8 +102,8 @@ def block_stages(
 ) -> BlockStages:
     """Play some seconds of `patch` as the engine does, with feet that step once a second on the first `feet` tiles.
 
-    `profiles`, by tile, have equalisers and what turns readings into newtons; `folder` is where the patch's sound files
-    lie; plates move where the floor is `simulated`. `BadValue` for feet or blocks that cannot be.
+    `profiles`, by tile, have equalisers and the conversion of readings to newtons; `folder` holds the patch's sound
+    files; plates are simulated if the floor is `simulated`. Raises `BadValue` for an invalid number of feet or block.
     """
     require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
@@ -118,7 +118,7 @@ def block_stages(
         parts = _parts(runner, _watched(runner))
     finally:
         memory.close()
-    # The part whose whole is the lower quartile's: its stages add up to it.
+    # Take the part whose total is the lower quartile, so that its stages add up to its total.
     whole_s, spent, of_nodes, ran = sorted(parts, key=lambda part: part[0])[len(parts) // 4]
     frames = max(round(_PART_S * RATE_HZ) // block, 1) * block
     a_second = _MS * RATE_HZ / frames
@@ -142,14 +142,14 @@ def block_stages(
 
 
 class _Stopwatch:
-    """Adds up what calls take, each without what it called."""
+    """Accumulates the time of calls, each without the calls it made."""
 
     def __init__(self) -> None:
         self.spent_s = dict.fromkeys(("program", *STAGES), 0.0)
         self._inner_s = [0.0]
 
     def watch(self, owner: object, method: str, stage: str) -> None:
-        """Let calls of an object's method count as `stage`."""
+        """Count calls of an object's method as `stage`."""
         call = getattr(owner, method)
 
         @wraps(call)
@@ -190,7 +190,9 @@ _Part = tuple[float, dict[str, float], np.ndarray, np.ndarray]
 
 
 def _parts(runner: BlockRunner, watch: _Stopwatch) -> list[_Part]:
-    """Of each part: seconds in all and by stages, and of each node seconds, and frames that it ran, over all tiles."""
+    """Return, for each part: seconds in total and by stage, and for each node seconds and frames run, over all
+    tiles.
+    """
     tables, rate = runner.loop.program.tables, _cycles_a_second()
     for _ in range(max(round(_WARM_S * RATE_HZ) // runner.loop.block, 1)):
         runner.run()
@@ -208,7 +210,7 @@ def _parts(runner: BlockRunner, watch: _Stopwatch) -> list[_Part]:
 
 
 def _cycles_a_second() -> float:
-    """Of the processor's counter, which the program's tables are kept in."""
+    """Return the frequency of the processor's counter, in which the program's tables are kept."""
     _count()
     began, first = time.perf_counter(), _count()
     time.sleep(0.02)
@@ -221,7 +223,7 @@ def _count() -> int:
 
 
 def _reading_s(floor: Floor, feet: int, profiles: Mapping[str, Profile]) -> float:
-    """What turning a second of readings into newtons takes, by the profiles; the least of some runs."""
+    """Return the time to convert a second of readings to newtons by the profiles; the least of some runs."""
     forces = stepping(floor, feet)
     samples, tiles, _ = forces.force_n.shape
     rows = np.tile(np.arange(tiles), samples)
@@ -236,7 +238,7 @@ def _reading_s(floor: Floor, feet: int, profiles: Mapping[str, Profile]) -> floa
 
 
 def _sleeps(program: Program, registry: Registry) -> dict[str, str]:
-    """When each node sleeps, in words that go behind 'when'; "" if never."""
+    """Return when each node sleeps, as words that follow 'when'; "" if never."""
     patch = program.patch
     wired = {target for _, target in patch.wires}
     _, guards = guarded(patch, registry, set(program.node_ids), program.scope_names)

@@ -1,6 +1,7 @@
-"""What a block costs as the engine runs it: from samples of four sensors a tile, at 1 kHz, to float32 for the card.
+"""Cost of a block in the engine: from the samples of four sensors per tile, at 1 kHz, to float32 for the card.
 
-A patch on a floor with a foot on each tile, on two, and on none. What the patch's nodes take of it stands beside.
+Measured for a patch on a floor with a foot on each tile, on two, and on none; the share of the patch's nodes is given,
+too.
 """
 
 import statistics
@@ -26,13 +27,13 @@ from underfoot.patch.patch import Patch
 BLOCKS = (64, 1024, 4096)
 TILES = (36, 144)
 SIMULATED = 36
-"""Tiles of the floor whose plates are simulated."""
+"""Tiles of the floor with simulated plates."""
 PART_S = 1.0
-"""How much sound is timed at once."""
+"""Length in seconds of sound that is timed at once."""
 NOISE_N = 0.2
 """RMS of each sensor's noise: an empty tile of a real floor is never exactly at rest."""
 CONTACT_S = 0.8
-"""How long a foot is down in each second."""
+"""Seconds of each second for which a foot is down."""
 _PEAKS_N = 800.0, 500.0, 780.0
 _GOLDEN = 0.6180339887498949
 _SENSOR_HZ = 1000.0
@@ -40,32 +41,32 @@ _SENSOR_HZ = 1000.0
 
 @dataclass(frozen=True)
 class BlockCost:
-    """What blocks of so many frames cost on a floor of `tiles`, with a foot on `stood_on` of them."""
+    """Cost of blocks of this many frames on a floor of `tiles`, with a foot on `stood_on` of them."""
 
     patch: str
     tiles: int
     stood_on: int
     block: int
     times_real_time: float
-    """Seconds of sound for a second of one core: the whole block."""
+    """Seconds of sound per second of one core: the whole block."""
     program_times_real_time: float
-    """The same of what the patch's nodes take of it."""
+    """The same for the patch's nodes alone."""
     share: float
-    """Of the cost with a foot on every tile, at the same block size."""
+    """Relative to the cost with a foot on every tile, at the same block size."""
     slowness: float
     spread: float
     simulated: bool = False
-    """Whether the plates of a simulated floor move with it."""
+    """Whether the floor's plates are simulated."""
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return asdict(self)
 
 
 class Scene:
-    """A patch that plays on a floor with feet that step once a second, in blocks of so many frames.
+    """A patch playing on a floor with feet that step once a second, in blocks of this many frames.
 
-    The plates of a `simulated` floor move with it.
+    The plates of a `simulated` floor are simulated, too.
     """
 
     def __init__(
@@ -89,16 +90,16 @@ class Scene:
 
     @property
     def of_program(self) -> float:
-        """The share of the patch's nodes in the cost of a run, the median of all so far."""
+        """Share of the patch's nodes in the cost of a run, the median of all so far."""
         return statistics.median(self._of_program)
 
 
 def scenes(
     patches: dict[str, Patch], registry: Registry, tiles: Iterable[int] = TILES, blocks: Sequence[int] = BLOCKS
 ) -> Iterator[Scene]:
-    """Each patch on square floors of so many tiles, at each block size, with every tile stood on, two and none.
+    """Yield each patch on square floors of these sizes, at each block size, with feet on every tile, two and none.
 
-    A floor of `SIMULATED` tiles with every tile stood on is there with its plates, too.
+    A floor of `SIMULATED` tiles with feet on every tile is included with its plates, too.
     """
     for name, patch in patches.items():
         for count in tiles:
@@ -111,7 +112,7 @@ def scenes(
 
 
 def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
-    """What the scenes cost whose runs took so long."""
+    """Return the costs of scenes from the times of their runs."""
     found = []
     measured = list(zip(scenes, took, strict=True))
     every = {(s.name, s.tiles, s.block): t.at_best for s, t in measured if s.feet == s.tiles and not s.simulated}
@@ -126,9 +127,10 @@ def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
 
 
 def stepping(floor: Floor, feet: int) -> ForceSeries:
-    """A second of what sensors under so many feet give, each of which takes a step on its tile, at its own moment.
+    """Return a second of sensor forces under this many feet, each of which takes a step on its tile, at its own
+    moment.
 
-    It can be repeated without a seam. A foot that only stood would soon be silent on most grounds.
+    It loops seamlessly. A foot that only stood would soon be silent on most grounds.
 
     >>> forces = stepping(default_floor(1, 3), 1)
     >>> (forces.force_n.mean(axis=(0, 2)) > 100.0).tolist()

@@ -1,4 +1,4 @@
-"""What got slower and what got faster since an earlier run of the bench, beyond the noise of both."""
+"""Comparison of two runs of the bench: what got slower or faster, beyond the noise of both."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -12,11 +12,13 @@ from underfoot.files import read_file
 
 FORMAT, VERSION = "underfoot-bench", 1
 _LEAST = 0.05
-"""A change of less than this is noise, whatever the rows say of theirs."""
+"""A relative change of less than this is noise, whatever the rows' own spread."""
 
 
 class Time(msgspec.Struct, frozen=True):
-    """A time of one run: its row, what one unit of it takes (less is better), and `timing.Timed`'s other two."""
+    """A time of one run: its row, the time of one unit (less is better), and the slowness and spread of
+    `timing.Timed`.
+    """
 
     row: str
     value: float
@@ -26,19 +28,19 @@ class Time(msgspec.Struct, frozen=True):
 
     @property
     def at_best(self) -> float:
-        """What it would have been on the processor at its best."""
+        """The time scaled to the processor at its best."""
         return self.value / self.slowness
 
 
 class Times(msgspec.Struct, frozen=True):
-    """The times of one run, as its file has them."""
+    """The times of one run, as in its file."""
 
     times: list[Time]
 
 
 @dataclass(frozen=True)
 class Change:
-    """A row of both runs: its times on the processor at its best, and by how much two such times may differ."""
+    """A row of both runs: its times on the processor at its best, and the noise of such times."""
 
     row: str
     unit: str
@@ -48,7 +50,7 @@ class Change:
 
     @property
     def by(self) -> float:
-        """What was added to the time, as a share of it; below 0 where it got faster.
+        """Relative change of the time; negative if it got faster.
 
         >>> Change("modes", "ns", 2.0, 1.5, 0.05).by
         -0.25
@@ -57,13 +59,13 @@ class Change:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the times lie no further apart than such times do, in ratio."""
+        """Whether the ratio of the times is within noise."""
         return max(self.now, self.before) <= (1.0 + self.noise) * min(self.now, self.before)
 
 
 @dataclass(frozen=True)
 class Changes:
-    """Rows that got slower, and that got faster, the most first; how many stayed, and rows that only one run has."""
+    """Rows that got slower, and faster, by decreasing change; the number unchanged, and rows of only one run."""
 
     slower: tuple[Change, ...]
     faster: tuple[Change, ...]
@@ -72,11 +74,11 @@ class Changes:
     only_now: tuple[str, ...]
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return asdict(self)
 
     def lines(self) -> list[str]:
-        """All of it for a terminal."""
+        """Return the lines of a terminal report."""
         counts = f"{len(self.slower)} slower, {len(self.faster)} faster, {self.same} the same within their noise"
         found = [f"compared: {counts}"]
         for word, changes in (("slower", self.slower), ("faster", self.faster)):
@@ -91,12 +93,12 @@ class Changes:
 
 
 def read(path: Path) -> list[Time]:
-    """The times in a file that the bench wrote. `BadFile` where it is none."""
+    """Read the times in a file written by the bench; raise `BadFile` if it is not one."""
     return read_document(read_file(path), str(path), FORMAT, VERSION, Times).times
 
 
 def changes(before: Sequence[Time], now: Sequence[Time]) -> Changes:
-    """Rows of the same name and unit, beside each other.
+    """Compare rows of the same name and unit.
 
     >>> a, b = Time("modes", 2.0, "ns", 1.0, 0.01), Time("modes", 6.0, "ns", 2.0, 0.02)
     >>> changes([a], [b]).slower[0].by

@@ -1,4 +1,4 @@
-"""A process that measures where a block's time goes, for a window that goes on meanwhile."""
+"""Profiling of a block in a process of its own, while the window goes on."""
 
 import signal
 from contextlib import suppress
@@ -16,7 +16,7 @@ from underfoot.patch.patch import Patch
 
 @dataclass(frozen=True)
 class CostRequest:
-    """What is to be measured. `profiles` and `folder` are paths, "" for none."""
+    """What to measure. `profiles` and `folder` are paths, "" for none."""
 
     patch: bytes
     floor: Floor
@@ -28,8 +28,8 @@ class CostRequest:
 
 
 def run(connection: Connection, request: CostRequest) -> None:
-    """The process's main function: answers with `BlockStages`, or with a line that says why it could not."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the window
+    """Send `BlockStages`, or a line with the reason of a failure; the main function of the process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     answer: object
     try:
         answer = block_stages(

@@ -1,4 +1,5 @@
-"""Floors on several computers, simulated: how well their clocks agree over a network, and what that is for a foot.
+"""Floors on several computers, simulated: the accuracy of clock synchronisation over a network, and its effect on
+contacts.
 
 `python -m underfoot.bench.hosts` prints the table of docs/hosts.md.
 """
@@ -16,26 +17,27 @@ from underfoot.floor.tile_parameters import simulation
 from underfoot.floor.tracking import ON_N
 
 MESSAGE_HZ = 60.0
-"""Contacts are sent so often."""
+"""Rate at which contacts are sent."""
 PROBE_S, PROBES = 5.0, 10
-"""The Lab Streaming Layer asks a clock every so many seconds, so often, and believes the fastest answer."""
+"""Lab Streaming Layer: interval in seconds between clock probes, and probes per round, the fastest of which counts."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """A way between two computers: the least that a message takes, what queues add to that in the mean, and by how much
-    the way there is longer than the way back. Seconds."""
+    """A network path between two computers, in seconds: the least delay of a message, the mean queueing delay added to
+    it, and the excess of the forward over the return delay.
+    """
 
     least_s: float
     queue_s: float
     longer_s: float = 0.0
 
     def there(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """How long messages take, (count,)."""
+        """Draw the delays of messages, (count,)."""
         return self.least_s + self.longer_s + draw.exponential(self.queue_s, count)
 
     def back(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """How long answers take."""
+        """Draw the delays of answers, (count,)."""
         return self.least_s + draw.exponential(self.queue_s, count)
 
 
@@ -47,8 +49,8 @@ LINKS = {
 
 
 def by_round_trips(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
-    """By how much another computer's clock is told wrong, in seconds, at the end of each interval between two rounds of
-    probes: half of a round trip is taken for the way, and what was found holds until the next round.
+    """Return the errors in seconds of another computer's clock at the end of each interval between two rounds of
+    probes: half of a round trip is taken as the delay, and the result holds until the next round.
 
     >>> bool(abs(by_round_trips(Link(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
     True
@@ -64,9 +66,9 @@ def by_round_trips(link: Link, drift_ppm: float, seconds: float, seed: int = 1) 
 
 
 def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
-    """The same where only messages come, each with its sender's time, and Underfoot's clock for tiles is set by them.
+    """Return the errors if only messages with their sender's time arrive, and Underfoot's clock for tiles maps them.
 
-    The way itself is not seen: it is part of the error.
+    The delay itself cannot be observed: it is part of the error.
     """
     draw, clocks = np.random.default_rng(seed), DeviceClocks(1, float(RATE_HZ))
     sent_s = np.arange(0.0, seconds, 1.0 / MESSAGE_HZ)
@@ -79,8 +81,9 @@ def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> 
 
 
 def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float64]:
-    """How far a foot's centroid is told wrong, in metres, where half of a 6 x 6 floor is another computer's and its
-    forces are put so much too late: for each sample in which a foot of four people is on both halves."""
+    """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on another computer, and its forces
+    are late by this much: for each sample in which a foot of four people is on both halves.
+    """
     source = SimulatedFloor(default_floor(6, 6), RATE_HZ, people=simulation("people=4")[1])
     parts = []
     for end in range(480, round(seconds * RATE_HZ), 480):
@@ -103,7 +106,7 @@ def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float6
 
 
 def text(seconds: float = 600.0, drift_ppm: float = 50.0) -> str:
-    """The tables, for a terminal."""
+    """Return the tables, for a terminal."""
     lines = [f"clocks {drift_ppm:g} ppm apart, {seconds:g} s; 95 % of errors, ms"]
     lines.append(f"{'':24}{'round trips':>14}{'arrivals':>14}")
     for name, link in LINKS.items():

@@ -1,8 +1,8 @@
-"""How well who stands where is told: measures of multi-object tracking, and what comes of simulated people.
+"""Accuracy of tracking: measures of multi-object tracking, and their values for simulated people.
 
 CLEAR MOT (Bernardin and Stiefelhagen 2008): truths and hypotheses are matched frame by frame, a match is kept while it
-lies within reach, and MOTA = 1 - (misses + false positives + switches) / truths. IDF1 (Ristani and others 2016): the
-one assignment of truths to hypotheses, over the whole time, with the most frames in reach; IDF1 is twice these over all
+is within reach, and MOTA = 1 - (misses + false positives + switches) / truths. IDF1 (Ristani and others 2016): the one
+assignment of truths to hypotheses, over the whole time, with the most frames in reach; IDF1 is twice these over all
 frames of both.
 """
 
@@ -24,18 +24,20 @@ from underfoot.floor.simulated_people import Person
 from underfoot.floor.walks import StepCounter
 
 REACH_M = 0.15
-"""A contact is a foot's where it lies within this of it: nearer than anybody's other foot, further than a tile's own
-centroid is from that of a foot that it shares."""
+"""Largest distance between a contact and its foot: less than to anybody's other foot, more than from a tile's own
+centroid to that of a foot that it shares.
+"""
 
 EVERY = 10
-"""Of the samples at 1 kHz every so many are judged."""
+"""One of this many samples at 1 kHz is evaluated."""
 
 BRIEF = 10
-"""Frames, at most, for which a foot may be another's contact and count as neither split nor joined: 0.1 s, in which two
-feet on one tile have one load."""
+"""Longest time in frames (0.1 s) for which a foot may be matched to another's contact without counting as split or
+joined; two feet on one tile have one load.
+"""
 
 LEAST_N = 20.0
-"""A foot that bears less is not there: contacts begin above it."""
+"""Least force of a foot that counts; contacts begin above it."""
 
 
 _CHUNK = 4800
@@ -43,7 +45,7 @@ _CHUNK = 4800
 
 @dataclass(frozen=True)
 class Tracks:
-    """Objects over time, shape (n,) each: a frame's number, ascending, who it is, and where, in metres."""
+    """Objects over time, shape (n,) each: frame number, ascending, id, and position in metres."""
 
     frame: NDArray[np.int64]
     id: NDArray[np.int64]
@@ -52,13 +54,13 @@ class Tracks:
 
     @staticmethod
     def of(frame: ArrayLike, id: ArrayLike, x_m: ArrayLike, y_m: ArrayLike) -> "Tracks":
-        """Tracks of plain sequences."""
+        """Return tracks of plain sequences."""
         return Tracks(np.asarray(frame), np.asarray(id), np.asarray(x_m, float), np.asarray(y_m, float))
 
 
 @dataclass(frozen=True)
 class Identity:
-    """How well hypotheses follow truths. `matched[truth][hypothesis]` counts the frames of each pair."""
+    """Accuracy of hypotheses. `matched[truth][hypothesis]` counts the frames of each pair."""
 
     truths: int
     misses: int
@@ -70,7 +72,7 @@ class Identity:
 
     @property
     def mota(self) -> float:
-        """1 less the share of errors; below 0 where there are more errors than truths."""
+        """1 minus the share of errors; negative if there are more errors than truths."""
         return 1.0 - (self.misses + self.false_positives + self.switches) / max(self.truths, 1)
 
 
@@ -123,7 +125,7 @@ def _pairs(
     theirs: NDArray[np.intp],
     state: tuple[dict[int, tuple[int, int]], float, dict[int, dict[int, int]]],
 ) -> list[tuple[int, int]]:
-    """The matches of one frame; who is within whose reach is counted in `together`."""
+    """Return the matches of one frame; pairs within reach are counted in `together`."""
     last, reach_m, together = state
     if not len(mine) or not len(theirs):
         return []
@@ -140,7 +142,7 @@ def _pairs(
 
 
 def _most_together(together: dict[int, dict[int, int]]) -> int:
-    """The most frames that one assignment of truths to hypotheses has together."""
+    """Return the most frames in reach over all one-to-one assignments of truths to hypotheses."""
     others = sorted({other for of_one in together.values() for other in of_one})
     if not others:
         return 0
@@ -154,10 +156,10 @@ def _most_together(together: dict[int, dict[int, int]]) -> int:
 
 @dataclass(frozen=True)
 class Walked:
-    """What came of simulated people: of contacts, of steps, and of persons.
+    """Results for simulated people: contacts, steps, and persons.
 
-    `splits` are feet with two contacts, `joins` contacts with two feet, each for more than 0.1 s. `sides_right` is of
-    the steps that have one. `person_idf1` and `person_switches` are of footsteps.
+    `splits` are feet with two contacts, `joins` contacts with two feet, each for more than 0.1 s. `sides_right` refers
+    to the steps that have a side. `person_idf1` and `person_switches` are of footsteps.
     """
 
     contacts: Identity
@@ -173,9 +175,9 @@ class Walked:
 
 
 def walk(floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, noise_n: float = 0.3) -> Walked:
-    """Let people walk on `floor` (nobody: the usual walker, round the floor), and judge how they are tracked.
+    """Simulate people walking on `floor` (none: the usual walker, around the floor), and evaluate their tracking.
 
-    Each sensor has a tare of 12 N and `noise_n` newtons of white noise.
+    Each sensor has a tare of 12 N and white noise of `noise_n` newtons.
     """
     source = SimulatedFloor(floor, seed=seed, people=people)
     tracker, counter = ContactTracker(floor, source.rate_hz), StepCounter(floor)

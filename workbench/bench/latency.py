@@ -1,9 +1,9 @@
-"""How long a force is on its way: from when a tile sends it to the first output frame that it changes.
+"""Latency from the moment at which a tile sends a force to the first output frame that it changes.
 
-A session and an emulated floor run as they do for a person, in processes of their own, over a real socket or
-pseudo-terminal. The load steps every few samples. The emulator notes when it sends each step; the bench notes when the
-engine has handed out the block in which vibration bends, and adds the place of the bend in its block: that is when a
-card without a buffer of its own would play it. What a card's buffer takes comes on top.
+A session and an emulated floor run in processes of their own, over a real socket or pseudo-terminal. The load steps
+every few samples. The emulator notes when it sends each step; the bench notes when the engine has delivered the block
+in which the vibration bends, and adds the position of the bend in its block: the time at which a card without a buffer
+would play it. The delay of a card's buffer comes on top.
 """
 
 import multiprocessing
@@ -40,15 +40,15 @@ from underfoot.records.tables import force_table
 
 RATE, BLOCK = 48_000, 64
 MEDIAN_MS, NEARLY_ALL_MS = 2.5, 4.0
-"""What half and 99 % of the steps are asked to take at most."""
+"""Limits on the median and the 99th percentile."""
 BESIDE_MS = 1.0
-"""How far what is shown may be from what half of the steps take."""
+"""Largest difference between the displayed latency and the median."""
 
-_STEP = 47  # samples from one step of the load to the next: they meet a block of 4/3 ms at each of its places
-_LOW_N, _HIGH_N = 50.0, 75.0  # of each sensor
-_RINGS = 400  # samples between two steps of which the plate's answer is heard: it has rung out by then
-_GAIN = 0.01  # m/s^2 a newton
-_BEND = 0.2 * 4 * (_HIGH_N - _LOW_N) * _GAIN / 20.0 / 48.0  # of full scale a frame; a fifth of a step's own
+_STEP = 47  # samples between steps of the load, chosen so that they fall on all positions in a block of 4/3 ms
+_LOW_N, _HIGH_N = 50.0, 75.0  # per sensor
+_RINGS = 400  # samples between steps whose plate response is measured: it has decayed by then
+_GAIN = 0.01  # m/s^2 per newton
+_BEND = 0.2 * 4 * (_HIGH_N - _LOW_N) * _GAIN / 20.0 / 48.0  # full scale per frame; a fifth of a step's own
 _START_S = 180.0
 _LOOK_S, _POLL_S = 0.0002, 0.1
 _MOST_S = 0.045
@@ -57,10 +57,10 @@ _TILES = 4
 
 @dataclass(frozen=True)
 class Latency:
-    """What was found over one link.
+    """Results for one link.
 
-    `seconds` (steps,) are from when each step was sent to the first frame that it changed; `shown_s` and `hold_s` are
-    the medians of what the session says meanwhile; `late` is the share of samples that came later than the hold allows.
+    `seconds` (steps,) are from the sending of each step to the first frame that it changed; `shown_s` and `hold_s` are
+    the medians of what the session reports; `late` is the share of samples later than the hold allows.
     """
 
     seconds: NDArray[np.float64]
@@ -70,9 +70,9 @@ class Latency:
 
 
 def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
-    """Latency of a hub of four tiles at 1 kHz over UDP and a pseudo-terminal, and, in full, what jitter of a link adds.
+    """Measure the latency of a hub of four tiles at 1 kHz over UDP and a pseudo-terminal and, in full, with jitter.
 
-    Before each, for comparison, a bare datagram: how late the machine lets two processes send and receive it.
+    Before each, for comparison, a bare datagram between two processes: the delay of the machine itself.
     """
     links = (("UDP", 0.0), ("pty", 0.0), ("UDP", 0.5e-3), ("UDP", 1e-3))
     for link, jitter_s in links[: 2 if quick else None]:
@@ -100,9 +100,9 @@ def _distribution(what: str, seconds: NDArray[np.float64], most_ms: float = np.i
 
 
 def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds: float = 20.0) -> Latency:
-    """Measure over a link, "UDP" or "pty", for so many seconds, once the clocks have settled.
+    """Measure over a link, "UDP" or "pty", for this many seconds, once the clocks have settled.
 
-    The link adds a random delay, exponential with mean `jitter_s`, and keeps the order. `UnderfootError` where the
+    The link adds a random delay, exponential with mean `jitter_s`, and keeps the order. Raises `UnderfootError` if the
     engine does not play.
     """
     context = multiprocessing.get_context("spawn")
@@ -134,9 +134,9 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
 
 
 def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
-    """Seconds from when each step of a load is due to when the simulated tile's acceleration, changed by it, is told.
+    """Return the seconds from each load step's due time to the report of the simulated tile's changed acceleration.
 
-    The acceleration counts from a tenth of what the step makes of it: shaker and plate need their time, too.
+    The change is detected at a tenth of the step's response, which includes the delay of shaker and plate.
     """
     with tempfile.TemporaryDirectory() as folder:
         path, floor = Path(folder) / "steps.csv", default_floor(1, 1)
@@ -157,7 +157,7 @@ def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
 
 
 def bare(seconds: float = 10.0) -> NDArray[np.float64]:
-    """Seconds from when a process should send each of 1000 datagrams a second to when this one has it."""
+    """Return the seconds from the due time of each of 1000 datagrams a second to its reception."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     found = np.zeros(round(SENSOR_HZ * seconds))
@@ -176,14 +176,14 @@ def bare(seconds: float = 10.0) -> NDArray[np.float64]:
 
 
 def _patch() -> Patch:
-    """Vibration that is the force."""
+    """Return a patch whose vibration is the force."""
     patch = Patch().add("tile-force", REGISTRY).add("gain", REGISTRY, gain=_GAIN).add("tile-output", REGISTRY)
     patch = patch.connect("tile-force.force", "gain.signal", REGISTRY)
     return patch.connect("gain.out", "tile-output.acceleration", REGISTRY)
 
 
 class _Heard:
-    """What a session plays, and when each block was seen first."""
+    """The output of a session, with the time at which each block was first seen."""
 
     def __init__(self, session: Session, ring: Ring | None = None) -> None:
         self._session, self._ring = session, ring or session.memory.vibration
@@ -203,7 +203,7 @@ class _Heard:
             time.sleep(_POLL_S)
 
     def forget(self) -> None:
-        """Begin anew from here."""
+        """Discard everything up to now."""
         self._samples.read()
         self._first, _ = self._told.read()
         self._seen: list[tuple[float, int]] = []
@@ -211,7 +211,7 @@ class _Heard:
         self._shown: list[tuple[float, float]] = []
 
     def listen(self, seconds: float) -> None:
-        """Keep what is played, and note when it is handed out."""
+        """Record the output, and when it is delivered."""
         ring, now = self._ring, time.monotonic()
         end, polled, last = now + seconds, now, 0
         while now < end:
@@ -230,17 +230,17 @@ class _Heard:
             time.sleep(_LOOK_S)
 
     def late(self) -> float:
-        """The share of samples that came when their moment was past; the last four seconds are kept."""
+        """Share of samples that arrived too late; the last four seconds are kept."""
         _, rows = self._samples.read()
         return float((rows[:, 1] > rows[:, 0]).mean())
 
     def shown_s(self) -> tuple[float, float]:
-        """Medians of the latency that the session said, and of the hold in it."""
+        """Medians of the displayed latency, and of the hold in it."""
         latency_s, hold_s = np.median(self._shown, axis=0)
         return float(latency_s), float(hold_s)
 
     def latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """For each step that was sent meanwhile, seconds until its first frame was handed out."""
+        """Return the seconds from each step sent to the delivery of its first frame."""
         when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
         frames = self._first + _bends(np.concatenate(self._parts)[:, 0])
         frames = frames[frames < ends[-1]]
@@ -250,14 +250,14 @@ class _Heard:
         return changed_s[following] - sent_s
 
     def reactions(self, every: int) -> NDArray[np.float64]:
-        """For each step, at multiples of `every` frames, seconds until what it changes was handed out."""
+        """Return, for each step, at multiples of `every` frames, the seconds to the delivery of its response."""
         when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
         told = np.concatenate(self._parts)[:, 0]
         found = []
         for due in range(-(-self._first // every) * every, self._first + len(told) - every, every):
             after = np.abs(told[due - self._first :][: every // 2])
             frame = due + int(np.argmax(after > 0.1 * after.max()))
-            # The clock that runs blocks lets time go that it has missed: where frame 0 stands is asked each time.
+            # The clock that paces blocks skips time it has missed, so the time of frame 0 is estimated for each step.
             near = np.abs(ends - due) < every // 2
             began_s = (when[near] - ends[near] / RATE).min()
             found.append(when[np.searchsorted(ends, frame, "right")] - (began_s + due / RATE))
@@ -265,7 +265,7 @@ class _Heard:
 
 
 def _bends(played: NDArray[np.float32]) -> NDArray[np.int64]:
-    """The frames at which a signal that was straight begins to bend."""
+    """Return the frames at which a straight signal begins to bend."""
     bent = np.flatnonzero(np.abs(np.diff(played.astype(np.float64), 2)) > _BEND) + 2
     return bent[np.diff(bent, prepend=-RATE) > RATE / SENSOR_HZ * _STEP // 2]
 
@@ -282,7 +282,7 @@ class _Steps:
         self._sample = 0
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end`."""
+        """Write the samples before session frame `end` to the buffers."""
         period = RATE / SENSOR_HZ
         numbers = np.arange(self._sample, min(int(np.ceil(end / period)), self._sample + len(self.stamps)))
         count = len(numbers)
@@ -293,7 +293,7 @@ class _Steps:
 
 
 class _Link(Sender):
-    """Sends over `sender`, each sample later by a random delay; `sent_s` has when each was given to it."""
+    """Sends over `sender`, each sample delayed at random; `sent_s` has the times at which they were sent."""
 
     powers_tiles = False
 
@@ -310,7 +310,7 @@ class _Link(Sender):
         return cls(UdpSender.of(value), 0.0)
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
-        """Note when, and send it now or later."""
+        """Note the time, and send it now or later."""
         now = time.monotonic()
         self.sent_s += [now] * (len(ends) // _TILES)
         if self._jitter_s == 0.0:
@@ -319,7 +319,7 @@ class _Link(Sender):
         return True
 
     def unplug(self) -> None:
-        """Nothing unplugs this one."""
+        """Do nothing."""
 
     plug = close = unplug
 
@@ -331,7 +331,7 @@ class _Link(Sender):
 
 
 def _emulate(connection: Connection, link: str, jitter_s: float) -> None:
-    """Send steps until something comes over `connection`, then answer when each was sent."""
+    """Send steps until something arrives over `connection`, then answer with their times."""
     sender = _Link(UdpSender("127.0.0.1", _free_port()) if link == "UDP" else PtySender(), jitter_s)
     Emulator(sender, _Steps()).start()
     connection.send(sender.name)
@@ -340,7 +340,7 @@ def _emulate(connection: Connection, link: str, jitter_s: float) -> None:
 
 
 def _ping(connection: Connection, port: int, count: int) -> None:
-    """Send a datagram each millisecond, which says when that should be."""
+    """Send a datagram each millisecond, with its due time."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         connection.send(None)
         began = time.monotonic()

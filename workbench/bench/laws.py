@@ -1,7 +1,7 @@
-"""What a node may not do whatever its input: make energy, pull, or pass a bound that its own declaration promises.
+"""Invariants of nodes for any input: no energy from nothing, no tension in contacts, no output beyond declared bounds.
 
-Each law looks at one node of a patch that ran and answers with what was broken, or "". Where a law needs a parameter
-that a wire drives, or a signal of a certain kind, it says nothing about any other.
+Each law checks one node of a patch that ran, and returns the violation, or "". A law that needs a parameter that a
+wire drives, or an absent signal, returns "".
 """
 
 import math
@@ -17,12 +17,12 @@ from underfoot.nodes.impacts import FASTEST
 
 _SLACK = 1.0 + 1e-6
 _NOTHING = 1e-30
-"""Sums of squares below this are lost in rounding and in what sleep lets go of (1e-9 a frame)."""
+"""Sums of squares below this are rounding, or what is dropped at sleep (1e-9 per frame)."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What one node was given and gave on one tile: signals [frames] and events [events, 3] by the names of its ports.
+    """Input and output of one node on one tile: signals [frames] and events [events, 3] by port name.
 
     Parameters that a wire drives are not among `values`.
     """
@@ -36,7 +36,7 @@ class Seen:
 
 
 def broken(type: str, seen: Seen) -> str:
-    """Which law a node of `type` broke, with the figures; "" where none is known or none was broken.
+    """Return the law that a node of `type` broke, with figures; "" if none is known or none was broken.
 
     >>> loud, quiet = {"signal": np.ones(8)}, {"signal": np.full(8, 0.1)}
     >>> seen = Seen(48e3, {"depth": 0.5}, quiet, {"out": loud["signal"]}, {}, {})
@@ -52,7 +52,7 @@ def broken(type: str, seen: Seen) -> str:
 
 
 def _gains_no_more(given: NDArray[np.float64], got: NDArray[np.float64], gain: float) -> str:
-    """A stable linear filter's output has at most the energy of its input times its largest gain squared."""
+    """The output energy of a stable linear filter is at most its input energy times its largest gain squared."""
     scale = max(float(np.abs(given).max(initial=0.0)), float(np.abs(got).max(initial=0.0)), 1e-9)
     came, went = float(np.sum((given / scale) ** 2)), float(np.sum((got / scale) ** 2))
     lost_in_sleep = got.size * (1e-9 / scale) ** 2
@@ -63,7 +63,7 @@ def _gains_no_more(given: NDArray[np.float64], got: NDArray[np.float64], gain: f
 
 
 def _steady(seen: Seen, *names: str) -> None:
-    """Only a filter that does not move keeps the law: one whose state is carried into another band may ring louder."""
+    """Only a constant filter keeps the law: a state carried into another band may ring louder."""
     for name in names:
         seen.values[name]
 
@@ -110,7 +110,7 @@ def _tone(seen: Seen) -> str:
 
 
 def _scale(seen: Seen) -> str:
-    """From the first frame on in which its input is not 0: before that it has not been woken."""
+    """From the first frame at which its input is not 0: before that it is asleep."""
     ends = seen.values["out_low"], seen.values["out_high"]
     slack = 1e-9 * max(map(abs, ends))
     woken = np.cumsum(seen.inputs["signal"] != 0.0) > 0
@@ -125,14 +125,14 @@ def _modal_bank(seen: Seen) -> str:
 
 
 def _drawn_bank(seen: Seen) -> str:
-    """The squares of its amplitudes sum to 1, so that they themselves sum to the root of their number at most."""
+    """The squares of its amplitudes sum to 1, so the amplitudes sum to at most the square root of their number."""
     strikes = np.abs(seen.events_in["strike"][:, 1]).sum()
     most = _SLACK * seen.values["level"] * math.sqrt(seen.values["modes"]) * strikes + 1e-9
     return _within(seen.outputs["out"], -most, most)
 
 
 def _stick_slip(seen: Seen) -> str:
-    """Nothing moves a block that is not pressed, and no slip that began lasts longer than its table goes."""
+    """A block without pressure does not move, and no slip lasts longer than its table."""
     pressed = seen.inputs["force"] > 0.0
     loose = np.where(pressed, 0.0, seen.outputs["acceleration"])
     if loose.any():
@@ -147,7 +147,7 @@ def _stick_slip(seen: Seen) -> str:
 
 
 def _impact(seen: Seen) -> str:
-    """A hammer never pulls, and never leaves with more energy than all blows so far brought: impulse <= m (v + w)."""
+    """A hammer never pulls, and never leaves with more energy than all blows so far supplied: impulse <= m (v + w)."""
     force, mass = seen.outputs["force"], seen.values["mass"]
     if force.min(initial=0.0) < 0.0:
         return f"pulls with {force.min():.6g} N"
@@ -160,7 +160,9 @@ def _impact(seen: Seen) -> str:
 
 
 def _work(force: NDArray[np.float64], moved: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The most that a force has done by each of `frames`, if it came within one frame and stays: F x; else infinity."""
+    """Return the most work that a force can have done by each of `frames`, if it is constant after one frame: F x;
+    otherwise infinity.
+    """
     steady = np.flatnonzero(force)
     if steady.size == 0 or np.ptp(force[steady[0] :]) > 0.0 or force[-1] < 0.0 or moved.min(initial=0.0) < 0.0:
         return np.full(frames.size, math.inf)
@@ -184,7 +186,7 @@ def _slip(seen: Seen) -> str:
 
 
 def _bundle(seen: Seen) -> str:
-    """Of exact bundles only: chains that stiffen while stretched take energy from nowhere, as in the thesis."""
+    """For exact bundles only: chains that stiffen while stretched gain energy, as in the thesis."""
     values, events = seen.values, seen.events_out["events"]
     if values["model"] != "exact" or values["softness"] < 0.1 or values["loudness"] < 1e-3:
         return ""
@@ -212,4 +214,4 @@ LAWS: Mapping[str, Callable[[Seen], str]] = {
     "slip": _slip,
     "fibre-bundle": _bundle,
 }
-"""The laws by type of node."""
+"""The laws by node type."""

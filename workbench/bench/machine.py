@@ -1,8 +1,8 @@
-"""How fast this processor is at the moment: the floor that times are set beside.
+"""Present speed of the processor, as a reference for times.
 
-A clock goes up and down, and neighbours on the machine take their part of it. What was measured in a slow minute is
-held against a floor measured in that same minute. The floor is as many multiply-adds as the processor can do, written
-in vectors for LLVM: what C reaches with the processor's own instructions, it reaches too.
+Clock frequency varies, and other processes take their share. A time measured in a slow minute is compared with a
+reference measured in that same minute. The reference is a loop of multiply-adds at full throughput, written in vectors
+for LLVM, which reaches what C reaches with intrinsics.
 """
 
 import time
@@ -11,18 +11,19 @@ from typing import Any
 from underfoot.kernels import intrinsic, kernel, widest
 
 FLOOR_NS = 0.045
-"""Two multiply-adds on the processor whose best times the reaches have, in its usual moments: three gigahertz, two
-vectors of 512 bits a cycle, make 0.042."""
+"""Time of two multiply-adds on the processor of the best times in `reach`, in its usual state: three gigahertz and two
+vectors of 512 bits per cycle give 0.042.
+"""
 
 _CHAINS, _LANES = 10, 8
-"""Enough vectors to wait for none: two are begun a cycle, each is done after four."""
+"""Enough vectors to hide the latency: two are begun per cycle, each takes four."""
 _PAIRS = _CHAINS * _LANES / 2
 _AHEAD, _ROUNDS = 20_000, 60_000
-"""Of one look at the floor: some 0.1 ms, as long as the shortest runs, once the widest vectors are at speed."""
+"""Length of one measurement: some 0.1 ms, as long as the shortest runs, after a warm-up of the widest vectors."""
 
 
 def slowness() -> float:
-    """How many times `FLOOR_NS` two multiply-adds take now.
+    """Return the present time of two multiply-adds in units of `FLOOR_NS`.
 
     >>> 0.1 < slowness() < 100.0
     True
@@ -41,7 +42,7 @@ def _multiply_add(rounds: int) -> float:
 
 @intrinsic
 def _chains(context: Any, rounds: Any) -> Any:
-    """So many rounds of `x = 0.5 x + 0.1` in each lane of each chain; the sum of the first lanes."""
+    """Run rounds of `x = 0.5 x + 0.1` in each lane of each chain; return the sum of the first lanes."""
     from llvmlite import ir
     from numba import types
 

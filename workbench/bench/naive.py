@@ -1,6 +1,6 @@
-"""What a person would write first: the methods that the models' own are held beside.
+"""Naive methods, as one would write them first, as a baseline for the models.
 
-Loops are compiled as the models are, so that methods are compared and not languages.
+Loops are compiled like the models, so that methods are compared and not languages.
 """
 
 import math
@@ -24,7 +24,7 @@ def struck_object(
     tolerance: float,
     longest_step_s: float = math.inf,
 ) -> NDArray[np.float64]:
-    """Displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp; there is no load on the hammer."""
+    """Return the displacement (m) of a struck object at `times_s`, by SciPy's solve_ivp, without load on the hammer."""
     from scipy.integrate import solve_ivp
 
     mass, velocity, stiffness, exponent, damping = (
@@ -68,7 +68,7 @@ def filter_per_mode(
     excitation: Floats,
     rate: float,
 ) -> Floats:
-    """A bank of modes as a sum of second-order filters, one after the other, by SciPy's lfilter."""
+    """Compute a bank of modes as a sum of second-order filters, one after the other, by SciPy's lfilter."""
     from scipy.signal import lfilter
 
     out = np.zeros(excitation.size)
@@ -79,7 +79,7 @@ def filter_per_mode(
 
 
 def sum_of_sines(f0_hz: float, amplitudes: NDArray[np.float64], frames: int, rate: float) -> NDArray[np.float64]:
-    """A tone as the sum of its harmonics' sines.
+    """Compute a tone as the sum of its harmonics.
 
     >>> sum_of_sines(50.0, np.array([1.0]), 3, 400.0).round(3)
     array([0.   , 0.707, 1.   ])
@@ -89,7 +89,9 @@ def sum_of_sines(f0_hz: float, amplitudes: NDArray[np.float64], frames: int, rat
 
 
 def sorted_fibres(load: NDArray[np.float64], fibres: int, shape: float, scale: float, seed: int) -> NDArray[np.float64]:
-    """The strain of a slowly loaded bundle of stiffness 1 a fibre: draw all thresholds, sort, break them in order."""
+    """Compute the strain of a slowly loaded bundle of stiffness 1 per fibre: draw all thresholds, sort, break in
+    order.
+    """
     thresholds = scale * np.random.default_rng(seed).weibull(shape, fibres)
     thresholds.sort()
     strain = np.empty(load.size)
@@ -100,7 +102,7 @@ def sorted_fibres(load: NDArray[np.float64], fibres: int, shape: float, scale: f
 def scanned_fibres(
     load: NDArray[np.float64], fibres: int, shape: float, scale: float, seed: int
 ) -> NDArray[np.float64]:
-    """The same without the sorting: all fibres are looked at in every frame."""
+    """Compute the same without sorting: all fibres are tested in every frame."""
     thresholds = scale * np.random.default_rng(seed).weibull(shape, fibres)
     strain = np.empty(load.size)
     _scan(load, thresholds, strain)
@@ -132,7 +134,8 @@ def _scan(load: Floats, thresholds: Floats, strain: Floats) -> None:
 
 @kernel
 def slip_by_euler(force: Floats, h: float, ground: Memory, energy: float, out: Floats) -> None:
-    """Elasto-plastic slips of one `energy` by the semi-implicit Euler method, a step of `h` seconds a value of `force`.
+    """Compute elasto-plastic slips of one `energy` by the semi-implicit Euler method, with a step of `h` seconds per
+    value of `force`.
 
     `ground` is `Ground.parameters()`.
     """
@@ -150,7 +153,7 @@ def slip_by_euler(force: Floats, h: float, ground: Memory, energy: float, out: F
 
 @kernel
 def strain_rate_by_euler(force: Floats, h: float, w0: float, damping: float, mass: float, out: Floats) -> None:
-    """The strain rate of a compressible layer (6.1) by the semi-implicit Euler method."""
+    """Compute the strain rate of a compressible layer (6.1) by the semi-implicit Euler method."""
     x = v = 0.0
     for i in range(force.size):
         v += h * (force[i] / mass - 2.0 * damping * w0 * v - w0 * w0 * x)
@@ -162,7 +165,7 @@ def strain_rate_by_euler(force: Floats, h: float, w0: float, damping: float, mas
 def slips_by_euler_maruyama(
     block: BlockOnBelt, t_end: float, h: float, generator: np.random.Generator, durations: NDArray[np.float64]
 ) -> None:
-    """Durations of slips, paths drawn by Euler and Maruyama's method in steps of `h` seconds; t_end where one lasts."""
+    """Simulate durations of slips by Euler-Maruyama in steps of `h` seconds; t_end for a slip that lasts."""
     w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * h)
     for k in range(durations.size):

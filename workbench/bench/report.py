@@ -1,4 +1,4 @@
-"""What the bench found, as tables for a terminal, as plain data, and as a page with a log-log picture of each task."""
+"""Reports of the bench: tables for a terminal, plain data, and a page with a log-log plot of each task."""
 
 import html
 import json
@@ -22,14 +22,14 @@ from underfoot.files import make_folder, write_file, written
 
 _OURS, _NAIVE = ("vibration", "events", "contact"), ("force", "alarm")
 _LEAST = 1e-17
-"""An error below rounding, 0 too, is drawn as this."""
+"""Value at which errors below rounding, and 0, are drawn."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """All that one run of the bench found; its times alone have no comparisons and no stability.
+    """Results of one run of the bench; a run of times alone has no comparisons and no stability.
 
-    `load` is how many processes wanted the machine's `cores` when it began, the mean of a minute.
+    `load` is the load average of a minute at the start, on a machine with `cores`.
     """
 
     reaches: Sequence[Reach]
@@ -44,7 +44,7 @@ class Bench:
         return [_time(reach) for reach in self.reaches if reach.spread is not None]
 
     def data(self) -> dict[str, Any]:
-        """As plain data, for JSON: a document, which a later run is compared with."""
+        """Return it as plain data, for JSON: a document with which a later run is compared."""
         return {
             "format": FORMAT,
             "version": VERSION,
@@ -59,7 +59,7 @@ class Bench:
 
 
 def text(bench: Bench) -> str:
-    """All of it as tables for a terminal."""
+    """Return all of it as tables for a terminal."""
     lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_reach_lines(bench.reaches), ""]
     lines += _block_lines(bench.costs)
     for comparison in bench.comparisons:
@@ -76,7 +76,7 @@ def text(bench: Bench) -> str:
 
 
 def write(bench: Bench, folder: Path) -> None:
-    """Write `bench.json`, `index.html`, a picture of each task as SVG, and each failure as a patch, into `folder`."""
+    """Write `bench.json`, `index.html`, a plot of each task as SVG, and each failure as a patch, into `folder`."""
     make_folder(folder)
     with written(folder):
         for former in folder.glob("failure-*.json"):
@@ -94,13 +94,13 @@ def write(bench: Bench, folder: Path) -> None:
 
 
 def picture(comparison: Comparison) -> Drawing:
-    """Run time over error, both logarithmic: lower and further to the left is better."""
+    """Plot run time over error, both logarithmic: lower and further left is better."""
     drawn = tuple(_curves(comparison))
     return Drawing(f"{comparison.model}: {comparison.task}", "error", "run time, s", drawn, x_log=True, y_log=True)
 
 
 def _curves(comparison: Comparison) -> Iterator[Series]:
-    """A line through the points of each curve, and the points."""
+    """Yield a line through the points of each curve, and the points."""
     taken = [0, 0]
     for curve in comparison.curves:
         colours = _NAIVE if curve.naive else _OURS

@@ -1,7 +1,7 @@
-"""Rows of models as a program runs them: block by block, all of their memory in one, known by its address.
+"""Rows of models as a program runs them: block by block, with all memory in one array, passed by address.
 
-A call from Python with a dozen arrays takes longer than a block; and an array that Python made costs a kernel more:
-each part that is taken of it is counted, with locked instructions.
+A call from Python with a dozen arrays takes longer than a block; and slices of an array made by Python cost a kernel
+reference counting with locked instructions.
 """
 
 import ctypes
@@ -21,7 +21,7 @@ from underfoot.models.modal.impact import ModalObject
 from underfoot.models.signals.events import EVENTS, append, event_list
 
 BLOCK = 960
-"""Frames; a fiftieth of a second at 48 kHz."""
+"""Frames per block; a fiftieth of a second at 48 kHz."""
 
 STRUCK = Layout(
     "struck_row",
@@ -50,7 +50,7 @@ _POINTER, _COUNT = types.CPointer(types.float64), types.int64
 
 
 def struck(modes: ArrayLike, rate: float, floor: float, events: Sequence[Sequence[float]]) -> Memory:
-    """A `struck_bank` at rest that is struck at `events`: (time, strength), from session frame 0 on.
+    """Return a `struck_bank` at rest that is struck at `events`: (time, strength), from session frame 0 on.
 
     `modes` [3, m] are rows of frequency (Hz), decay (1/s) and amplitude.
     """
@@ -62,7 +62,7 @@ def struck(modes: ArrayLike, rate: float, floor: float, events: Sequence[Sequenc
 
 
 def driven(modes: ArrayLike, rate: float, floor: float, excitation: Floats) -> Memory:
-    """A `driven_bank` at rest that is driven in every frame, by the same block again and again; `modes` as above."""
+    """Return a `driven_bank` at rest that is driven by the same block repeatedly; `modes` as above."""
     values = np.array(modes, np.float64)
     row = DRIVEN.zeros(**driven_bank.sizes(values.shape[1]))
     driven_bank.design(values, float(rate), floor, row.coefficients)
@@ -71,7 +71,8 @@ def driven(modes: ArrayLike, rate: float, floor: float, excitation: Floats) -> M
 
 
 def hit(modes: ArrayLike | ModalObject, rate: float, events: Sequence[Sequence[float]], **of_hammer: float) -> Memory:
-    """An object at rest that is hit at `events`: (time, velocity), by a hammer with the numbers of `hammer.HAMMER`.
+    """Return an object at rest that is hit at `events`: (time, velocity), by a hammer with the fields of
+    `hammer.HAMMER`.
 
     `modes` [4, m] are rows of frequency (Hz), decay (1/s), modal mass (kg) and shape.
     """
@@ -85,7 +86,7 @@ def hit(modes: ArrayLike | ModalObject, rate: float, events: Sequence[Sequence[f
 
 
 def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
-    """What lets a row run so many blocks from block `first` on.
+    """Return a function that runs this many blocks of a row from block `first` on.
 
     >>> row = driven([[12_000.0], [0.0], [2.0]], 48_000.0, 0.0, np.eye(1, BLOCK)[0])
     >>> ringing(row, 0, 1)()
@@ -98,14 +99,16 @@ def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
 
 @cache
 def _compiled(layout: Layout) -> CFunc:
-    """The kernel that runs rows of a layout: its address, the layout's sizes, the first block and how many."""
+    """Return the kernel for rows of a layout: it takes address, the layout's sizes, first block and number of
+    blocks.
+    """
     runs: dict[Layout, Callable[..., None]] = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}
     return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), runs[layout])
 
 
 @kernel
 def _take(events: Memory, following: int, end: int, taken: Memory) -> int:
-    """Copy the events from number `following` on that come before frame `end`; the number of the next one."""
+    """Copy the events from number `following` on that are before frame `end`; return the number of the next one."""
     taken.count = 0.0
     while following < len(events) and events.time[following] < end:
         append(taken, events.time[following], events.strength[following], events.duration[following])

@@ -1,5 +1,4 @@
-"""How late the floor answers in a scene: from the onset of a press to the first frame that is felt, and to the first
-picture that has something new in it."""
+"""Latency of a scene: from the onset of a press to the first frame of vibration, and to the first changed picture."""
 
 import math
 import random
@@ -26,24 +25,24 @@ from underfoot.scenes.shapes import Lines
 from underfoot.scenes.stage import Stage
 
 LISTEN_S, PICTURE_S = 0.005, 1.0 / 60.0
-"""How often a scene looks for force samples, and is painted: as the window and `underfoot scene` have it."""
+"""Intervals at which a scene reads force samples and is painted, as in the window and `underfoot scene`."""
 PRESS_N = 400.0
 DOWN_S, UP_S = 0.25, 0.45
-"""How long a press takes, and the least pause behind it."""
+"""Duration of a press, and the least pause after it."""
 MOST_S = 0.3
-"""What is felt later than this after an onset is no answer to it."""
+"""Longest delay after an onset at which vibration counts as a response to it."""
 _QUIET_S = 0.05
 _START_S = 60.0
 
 
 @dataclass(frozen=True)
 class SceneLatency:
-    """Seconds from a contact's onset (`ON_N` on its tile) to the first frame that its tile moves, one a press.
+    """Seconds from a contact's onset (`ON_N` on its tile) to the first frame at which its tile moves, one per press.
 
-    `heard_s` are to the session frame at which the onset's sample was read: what comes before is the engine's, what
-    comes after the scene's and the way back. `drawn_s` are to the frame at which the first picture was made, of sixty a
-    second, that has more in it than the last one before the press; painting it and the screen come on top. `cue_s` are
-    those of single strikes: from the beginning of what made them to their frame in the engine.
+    `heard_s` are to the session frame at which the onset's sample was read: the time before is the engine's, the time
+    after the scene's and the way back. `drawn_s` are to the frame of the first picture, of sixty a second, with more
+    content than the last one before the press; painting and the display come on top. `cue_s` are those of single
+    strikes: from their cause to their frame in the engine.
     """
 
     felt_s: NDArray[np.float64]
@@ -54,7 +53,7 @@ class SceneLatency:
 
     @property
     def distributions(self) -> dict[str, NDArray[np.float64]]:
-        """What was measured, by what it is."""
+        """Return the measurements by name."""
         return {
             "onset to its sample's being read": self.heard_s,
             "onset to the first felt frame": self.felt_s,
@@ -63,7 +62,7 @@ class SceneLatency:
         }
 
     def in_words(self) -> str:
-        """The distributions, a line each."""
+        """Return the distributions, one line each."""
         lines = [f"{self.presses} presses, {self.felt_s.size} felt, {self.drawn_s.size} seen"]
         for name, values in self.distributions.items():
             if values.size:
@@ -73,9 +72,9 @@ class SceneLatency:
 
 
 def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0, seed: int = 1) -> SceneLatency:
-    """Press tiles of the simulated 2 x 2 floor in their middles, at drawn times, while a scene plays without sound.
+    """Press tiles of the simulated 2 x 2 floor at their centres, at random times, while a scene plays without sound.
 
-    `UnderfootError` where the engine does not play.
+    Raises `UnderfootError` if the engine does not play.
     """
     target = Target(default_floor(), walker=False)
     scene = kind(target.floor, given, seed)
@@ -121,7 +120,7 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
 
 
 def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
-    """How late the frozen pond answers, felt and seen."""
+    """Measure how late the frozen pond responds, felt and seen."""
     tell("scenes: presses on the frozen pond")
     found = measured(discover()["frozen-pond"], {}, seconds=15.0 if quick else 60.0)
     for name, values in found.distributions.items():
@@ -131,12 +130,12 @@ def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None
 
 
 def _content(scene: Scene) -> int:
-    """How much is in a scene's picture; what fades makes no difference."""
+    """Return the amount of content in a scene's picture; fading makes no difference."""
     return sum(len(shape.ends_m) if isinstance(shape, Lines) else 1 for shape in scene.shapes())
 
 
 def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
-    """Tile and sample of each onset."""
+    """Yield tile and sample of each onset."""
     for tile in range(load_n.shape[1]):
         on = load_n[:, tile] >= ON_N
         for sample in np.flatnonzero(on[1:] & ~on[:-1]) + 1:
@@ -146,8 +145,9 @@ def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
 def _drawn_s(
     frames: NDArray[np.float64], load_n: NDArray[np.float64], pictures: Sequence[tuple[int, int]], rate_hz: float
 ) -> NDArray[np.float64]:
-    """For each onset, how much later the first picture came that has more in it than the last one before. `pictures`
-    are the frame of each, and how much is in it: what fades makes no difference."""
+    """Return, for each onset, the delay of the first picture with more content than the last one before. `pictures`
+    are the frame and the amount of content of each; fading makes no difference.
+    """
     at = np.array([frame for frame, _ in pictures])
     found = []
     for _, sample in _onsets(load_n):
@@ -171,7 +171,7 @@ def _wait(session: Session) -> None:
 def _felt_s(
     frames: NDArray[np.float64], load_n: NDArray[np.float64], first: int, moved: NDArray[np.bool_], rate_hz: float
 ) -> NDArray[np.float64]:
-    """For each onset on a tile that was still before, how much later it moves; none where it does not."""
+    """Return, for each onset on a tile that was still, the delay until it moves; nothing if it does not."""
     found = []
     for tile, sample in _onsets(load_n):
         at = math.ceil(frames[sample]) - first

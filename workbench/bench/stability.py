@@ -1,8 +1,8 @@
-"""Nodes and patches under stress: everything their declarations allow, at every rate, with inputs that nobody sends.
+"""Stress tests of nodes and patches: all declared parameter values, at every rate, with extreme inputs.
 
-A patch is stressed on one tile for each of `ROWS`, all in one program: each tile is given another kind of input, and
-each is struck. What is held to: every signal is finite; no fault but that of the input that is not a number, at the
-node that read it; what leaves `Safety` is within its limits; no node breaks its law (`laws`).
+A patch is stressed on one tile for each of `ROWS`, all in one program: each tile has another kind of input, and each
+is struck. Requirements: every signal is finite; no fault except that of the NaN input, at the node that read it; the
+output of `Safety` is within its limits; no node breaks its law (`laws`).
 """
 
 import time
@@ -30,44 +30,46 @@ from underfoot.patch.program import Program
 
 RATES = (8_000, 44_100, 48_000, 96_000, 192_000)
 ROWS = ("zero", "full", "steps", "impulses", "constant", "tiny", "huge", "nan")
-"""A tile for each kind of input: nothing, full scale, steps, single frames, DC, 1e-310, 1e6, and not a number."""
+"""One tile per kind of input: nothing, full scale, steps, single frames, DC, 1e-310, 1e6, and NaN."""
 FULL_N, FULL_M = 750.0, 0.15
-"""Full scale of a force, and of a place on a tile."""
+"""Full scale of a force, and of a position on a tile."""
 FRAMES = 768
 _BLOCKS = (1, 31, 224, 512)
 _STRIKES = (40.4, 411.0)
 _STRENGTHS = (1.0, 1.0, 10.0, 0.5, 1.0, 1e-310, 1e6, 1.0)
 _FARTHEST = 1e100
-"""A patch whose signals go beyond this overflows by its own arithmetic: a product of products is no fault."""
+"""A patch whose signals exceed this overflows by its own arithmetic, such as a product of products, which is no
+fault.
+"""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """What went wrong, and the patch and rate that make it go wrong again: `stress(patch, registry, rate)`."""
+    """A failure, with the patch and rate that reproduce it: `stress(patch, registry, rate)`."""
 
     what: str
     patch: Patch
     rate: int
 
     def line(self) -> str:
-        """One line for a person, and one for the file."""
+        """Return a line for a person, and one with the patch."""
         return f"{self.what}, at {self.rate} Hz, with\n{self.patch.dumps().decode()}"
 
 
 @dataclass
 class Stability:
-    """How much was tried, and what failed."""
+    """Number of trials, and the failures."""
 
     nodes: int = 0
     points: int = 0
     patches: int = 0
     simulated_s: float = 0.0
     cut_short: dict[str, int] = field(default_factory=dict)
-    """Nodes whose time was up, and the points at which it was."""
+    """Nodes whose time was up, and the number of points tried."""
     failures: list[Failure] = field(default_factory=list)
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return {
             "nodes": self.nodes,
             "points": self.points,
@@ -90,11 +92,11 @@ def run(
     seed: int = 1,
     tell: Callable[[str], None] = lambda line: None,
 ) -> Stability:
-    """Stress every node at its corners and at random points, and random patches; then let patches run for `seconds`.
+    """Stress every node at its corners and at random points, and random patches; then run patches for `seconds`.
 
-    `corners` and `points` are for each node, at each of `RATES`; the corners are all there are if they are so few. A
-    node may take `budget_s`. `sound` is a sound file for nodes that play one. At most one failure a node is kept, with
-    as little in its patch as makes it fail.
+    `corners` and `points` are per node, at each of `RATES`; all corners are tried if there are no more. A node may
+    take `budget_s`. `sound` is a sound file for nodes that play one. At most one failure per node is kept, with a
+    minimal patch.
     """
     result = Stability()
     draw = np.random.default_rng(seed)
@@ -128,7 +130,7 @@ def run(
 
 
 def stress(patch: Patch, registry: Registry, rate: int) -> str:
-    """What fails when `patch` is given every kind of input at `rate`; "" if nothing does.
+    """Run `patch` with every kind of input at `rate`; return what fails, or "".
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY).add("low-pass", REGISTRY)
@@ -175,7 +177,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
 
 
 def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: int) -> str:
-    """What fails while a walker walks over `patch` for `seconds` from session frame `frame` on; "" if nothing does."""
+    """Run a walker over `patch` for `seconds` from session frame `frame` on; return what fails, or ""."""
     source = SimulatedFloor(default_floor(1, 2), rate, patch.seed)
     source.skip(frame)
     loop = Loop(patch, registry, source, LoopOptions(rate_hz=rate, block=1024, frame=frame))
@@ -184,7 +186,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
         if k % 64 == 0:
             loop.send(Strike("", source.floor.ids[k // 64 % 2], 1.0))
         loop.run(1024)
-        if not (np.abs(loop.out) <= Limits().peak).all():  # false where it is not a number
+        if not (np.abs(loop.out) <= Limits().peak).all():  # false for NaN
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
         fault = loop.program.fault()
         if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _FARTHEST:
@@ -193,7 +195,7 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
 
 
 def alone(type: str, registry: Registry, parameters: dict[str, Any], wired: tuple[str, ...] = ()) -> Patch:
-    """A patch in which every input of a node is fed straight from floor and hand, and so are the parameters `wired`."""
+    """Return a patch in which all inputs of a node, and the parameters `wired`, are driven by floor and hand."""
     node = registry[type]
     patch = Patch(seed=3, title=f"{type} under stress").add(type, registry, **parameters)
     ports = [*node.inputs, *(node.input_ports[name] for name in wired)]
@@ -207,7 +209,7 @@ def alone(type: str, registry: Registry, parameters: dict[str, Any], wired: tupl
 
 
 def random_patch(registry: Registry, sound: str, draw: np.random.Generator) -> Patch:
-    """A patch drawn from the registry: up to a dozen nodes, most inputs wired to what came before, and an output."""
+    """Draw a patch from the registry: up to a dozen nodes, most inputs wired to earlier ones, and an output."""
     patch = Patch(title="drawn at random", seed=int(draw.integers(1 << 30)))
     types = sorted(registry)
     sinks = [type for type in types if registry[type].is_sink]
@@ -230,7 +232,7 @@ def random_patch(registry: Registry, sound: str, draw: np.random.Generator) -> P
 
 
 def smallest(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
-    """`patch` without the nodes, wires and settings that it can do without and still fail."""
+    """Return `patch` without the nodes, wires and settings that are not needed for the failure."""
     for id in [node.id for node in patch.nodes]:
         if len(patch.nodes) > 1 and fails(without := patch.remove([id])):
             patch = without
@@ -246,7 +248,7 @@ def smallest(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
 
 
 def _law_of_events(patch: Patch, registry: Registry, rate: int, scopes: list[str], events: list[str]) -> str:
-    """Laws that need events, on a tile of its own: the program tells the events of its last one."""
+    """Check the laws that need events, on a single tile: the program keeps the events of its last one."""
     row = ROWS.index("constant")
     program = Program(patch, registry, ROWS[row : row + 1], rate=rate, block=max(_BLOCKS), scopes=scopes + events)
     program.strike("", ROWS[row], _STRIKES[0], _STRENGTHS[row])
@@ -275,7 +277,7 @@ def _lawless(
     signals: dict[str, NDArray[np.float64]],
     events: dict[str, NDArray[np.float64]],
 ) -> str:
-    """The first law that a node broke on one tile, from all that its outputs gave there."""
+    """Return the first law that a node broke on one tile, from all its outputs there."""
     sources = {target: source for source, target in patch.wires}
     for node in patch.nodes:
         type = registry[node.type]
@@ -293,12 +295,12 @@ def _lawless(
 
 
 def _named(ends: dict[str, str], found: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-    """What was found at the ends of wires, by the names of the ports there."""
+    """Return the data at the ends of wires, by the names of the ports there."""
     return {name: found[end] for name, end in ends.items() if end in found}
 
 
 def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:
-    """Whether a patch fails at one of the rates; if so, the failure is kept, with the smallest patch that shows it."""
+    """Whether a patch fails at one of the rates; if so, store the failure with the smallest patch that shows it."""
     for rate in rates:
         if stress(patch, registry, rate):
             patch = smallest(patch, lambda less: bool(stress(less, registry, rate)))  # noqa: B023
@@ -310,7 +312,9 @@ def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int,
 def random_points(
     type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
 ) -> Iterator[Patch]:
-    """Patches with a node at the corners of its box, then at random points, some of its parameters driven by wires."""
+    """Yield patches with a node at the corners of its parameter box, then at random points, with some parameters
+    wired.
+    """
     node = registry[type]
     numbers = {name: p for name, p in node.parameters.items() if isinstance(p, Number | Count)}
     whole = 2 ** len(numbers)
@@ -335,7 +339,7 @@ def _values(type: str, registry: Registry, sound: str, draw: np.random.Generator
 
 
 def _value(parameter: Parameter, draw: np.random.Generator) -> Any:
-    """A value that the declaration allows; one in eight numbers lies at an end of its range."""
+    """Draw a value within the declaration; one in eight numbers is at an end of its range."""
     match parameter:
         case Number():
             place = draw.random()
@@ -360,7 +364,7 @@ def _between(low: float, high: float, draw: np.random.Generator) -> float:
 
 
 def _fed(patch: Patch, registry: Registry, kind: str) -> tuple[Patch, str]:
-    """With what feeds inputs of a kind, and the output that does: force, place, any unit, or footfalls and strikes."""
+    """Add a source for inputs of a kind, and return its output: force, position, any unit, or footfalls and strikes."""
     ids = {node.type: node.id for node in patch.nodes[1:]}
     if kind == "m":
         patch = patch.add("contact", registry)
@@ -395,7 +399,7 @@ def _with(patch: Patch, id: str, parameters: dict[str, Any]) -> Patch:
 
 
 def _outputs(patch: Patch, registry: Registry) -> tuple[list[str], list[str]]:
-    """Every output of a patch: signals, and events."""
+    """Return every output of a patch: signals, and events."""
     found: dict[str, list[str]] = {"signal": [], "event": []}
     for node in patch.nodes:
         for name, port in registry[node.type].output_ports.items():
@@ -414,7 +418,7 @@ def _blocks() -> Iterator[tuple[int, int]]:
 
 
 def _inputs(full: float) -> NDArray[np.float64]:
-    """Every kind of input, [row, frame]; `full` is full scale."""
+    """Return every kind of input, [row, frame]; `full` is full scale."""
     frame = np.arange(FRAMES)
     begun = frame >= 10
     signals = np.zeros((len(ROWS), FRAMES))

@@ -1,4 +1,4 @@
-"""How long things take, beside how fast this processor is meanwhile."""
+"""Run times, with the present speed of the processor."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -14,13 +14,13 @@ _THIRDS = 3
 
 
 class Timed(NamedTuple):
-    """What a run takes, in seconds, how slow the processor was meanwhile (`machine.slowness`), and the spread.
+    """Run time in seconds, the processor's slowness during it (`machine.slowness`), and the spread.
 
-    Both are lower quartiles: neighbours on the machine add to most times, and a moment of a quicker clock takes from
-    the least. (Over a minute on two shared cores, minima of three seconds each, over the floor's, strayed by 10 to
-    12 %, lower quartiles by 3 to 5 %.) What was measured at another time is held against `slowness` times as much: a
-    slower clock or a busy neighbour fails nothing, and a faster clock hides nothing. `spread` is how far the first, the
-    second and the last third of the runs lie apart, as a share.
+    Both are lower quartiles: other processes lengthen most times, and moments of a faster clock shorten the least.
+    (Over a minute on two shared cores, minima of three seconds each, relative to the reference, varied by 10 to 12 %,
+    lower quartiles by 3 to 5 %.) A time measured earlier is scaled by `slowness` before a comparison: a slower clock
+    or a busy neighbour causes no failure, and a faster clock hides nothing. `spread` is the relative difference
+    between the first, second and last third of the runs.
     """
 
     seconds: float
@@ -29,15 +29,15 @@ class Timed(NamedTuple):
 
     @property
     def at_best(self) -> float:
-        """The seconds that it would have taken on the processor at its best."""
+        """The time in seconds on the processor at its best."""
         return self.seconds / self.slowness
 
 
 class Run(NamedTuple):
-    """What is timed: a call, and the clock that tells its time.
+    """A call to be timed, and the clock for it.
 
-    That of the thread stands still while others have the processor. Where a call waits for another process, it is to be
-    the one on the wall.
+    The thread's clock stops while others have the processor. A call that waits for another process needs the wall
+    clock.
     """
 
     call: Callable[[], object]
@@ -45,7 +45,7 @@ class Run(NamedTuple):
 
 
 def timed(call: Callable[[], object], budget_s: float = 0.2) -> Timed:
-    """Time runs of one thing, as many as fit into `budget_s`, but five at least, after one that is not counted.
+    """Time runs of a call, as many as fit into `budget_s`, but at least five, after one that is not counted.
 
     >>> 0.1 < timed(lambda: None, 0.0).slowness < 100.0
     True
@@ -54,9 +54,9 @@ def timed(call: Callable[[], object], budget_s: float = 0.2) -> Timed:
 
 
 def timed_in_turn(runs: Sequence[Run], budget_s: float, tell: Callable[[str], None] = lambda line: None) -> list[Timed]:
-    """Time each of `runs` for about `budget_s`, by turns in several rounds, so that a slow second strikes all alike.
+    """Time each of `runs` for about `budget_s`, by turns in several rounds, so that a slow second affects all alike.
 
-    One run of each, ahead of them, is not counted: it may compile.
+    A first run of each is not counted: it may compile.
     """
     for run in runs:
         run.call()
@@ -69,7 +69,7 @@ def timed_in_turn(runs: Sequence[Run], budget_s: float, tell: Callable[[str], No
 
 
 def _turn(run: Run, budget_s: float) -> list[tuple[float, float]]:
-    """Seconds and slowness of one run after the other."""
+    """Return seconds and slowness of successive runs."""
     found: list[tuple[float, float]] = []
     left = budget_s
     while not found or left > 0.0:

@@ -28,10 +28,11 @@ Tell = Callable[[str], None]
 
 
 def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None, cluster: str | None = None) -> Bench:
-    """Times, reach, the latency of a session, accuracy and stability. Quick takes about five minutes.
+    """Measure times, requirements, latency, accuracy and stability. Quick takes about five minutes.
 
     In full: some minutes for the first three; then at most ten for each node, every corner and point, random patches,
-    and an hour of sound, which takes several hours. On a `cluster`, the rows of reach that have no time (`reach.run`).
+    and an hour of sound, which takes several hours. The requirements that are not times run on a `cluster`, if given
+    (`reach.run`).
     """
     load = os.getloadavg()[0]
     floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
@@ -55,7 +56,7 @@ def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None, clus
 
 
 def run_times(tell: Tell = lambda line: None) -> Bench:
-    """What takes how long, and nothing else: about twenty seconds."""
+    """Measure times only: about twenty seconds."""
     load = os.getloadavg()[0]
     floor_costs, times = _times((36,), (64, 1024), [], 0.3, tell)
     return Bench(times, floor_costs, load=load, cores=cores())
@@ -64,7 +65,7 @@ def run_times(tell: Tell = lambda line: None) -> Bench:
 def _times(
     tiles: tuple[int, ...], block_sizes: tuple[int, ...], presets_named: list[str], budget_s: float, tell: Tell
 ) -> tuple[list[BlockCost], list[Reach]]:
-    """All that is timed, by turns: coarse gravel on large floors, presets, and what the families of models have."""
+    """Measure all times by turns: coarse gravel on large floors, presets, and the timings of the model families."""
     tell("times: kernels are loaded")
     coarse = {COARSE: Patch.load(library.patches()[COARSE], REGISTRY)}
     scenes = list(blocks.scenes(coarse, REGISTRY, tiles, block_sizes))
@@ -80,14 +81,14 @@ def _times(
 
 
 def _walked(name: str) -> Callable[[], object]:
-    """A second of a preset under the walker, and the next one."""
+    """Return a function that runs the next second of a preset under the walker."""
     loop = Loop(Patch.load(library.patches()[name], REGISTRY), REGISTRY, SimulatedFloor(default_floor()))
     loop.send(Play(True))
     return partial(loop.play, RATE_HZ)
 
 
 def _write_sound(path: Path) -> None:
-    """A short sound at a rate of its own, for nodes that play one."""
+    """Write a short sound with an unusual rate, for nodes that play one."""
     import soundfile
 
     soundfile.write(path, np.sin(np.arange(2000) * 0.05), 22_050)

@@ -1,1 +1,1 @@
-"""The outside world: where force comes from and vibration goes."""
+"""Devices: the sources of force and the outputs for vibration."""

@@ -1,4 +1,4 @@
-"""Accelerometers on the inputs of the sound card that plays, or behind the tiles' own converters, over the link."""
+"""Accelerometers, on inputs of the sound card that plays, or on the tiles' own converters and read over the link."""
 
 import math
 from dataclasses import dataclass
@@ -7,15 +7,15 @@ from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
 
 FORM = "TILE:CHANNEL:M_S2 or TILE:link:M_S2, as t1:0:98.1"
-"""How one is written: its tile, its input from 0 or that it comes with the forces, and the m/s^2 of full scale."""
+"""Text form of an accelerometer: its tile, its input (from 0) or `link`, and the m/s^2 of full scale."""
 LINK = -1
-"""The channel of one whose samples come over the link."""
+"""Channel of an accelerometer whose samples come over the link."""
 MOST_INPUTS = 32
 
 
 @dataclass(frozen=True)
 class Accelerometer:
-    """The accelerometer of a tile, on input `channel` from 0 or over the `LINK`; `m_s2_per_unit` at full scale."""
+    """An accelerometer of a tile, on input `channel` (from 0) or over the `LINK`; `m_s2_per_unit` is full scale."""
 
     tile: str
     channel: int
@@ -28,7 +28,7 @@ class Accelerometer:
 
 
 def accelerometers_of(text: str, floor: Floor) -> tuple[Accelerometer, ...]:
-    """Those that a text names, with spaces between; `BadValue` for a form or a tile that is not known.
+    """Parse accelerometers separated by spaces; raise `BadValue` for an unknown form or tile.
 
     >>> from underfoot.floor.layout import default_floor
     >>> accelerometers_of("t1:0:98.1 t2:1:50", default_floor())[1]

@@ -1,17 +1,17 @@
-"""What a sound card's clock says between its blocks, from the jittered times at which it asks for them."""
+"""Estimate of a sound card's clock from the jittered times of its callbacks."""
 
 import math
 
 _SETTLING = 2.0
-"""While the count is young the loop is wider: this over its age, in radians a second."""
+"""While the count is young, the loop's bandwidth is this over its age, in radians per second."""
 _LOST_S = 0.05
-"""A block that is so far from where it was expected begins a new count: somebody stood still meanwhile."""
+"""Deviation in seconds after which a block begins a new count: the process or the card was interrupted."""
 _MOST_PPM = 1000.0
-"""No card is so far from its nominal rate; crystals are within 100."""
+"""Largest deviation from the nominal rate; crystals are within 100 ppm."""
 
 
 class BlockClock:
-    """Follows a counter of frames that moves at nearly `rate_hz`, by a delay-locked loop of `bandwidth_hz`.
+    """Tracks a frame counter of nearly `rate_hz` by a delay-locked loop of `bandwidth_hz`.
 
     Adriaensen, Using a DLL to filter time (Linux Audio Conference 2005), for intervals that need not be equal.
 
@@ -24,12 +24,12 @@ class BlockClock:
 
     def __init__(self, rate_hz: float, bandwidth_hz: float = 0.1) -> None:
         self.rate_hz = rate_hz
-        """Frames a second, as it seems."""
+        """Estimated frames per second."""
         self._nominal_hz, self._omega = rate_hz, 2.0 * math.pi * bandwidth_hz
         self._time_s = self._frame = self._begun_s = math.nan
 
     def update(self, now_s: float, frame: float) -> None:
-        """At `now_s` the counter went to `frame`."""
+        """Note that the counter reached `frame` at `now_s`."""
         error = frame - self.frame_at(now_s)
         if not abs(error) < _LOST_S * self._nominal_hz:
             self._time_s = self._begun_s = now_s
@@ -45,9 +45,9 @@ class BlockClock:
 
     @property
     def age_s(self) -> float:
-        """How long it has followed this count; NaN before the first block."""
+        """Time in seconds since this count began; NaN before the first block."""
         return self._time_s - self._begun_s
 
     def frame_at(self, now_s: float) -> float:
-        """Where the counter is at `now_s`, with the jitter of its blocks taken out; NaN before the first block."""
+        """Return the counter's estimated value at `now_s`, without jitter; NaN before the first block."""
         return self._frame + self.rate_hz * (now_s - self._time_s)

@@ -1,4 +1,4 @@
-"""What tiles of hardware send, as newtons: by the tiles' profiles, and nominally where there is none."""
+"""Conversion of hardware tiles' readings to newtons, by the tiles' profiles, or nominally without one."""
 
 from collections.abc import Mapping
 from datetime import date
@@ -21,12 +21,11 @@ from underfoot.floor.profile import Profile
 from underfoot.kernels import kernel
 
 NOMINAL_COUNTS_A_NEWTON, NOMINAL_ZERO = 20.0, 1000.0
-"""What a sensor that nobody calibrated is taken to read: up to 3.2 kN, and pulls of up to 50 N, which real plates
-show."""
+"""Nominal sensor without calibration: range up to 3.2 kN, and pulls of up to 50 N, which real plates show."""
 
 
 def nominal_force(readings: ArrayLike) -> NDArray[np.float64]:
-    """Newtons of readings, any shape, of sensors that nobody calibrated.
+    """Return the force in newtons of readings of uncalibrated sensors, any shape.
 
     >>> nominal_force([1000, 3000])
     array([  0., 100.])
@@ -35,7 +34,7 @@ def nominal_force(readings: ArrayLike) -> NDArray[np.float64]:
 
 
 def nominal_readings(force_n: ArrayLike) -> NDArray[np.int64]:
-    """What such sensors read of newtons, any shape: rounded, and kept within 0 to 65535.
+    """Return the readings of such sensors for forces in newtons, any shape: rounded, and clipped to 0 to 65535.
 
     >>> nominal_readings([-1e6, 0.0, 100.0, 1e6])
     array([    0,  1000,  3000, 65535])
@@ -45,10 +44,10 @@ def nominal_readings(force_n: ArrayLike) -> NDArray[np.int64]:
 
 
 class Conversion:
-    """Newtons of what the tiles of `floor` send; `profiles` by tile id, as `profiles_of` gives them.
+    """Converts readings of the tiles of `floor` to newtons; `profiles` by tile id, as from `profiles_of`.
 
-    Hysteresis and creep are compensated and centroids are corrected where a profile has that (`floor.live_readings`).
-    `notices` say which tiles are not calibrated, and what speaks against their profiles today.
+    Hysteresis and creep are compensated, and centroids corrected, where a profile has them (`floor.live_readings`).
+    `notices` name the tiles that are not calibrated, and signs that a profile no longer holds.
 
     >>> from underfoot.floor.layout import default_floor
     >>> conversion = Conversion(default_floor(1, 2), {})
@@ -72,10 +71,11 @@ class Conversion:
         self.newtons(nothing, np.zeros((0, 4), np.int64), np.zeros(0), nothing)  # loads the kernel
 
     def newtons(self, rows: Whole, readings: Whole, time_s: Floats, epochs: Whole) -> Floats:
-        """Newtons (n, 4) of readings (n, 4), each of the floor's tile in `rows` (n,), in the order they came.
+        """Return the forces (n, 4) in newtons of readings (n, 4), each of the floor's tile in `rows` (n,), in order of
+        arrival.
 
-        `time_s` is the tile's own clock; a tile with another number in `epochs` has restarted, and its sensors were at
-        rest.
+        `time_s` is the tile's own clock; a change of a tile's number in `epochs` means that it has restarted, with its
+        sensors at rest.
         """
         out = np.empty((len(rows), 4))
         tables, rows = self._tables, np.ascontiguousarray(rows)

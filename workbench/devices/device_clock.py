@@ -1,18 +1,17 @@
-"""When a sample was taken, on the session's clock, told from the device's own clock and from when its samples arrived.
+"""Mapping of a device's clock to the session's, from device times and arrival times of samples.
 
-A device's clock is even but goes at its own rate; what it sends is never early, but late by whatever buffers, radio and
-schedulers take. So the line through the earliest arrivals is the device's clock on the host's: the lower convex hull
-of the earliest arrival of each quarter of a second of the last ten (Moon, Skelly and Towsley 1999 fit it so too). The
-session is a clock of the same kind: its blocks are asked for on time or late. Both lines together say which frame a
-sample belongs to.
+A device's clock is even but has its own rate; samples are never early, but delayed by buffers, radio and schedulers.
+So the line through the earliest arrivals maps the device's clock to the host's: the lower convex hull of the earliest
+arrival of each quarter of a second of the last ten seconds (as fitted by Moon, Skelly and Towsley 1999). The session
+is mapped in the same way: its blocks are requested on time or late. Both lines together give a sample's session frame.
 
-Samples are then set back by a playout delay, so that they are there when they are due, and evenly spaced: by as much
-as 99 of 100 arrivals need. What arrives at once is one arrival, as late as its oldest sample: a link that always sends
-many samples together gets the hold that it needs, but a moment's stall, of which everything suffers, is one among a
-hundred. The quantile is followed as from a stream (Robbins and Monro 1951): an arrival that is later moves it up by 1 %
-of itself (at 1 kHz), any other down by a 99th of that, 10 % in a second; in a clock's first ten seconds faster. The
-mapping that is applied is slewed by at most 5 % of the time that passes, and so never runs backwards; only a step of
-more than 50 ms is taken at once.
+Samples are then delayed by a playout delay that 99 of 100 arrivals need, so that they are evenly spaced and present
+when due. Samples that arrive together count as one arrival, as late as the oldest of them: a link that always sends
+bursts gets the delay that it needs, but a single stall, which delays everything, is one arrival among a hundred. The
+quantile is estimated recursively (Robbins and Monro 1951): an arrival that is later raises it by 1 % of itself (at 1
+kHz), any other lowers it by a 99th of that, 10 % in a second; faster in a clock's first ten seconds. The applied
+mapping is slewed by at most 5 % of the elapsed time, and so never runs backwards; only a step of more than 50 ms is
+applied at once.
 """
 
 from dataclasses import dataclass
@@ -22,15 +21,16 @@ import numpy as np
 from underfoot.kernels import kernel
 
 WINDOW_US, WINDOWS = 250_000.0, 40
-"""The earliest arrival of each window of this length is kept, for this many of them."""
+"""Length of a window, of which the earliest arrival is kept, and number of windows kept."""
 IN_TIME = 0.99
-"""The share of arrivals that the playout delay is long enough for."""
+"""Share of arrivals that the playout delay covers."""
 MAX_DELAY_S = 0.020
-"""Samples are not set back by more, beyond a block, than a force is held in a gap
-(docs/contracts.md#signals-events-rows)."""
+"""Largest playout delay, beyond a block: as long as a force is held in a gap
+(docs/contracts.md#signals-events-rows).
+"""
 MAX_SLEW, JUMP_S = 0.05, 0.050
 MAX_DRIFT = 0.02
-"""Ceramic resonators are within half a percent; nothing that counts microseconds is worse than this."""
+"""Largest drift: ceramic resonators are within half a percent, and no clock that counts microseconds exceeds this."""
 
 CLOCK = np.dtype(
     [
@@ -55,29 +55,28 @@ CLOCK = np.dtype(
     ],
     align=True,
 )
-"""What is known of a device's clock. Fields that end in `_us` are microseconds of the device since `origin_us`; all
-others, but `epoch` and `count`, are frames of the host, of which offsets are what an arrival has beyond the device's
-own time.
+"""State of a device's clock. Fields ending in `_us` are device microseconds since `origin_us`; all others, except
+`epoch` and `count`, are frames of the host. An offset is an arrival's frame minus the device's own time.
 
-`epoch` is -1 before anything was heard, and `heard` the frame of the latest arrival. The window that is open began at
-`opened_us`; its `earliest` offset came at `earliest_us`. `count` windows were closed, the latest of which are kept. The
-line is `offset` at `pivot_us`, with `slope` frames a microsecond; `rms_error` is of the windows from it. `delay` is the
-playout delay, of arrivals from frame `began` to `noted`, and `applied` the offset by which the latest sample was set,
-at `applied_us`."""
+`epoch` is -1 before the first arrival; `heard` is the frame of the latest one. The open window began at `opened_us`;
+its `earliest` offset was at `earliest_us`. `count` windows were closed, the latest of which are kept. The line is
+`offset` at `pivot_us`, with `slope` frames per microsecond; `rms_error` is the windows' deviation from it. `delay` is
+the playout delay, from arrivals of frames `began` to `noted`; `applied` is the offset applied to the latest sample, at
+`applied_us`.
+"""
 
-_FEW = 4  # windows from which a rate can be told
-_UP_HZ = 10.0  # of itself: how fast the delay goes up while every sample comes too late for it
-_LEAST_DELAY_S = 0.001  # of which it goes up where it is less
+_FEW = 4  # least number of windows for a rate
+_UP_HZ = 10.0  # relative rate at which the delay grows while every sample comes too late
+_LEAST_DELAY_S = 0.001  # a smaller delay grows as fast as this one
 _UNHEARD = -1
 
 
 @dataclass(frozen=True)
 class ClockFit:
-    """A clock against the host's: how far its second is from ours, how well that is known, and how late samples come.
+    """Fit of a device's clock to the host's: drift, error, and playout delay.
 
-    `drift_ppm` is positive where the clock is slow (its second lasts longer), `error_s` the RMS distance of the
-    earliest arrivals from the line, and `delay_s` the playout delay: how far samples are set back so as to be there
-    when they are due.
+    `drift_ppm` is positive if the clock is slow (its second lasts longer), `error_s` the RMS distance of the earliest
+    arrivals from the line, and `delay_s` the delay by which samples are present when due.
     """
 
     drift_ppm: float
@@ -86,7 +85,7 @@ class ClockFit:
 
 
 class DeviceClocks:
-    """The clocks of `count` devices, on a host that counts `rate` frames a second. `table` has a record of each.
+    """Clocks of `count` devices, on a host that counts `rate` frames per second. `table` has one record for each.
 
     >>> clocks = DeviceClocks(1, rate=48_000.0)
     >>> for i in range(5000):  # a device whose second lasts 1.0001 of ours, each sample 1 ms on its way
@@ -103,15 +102,15 @@ class DeviceClocks:
         self.forget()
 
     def forget(self) -> None:
-        """Begin with every clock anew."""
+        """Reset all clocks."""
         self.table["epoch"] = _UNHEARD
 
     def known_s(self, device: int) -> float:
-        """For how long a clock was observed without a break."""
+        """Return the time in seconds for which a clock has been observed without a break."""
         return float(self.table["count"][device] * WINDOW_US * 1e-6)
 
     def fit(self, device: int) -> ClockFit | None:
-        """What is known of a device's clock; None before the first second of it."""
+        """Return the fit of a device's clock; None in its first second."""
         clock = self.table[device]
         if clock["count"] < _FEW:
             return None
@@ -122,9 +121,9 @@ class DeviceClocks:
 
 @kernel
 def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rate: float) -> None:
-    """Note that what a device sent at this (unwrapped) time of its own had arrived in this frame of the host.
+    """Note that a sample of this (unwrapped) device time arrived in this frame of the host.
 
-    Another `epoch` (0 or more) than before begins anew.
+    A change of `epoch` (0 or more) resets the clock.
     """
     if clock.epoch != epoch:
         _begin(clock, epoch, microseconds, frame)
@@ -133,7 +132,7 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
     clock.heard = frame
     if abs(x - clock.opened_us) >= WINDOW_US:
         if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
-            clock.count = 0  # all is later than it was: what was known before says nothing about now
+            clock.count = 0  # everything is later than before: earlier windows no longer hold
         at = clock.count % WINDOWS
         clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
         clock.count += 1
@@ -143,7 +142,7 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
     if offset < clock.earliest:
         clock.earliest, clock.earliest_us = offset, x
     beyond = offset - _line(clock, x)
-    if beyond < -JUMP_S * rate:  # what came so far was held up
+    if beyond < -JUMP_S * rate:  # earlier samples were held up
         clock.count = 0
         clock.slope = 0.0
         clock.opened_us = x
@@ -152,14 +151,14 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
 
 @kernel
 def arrival_frame(clock: np.record, microseconds: float, rate: float) -> float:
-    """The frame of the host in which what a device sends at this time of its own arrives at the earliest."""
+    """Return the host frame of the earliest possible arrival of a sample of this device time."""
     x = microseconds - clock.origin_us
     return x * rate * 1e-6 + _line(clock, x)
 
 
 @kernel
 def sent_frame(clock: np.record, frame: float, rate: float) -> float:
-    """The device's own time, in frames, of what arrives in this frame of the host at the earliest."""
+    """Return the device time, in frames, of a sample whose earliest possible arrival is this host frame."""
     a_us = rate * 1e-6
     x_frames = (frame - clock.offset + clock.slope * clock.pivot_us) / (1.0 + clock.slope / a_us)
     return clock.origin_us * a_us + x_frames
@@ -167,10 +166,10 @@ def sent_frame(clock: np.record, frame: float, rate: float) -> float:
 
 @kernel
 def note_lateness(clock: np.record, arrived: float, frames: float, most: float, period: float, rate: float) -> None:
-    """Note that a sample, which arrived in this frame, could be used `frames` after the one that it belongs to.
+    """Note that a sample that arrived in this frame could be used `frames` after its own frame.
 
-    Samples come every `period` frames. Of those that arrived at once the first counts, which is the oldest. The delay
-    is `most` frames at most: what is later was held up, and says nothing of others.
+    Samples come every `period` frames. Of samples that arrive together only the first, the oldest, counts. The delay
+    is at most `most` frames: a later sample was held up, and says nothing about others.
     """
     if arrived == clock.noted or frames > most:
         return
@@ -185,9 +184,10 @@ def note_lateness(clock: np.record, arrived: float, frames: float, most: float, 
 
 @kernel
 def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> float:
-    """Apply the mapping to a sample that is to go to `frame`; returns where it goes.
+    """Apply the mapping to a sample that belongs at `frame`; return the frame at which it is placed.
 
-    It may not move faster than `MAX_SLEW` against the samples before it, but for a step of more than `JUMP_S`.
+    The mapping changes by at most `MAX_SLEW` of the time since the previous sample, except for a step of more than
+    `JUMP_S`.
     """
     x = microseconds - clock.origin_us
     passed = x - clock.applied_us
@@ -202,9 +202,9 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> 
 
 @kernel
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
-    """Forget all that is known; the line goes through this arrival. Windows are kept by their count alone.
+    """Reset a clock; the line goes through this arrival. Only the windows' count is reset.
 
-    How late samples come is the link's doing, which goes on as it was when a device's clock has stepped.
+    Lateness is a property of the link, and is kept when a device's clock steps.
     """
     clock.delay = clock.delay if clock.epoch >= 0 else 0.0
     clock.epoch, clock.origin_us = epoch, microseconds
@@ -222,7 +222,7 @@ def _line(clock: np.record, x: float) -> float:
 
 @kernel
 def _refit(clock: np.record, rate: float) -> None:
-    """Fit the line: the lower hull of the earliest arrivals, where their middle lies."""
+    """Fit the line: the segment of the earliest arrivals' lower hull at their middle."""
     count = min(clock.count, WINDOWS)
     at_us, earliest = clock.window_us[:count], clock.window_earliest[:count]
     middle = 0.0
@@ -246,5 +246,5 @@ def _refit(clock: np.record, rate: float) -> None:
         beyond = earliest[i] - _line(clock, at_us[i])
         below = min(below, beyond)
         squares += beyond * beyond
-    clock.offset += below  # where the slope is not the hull's
+    clock.offset += below  # if the slope is not the hull's
     clock.rms_error = np.sqrt(squares / count)

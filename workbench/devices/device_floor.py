@@ -1,7 +1,7 @@
-"""A floor of hardware: what its tiles send over a transport, as corner forces on the session's clock.
+"""A floor of hardware tiles: the samples received over a transport, as corner forces on the session's clock.
 
-Tile number n on the wire is the floor's tile in row n, counted from 0. `row_assembly` says how samples of tiles become
-samples of the floor.
+Tile number n on the wire is the floor's tile in row n, from 0. `row_assembly` combines the tiles' samples into samples
+of the floor.
 """
 
 import time
@@ -25,15 +25,15 @@ from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 
-_SETTLED_S = 5.0  # after which a clock's fit is told
+_SETTLED_S = 5.0  # after which a clock's fit is reported
 _WRONG_RATE = 0.1
 
 
 class DeviceFloor:
-    """The force of `floor` as it comes over `transport`, from session frame `frame` on; a `ForceSource`.
+    """The force of `floor` as received over `transport`, from session frame `frame` on; a `ForceSource`.
 
-    It reads from `start` to `close`. `rate` is session frames a second, `rate_hz` samples a second of each tile;
-    `profiles`, by tile id, turn readings into newtons; `form` is that of `Parser`.
+    It reads from `start` to `close`. `rate` is session frames per second, `rate_hz` samples per second of each tile;
+    `profiles`, by tile id, convert readings to newtons; `form` is that of `Parser`.
     """
 
     def __init__(
@@ -67,16 +67,16 @@ class DeviceFloor:
         self.reader = TransportReader(transport, self.receive, form)
         self.reader.notices.extend(self._conversion.notices)
         self.receive(np.zeros(0, SAMPLE), self._since_s)
-        self.pull(frame)  # which has no sample yet, but loads the kernels before they are needed in time
+        self.pull(frame)  # loads the kernels in advance; there is no sample yet
         session.forget()
 
     def hear(self, accelerometers: tuple[Accelerometer, ...]) -> LinkAcceleration:
-        """What accelerometers over the link measure from now on; before `start`."""
+        """Return the acceleration over the link of these accelerometers; call before `start`."""
         self._acceleration = LinkAcceleration(accelerometers, self.floor, self._assembly)
         return self._acceleration
 
     def start(self) -> None:
-        """Begin to read; returns at once, whether or not there is something to read."""
+        """Start reading; returns at once, also without a device."""
         self.reader.start()
 
     def close(self) -> None:
@@ -85,26 +85,28 @@ class DeviceFloor:
 
     @property
     def end(self) -> int:
-        """The session frame up to which samples were asked for."""
+        """Session frame up to which samples were requested."""
         return self._end
 
     @property
     def counts(self) -> FrameCounts:
-        """What became of the frames that came."""
+        """Counts of received frames."""
         return self.reader.counts
 
     @property
     def late(self) -> int:
-        """Samples that came when the row they belong to had been handed over."""
+        """Number of samples that arrived after their row was handed over."""
         return int(self._progress["late"])
 
     @property
     def latency_s(self) -> float:
-        """From when a sample would arrive without jitter to the first frame that it changes, a mean over a second."""
+        """Time in seconds from a sample's jitter-free arrival to the first frame that it changes, averaged over a
+        second.
+        """
         return float(self._progress["latency"]) / self._rate
 
     def take_notices(self) -> list[str]:
-        """What happened since the last call, a line each. Not for the callback."""
+        """Return the notices since the last call, one line each. Not for the callback."""
         notices = self.reader.take_notices() + self._health.take_notices()
         for key, line in self._findings():
             if line and key not in self._announced:
@@ -113,7 +115,7 @@ class DeviceFloor:
         return notices
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end`. Allocates nothing."""
+        """Write the samples before session frame `end` to the buffers. Allocates nothing."""
         now = (time.monotonic() - self._since_s) * self._rate
         if end > self._end:
             self._begin, self._end = self._end, end
@@ -122,7 +124,7 @@ class DeviceFloor:
     def receive(self, samples: NDArray[np.void], now_s: float) -> None:
         """Queue samples of tiles, records of `wire_format.SAMPLE` that arrived at `now_s` by `time.monotonic`.
 
-        Called in the reading thread: readings become newtons, and go where `pull` finds them.
+        Called in the reading thread: converts readings to newtons, and queues them for `pull`.
         """
         known = samples["tile"] < len(self.floor.tiles)
         if not known.all():
@@ -144,7 +146,7 @@ class DeviceFloor:
         self._health.feed(tiles, time_s, readings, force_n)
 
     def _findings(self) -> Iterator[tuple[str, str]]:
-        """What is to be told once: a key, and a line, empty as long as there is nothing to tell."""
+        """Yield notices to report once: a key, and a line, empty while there is nothing to report."""
         yield "clocks", self._clock_line()
         yield "rate", self._rate_line()
         yield "overflow", "samples come faster than they are taken; some are dropped" if self._overflowed else ""
@@ -153,7 +155,7 @@ class DeviceFloor:
             yield f"stranger {tile.id}", self.reader.stranger_line(row)
 
     def _clock_line(self) -> str:
-        """What is known of the clocks, when that has settled."""
+        """Return the fit of the clocks, once it has settled."""
         settled = [row for row in range(len(self.floor.tiles)) if self.clocks.known_s(row) >= _SETTLED_S]
         fits = [fit for row in settled if (fit := self.clocks.fit(row)) is not None]
         if not fits:
@@ -165,7 +167,7 @@ class DeviceFloor:
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
 
     def _rate_line(self) -> str:
-        """Say so where tiles do not sample as often as they were said to."""
+        """Return a line if a tile's sample rate differs from the declared one."""
         for row, tile in enumerate(self.floor.tiles):
             period = self.reader.period_us(row)
             if period > 0 and abs(period * 1e-6 * self.rate_hz - 1.0) > _WRONG_RATE:
@@ -173,7 +175,7 @@ class DeviceFloor:
         return ""
 
     def _unknown_line(self) -> str:
-        """Name the numbers of tiles that the floor does not have."""
+        """Return a line with the tile numbers that the floor does not have."""
         if not self._unknown_tiles:
             return ""
         last = len(self.floor.tiles) - 1

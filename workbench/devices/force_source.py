@@ -1,4 +1,4 @@
-"""What every source of force offers to the engine."""
+"""The interface of force sources to the engine."""
 
 from typing import NamedTuple, Protocol
 
@@ -8,27 +8,27 @@ from numpy.typing import NDArray
 from underfoot.floor.layout import Floor
 
 MAX_SAMPLES = 512
-"""Samples that a source may hand over at once."""
+"""Most samples that a source hands over at once."""
 SENSOR_HZ = 1000.0
-"""Samples a second of a tile, as the thesis's, unless it is said otherwise."""
+"""Default sample rate of a tile, as in the thesis."""
 
 
 class SampleBuffers(NamedTuple):
-    """Where a source puts the samples that it hands over."""
+    """Buffers into which a source writes samples."""
 
     stamps: NDArray[np.float64]
-    """[MAX_SAMPLES]: the session frame of a sample, on the engine's clock."""
+    """[MAX_SAMPLES]: session frame of a sample, on the engine's clock."""
     arrivals: NDArray[np.float64]
-    """[MAX_SAMPLES]: the session frame from which the sample counts; at most its stamp where the future is known."""
+    """[MAX_SAMPLES]: session frame from which the sample is valid; at most its stamp if the future is known."""
     forces: NDArray[np.float64]
-    """[MAX_SAMPLES, tiles, 4], in newtons, not tared. NaN for a tile of which no sample came for this one."""
+    """[MAX_SAMPLES, tiles, 4], in newtons, not tared. NaN for a tile without a sample of its own."""
 
 
 class ForceSource(Protocol):
-    """Corner forces of a floor, sample by sample, each with the session frame it belongs to.
+    """Corner forces of a floor, sample by sample, each with its session frame.
 
-    `pull` puts the samples that came since into the arrays, which are allocated once, and says how many there are. The
-    arrays are those of `SampleBuffers`.
+    `pull` writes the samples received since the last call into the arrays, which are allocated once, and returns their
+    number. The arrays are those of `SampleBuffers`.
     """
 
     floor: Floor
@@ -38,10 +38,12 @@ class ForceSource(Protocol):
     forces: NDArray[np.float64]
 
     def pull(self, end: int) -> int:
-        """Take what came before session frame `end`; at most `MAX_SAMPLES` samples. Allocates nothing."""
+        """Write the samples before session frame `end`, at most `MAX_SAMPLES`, and return their number. Allocates
+        nothing.
+        """
         ...
 
 
 def sample_buffers(floor: Floor) -> SampleBuffers:
-    """Buffers for the samples of a floor, zeros."""
+    """Return zeroed buffers for the samples of a floor."""
     return SampleBuffers(np.zeros(MAX_SAMPLES), np.zeros(MAX_SAMPLES), np.zeros((MAX_SAMPLES, len(floor.tiles), 4)))

@@ -1,8 +1,8 @@
-"""Accelerometers whose samples come over the link, beside the forces: m/s^2 of each tile at session frames.
+"""Accelerometers whose samples come over the link with the forces: m/s^2 per tile at session frames.
 
-A tile's device has one clock, by which its samples of force and of acceleration are set to the session's. What is
-between two samples is Lagrange's polynomial through six. It is told `LAG_S` late: by then all that is not lost has
-come, and what is lost counts as rest.
+A tile's device has one clock, which maps its samples of force and acceleration to the session. Values between samples
+are interpolated by Lagrange's polynomial through six. Output is delayed by `LAG_S`: by then all samples that are not
+lost have arrived; lost ones count as rest.
 """
 
 from typing import Any
@@ -18,13 +18,13 @@ from underfoot.kernels import kernel
 from underfoot.models.filtering.resampling import BEFORE, BEHIND, lagrange_weights
 
 LAG_S = 0.1
-"""So long after its frame acceleration is told."""
+"""Delay in seconds of the output behind its frame."""
 EACH = 4
-"""Samples in a frame of the wire."""
+"""Samples per frame of the wire."""
 _QUEUE = 1 << 14
 _KEPT = 1 << 13  # samples of a tile
-_MOST_LOST = 64  # frames: after more, a tile begins anew
-_EASE = 1.0 / 32.0  # of the way that a sample's clock moves what is known of the spacing
+_MOST_LOST = 64  # frames: after more lost ones, a tile starts again
+_EASE = 1.0 / 32.0  # weight of a frame in the running estimate of the sample spacing
 
 QUEUED = np.dtype(
     [
@@ -36,7 +36,7 @@ QUEUED = np.dtype(
     ],
     align=True,
 )
-"""A frame of the wire that waits."""
+"""A queued frame of the wire."""
 TILE = np.dtype(
     [
         ("epoch", np.int64),
@@ -48,14 +48,15 @@ TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile: epoch (-1: nothing yet), sequence and time of its newest frame, microseconds between two,
-and the number and time of its newest sample."""
+"""State of a tile: epoch (-1: none yet), sequence and time of its newest frame, microseconds between two frames, and
+the number and time of its newest sample.
+"""
 
 
 class LinkAcceleration:
-    """Takes acceleration from a reading thread by `receive`, and gives it to the output callback by `fill`.
+    """Receives acceleration in a reading thread by `receive`, and delivers it to the output callback by `fill`.
 
-    `assembly` has the clocks of the device's floor. Tiles that `accelerometers` do not name are left out.
+    `assembly` has the clocks of the device's floor. Tiles not in `accelerometers` are ignored.
     """
 
     def __init__(self, accelerometers: tuple[Accelerometer, ...], floor: Floor, assembly: Assembly) -> None:
@@ -68,8 +69,8 @@ class LinkAcceleration:
         self._values = np.zeros((len(floor.tiles), _KEPT))
         self._weights = np.zeros(BEFORE + 1 + BEHIND)
         self._parts = tuple(assembly)
-        self._queued = self._taken = 0  # the first written by the reading thread, the second by `fill`
-        self.fill(np.zeros((1, len(floor.tiles)), np.float32), 0, 1)  # loads the kernel before it is needed
+        self._queued = self._taken = 0  # written by the reading thread, and by `fill`
+        self.fill(np.zeros((1, len(floor.tiles)), np.float32), 0, 1)  # loads the kernel in advance
 
     def receive(self, samples: NDArray[np.void]) -> None:
         """Queue frames of the wire, records of `wire_format.SAMPLE` of kind `ACCELERATION`. In the reading thread."""
@@ -82,7 +83,7 @@ class LinkAcceleration:
         self._queued += len(samples)
 
     def fill(self, rows: NDArray[np.float32], frame: int, n: int) -> None:
-        """Write acceleration at `n` session frames from `frame` on into `rows` [frame, tile]. Allocates nothing."""
+        """Write the acceleration of `n` session frames from `frame` on into `rows` [frame, tile]. Allocates nothing."""
         head = self._queued
         _fill(self._parts, self._queue, (self._taken, head), self._tiles, self._values, self._weights, rows, (frame, n))
         self._taken = head
@@ -99,7 +100,7 @@ def _fill(
     rows: NDArray[np.float32],
     stretch: tuple[int, int],
 ) -> None:
-    """See `LinkAcceleration.fill`; of the queue, numbers `waiting` are new."""
+    """Implement `LinkAcceleration.fill`; the queue's numbers `waiting` are new."""
     assembly = Assembly(*assembly_parts)
     for i in range(waiting[0], waiting[1]):
         entry = queue[i % len(queue)]
@@ -127,7 +128,7 @@ def _fill(
 
 @kernel
 def _take(tile: np.record, values: NDArray[np.float64], entry: np.record) -> None:
-    """Put the samples of a frame of the wire where they belong; what was lost before them is rest."""
+    """Store the samples of a frame of the wire; samples lost before them are set to rest."""
     ahead = ((entry.sequence - tile.sequence + 0x8000) & 0xFFFF) - 0x8000
     if tile.epoch != entry.epoch or abs(ahead) > _MOST_LOST:
         tile.epoch, tile.period_us = entry.epoch, 0.0

@@ -1,4 +1,4 @@
-"""The force of a rendering: forces that were measured, a simulated walker, or nobody; and how long it lasts."""
+"""The force source of an offline rendering (measured forces, a simulated walker, or nobody) and its length."""
 
 from collections.abc import Mapping
 
@@ -11,11 +11,11 @@ from underfoot.floor.profile import Profile
 from underfoot.floor.tile_parameters import TileParameters
 
 DEFAULT_S = 5.0
-"""Seconds that are rendered where no forces say how long."""
+"""Default length of a rendering in seconds, without forces."""
 TAIL_S = 0.5
-"""Seconds that are rendered behind the last sample of forces."""
+"""Seconds rendered after the last force sample."""
 _THESE_TILES = 1
-"""The seed of simulated tiles: those that a session simulates."""
+"""Seed of simulated tiles, as in a session."""
 
 
 def offline_source(
@@ -28,10 +28,10 @@ def offline_source(
     simulation: TileParameters | None = None,
     profiles: Mapping[str, Profile] | None = None,
 ) -> tuple[ForceSource, float]:
-    """Where the force of a rendering comes from, and how many seconds there are of it.
+    """Return the force source of a rendering, and its length in seconds.
 
-    Without `forces` the seeded walker walks on the floor, 2 x 2 tiles by default; or, not `walking`, nobody does. With
-    `simulation` the floor is the very tiles of a session, with their `profiles`.
+    Without `forces` the seeded walker walks on the floor, 2 x 2 tiles by default; without `walking`, nobody does. With
+    `simulation` the floor has the same simulated tiles as a session, with their `profiles`.
     """
     floor = floor or default_floor()
     if forces is not None:

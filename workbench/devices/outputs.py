@@ -1,4 +1,4 @@
-"""The sound cards that a floor plays on, in a text; and which channels of the floor go to which card."""
+"""The text form of the sound cards that a floor plays on, and the assignment of its channels to them."""
 
 import re
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from underfoot.devices.sound import MAX_CHANNELS, max_channels
 from underfoot.errors import BadValue, require
 
 FORM = 'NAME, NAME=CHANNELS, or several with "; " between, as USB A=18; USB B=18'
-"""How sound cards are written."""
+"""Text form of sound cards."""
 MOST_CARDS = 8
 
 _ONE = re.compile(r"(?P<name>[^;]*?)\s*(=\s*(?P<channels>\d+))?")
@@ -16,7 +16,7 @@ _ONE = re.compile(r"(?P<name>[^;]*?)\s*(=\s*(?P<channels>\d+))?")
 
 @dataclass(frozen=True)
 class Output:
-    """A sound card by (a part of) its name, "" the default one, and how many channels to use; 0: all that it has."""
+    """A sound card by (a part of) its name, "" for the default one, and the number of channels to use; 0 for all."""
 
     name: str
     channels: int = 0
@@ -26,7 +26,7 @@ class Output:
 
 
 def outputs_of(text: str) -> tuple[Output, ...]:
-    """The cards that a text names, at least one; `BadValue` for what cannot be.
+    """Parse a list of cards, at least one; raise `BadValue` for an invalid text.
 
     >>> outputs_of("USB A=18; USB B")
     (Output(name='USB A', channels=18), Output(name='USB B', channels=0))
@@ -52,7 +52,7 @@ def outputs_of(text: str) -> tuple[Output, ...]:
 
 
 def text_of(outputs: Sequence[Output]) -> str:
-    """The text that `outputs_of` reads.
+    """Return the text that `outputs_of` parses.
 
     >>> text_of(outputs_of("USB A=18;USB B"))
     'USB A=18; USB B'
@@ -62,7 +62,7 @@ def text_of(outputs: Sequence[Output]) -> str:
 
 @dataclass(frozen=True)
 class CardChannels:
-    """What a card plays: `count` channels of the floor, from `first` on."""
+    """The channels of a card: `count` channels of the floor, from `first` on."""
 
     output: Output
     first: int
@@ -73,14 +73,14 @@ class CardChannels:
 
     @property
     def name(self) -> str:
-        """The card's name, for a person."""
+        """The card's name, for display."""
         return self.output.name or "the default sound device"
 
 
 def card_channels(text: str, wanted: int) -> tuple[CardChannels, ...]:
-    """`wanted` channels laid on the cards of `text`, one card after the other; the last may have too few.
+    """Assign `wanted` channels to the cards of `text`, one card after the other; the last may have too few.
 
-    Cards that nothing is left for are not opened, except the first.
+    Cards that get no channels are not opened, except the first.
 
     >>> card_channels("nowhere A=18; nowhere B=18", 30)[1]
     CardChannels(output=Output(name='nowhere B', channels=18), first=18, count=12)

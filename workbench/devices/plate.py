@@ -1,8 +1,8 @@
 """The variable stiffness plate (thesis 6.3): a plate on foam whose stiffness a servo sets, over a serial line.
 
-Lines of text. `MOVE position seconds` lets the servo go to a position, 0 to 1, in so many seconds whatever the
-distance, so that nobody hears how far it goes; it answers `MOVING`, and `AT position` when it is there. `HOLD` stops it
-where it is, `AT position` answers. `ERR words` says what is wrong.
+The protocol is lines of text. `MOVE position seconds` moves the servo to a position, 0 to 1, in this time whatever the
+distance, so that the sound does not reveal the distance; the reply is `MOVING`, and `AT position` on arrival. `HOLD`
+stops it where it is; the reply is `AT position`. `ERR words` reports an error.
 """
 
 import time
@@ -19,17 +19,17 @@ from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
 
 MOVE_S = 4.0
-"""How long every move takes (thesis 6.3.6)."""
+"""Duration of every move in seconds (thesis 6.3.6)."""
 LATE_S = 2.0
-"""A servo that has not said that it is there so long after it should be is lost."""
+"""Seconds after which a servo that should have arrived is considered lost."""
 BAUD = 115_200
 FORMAT, VERSION = "underfoot-plate", 1
 
 
 class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Stiffness in N/mm at positions of the servo, both rising; between them it is straight in the logarithm.
+    """Stiffness in N/mm at positions of the servo, both rising; interpolated linearly in its logarithm.
 
-    `error` is the mean relative error of the lines that were fitted.
+    `error` is the mean relative error of the fitted lines.
     """
 
     positions: tuple[float, ...]
@@ -47,7 +47,7 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
         require(good, "stiffness_n_mm", list(self.stiffness_n_mm), "above 0 and rising with the position")
 
     def position(self, stiffness_n_mm: float) -> float:
-        """Where the servo must be for a stiffness; `BadValue` outside what was calibrated.
+        """Return the servo position of a stiffness; raise `BadValue` outside the calibrated range.
 
         >>> round(PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0)).position(80.0), 6)
         0.5
@@ -58,19 +58,20 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     @staticmethod
     def load(path: str | Path) -> "PlateCalibration":
-        """The calibration in a file; `BadFile` for what is none."""
+        """Load a calibration; raise `BadFile` if the file is not one."""
         return read_document(read_file(path), str(path), FORMAT, VERSION, PlateCalibration)
 
     def save(self, path: str | Path) -> None:
-        """Write the calibration beside `path` and move it into place."""
+        """Write the calibration to a file, atomically."""
         write_file(path, write_document(FORMAT, VERSION, self) + b"\n")
 
 
 class Plate:
-    """The plate at a serial port. `want` says which stiffness, `poll` drives it there and says whether it is; no wait.
+    """The plate at a serial port. `want` sets the stiffness, `poll` drives it there and reports arrival, without
+    waiting.
 
-    It never moves under a load: a move that is asked for waits until nobody is on the plate, and one that is on is held
-    when somebody steps on, and then made anew.
+    It never moves under a load: a requested move waits until nobody is on the plate, and a move in progress is held
+    when somebody steps on, and then repeated.
     """
 
     def __init__(
@@ -88,11 +89,13 @@ class Plate:
         self._due = 0.0
 
     def want(self, stiffness_n_mm: float) -> None:
-        """Go to a stiffness; takes as long when the plate has it already. `BadValue` for one that it cannot have."""
+        """Go to a stiffness; takes as long if the plate has it already. Raises `BadValue` outside the range."""
         self._position, self._is_wanted = self.calibration.position(stiffness_n_mm), True
 
     def poll(self, is_loaded: bool) -> bool:
-        """Go on; whether the plate stands still where it was wanted. `DeviceError` where it is lost."""
+        """Continue the move; return whether the plate has arrived and stands still. Raises `DeviceError` if it is
+        lost.
+        """
         for line in self._lines():
             word, _, rest = line.partition(" ")
             if word == "ERR":
@@ -111,7 +114,7 @@ class Plate:
         return not (self._is_wanted or self._is_moving)
 
     def close(self) -> None:
-        """Stop it, and let go of the port."""
+        """Stop it, and close the port."""
         with suppress(DeviceError):
             self._write("HOLD")
         self._line.close()
@@ -132,13 +135,15 @@ class Plate:
 
 
 def plate_of(text: str) -> Plate:
-    """The plate of `PORT:FILE`, a serial port and a calibration file; `BadValue`, `BadFile` or `DeviceError`."""
+    """Open the plate of `PORT:FILE`, a serial port and a calibration file; raise `BadValue`, `BadFile` or
+    `DeviceError`.
+    """
     port, path = split_plate(text)
     return Plate(port, PlateCalibration.load(path))
 
 
 def split_plate(text: str) -> tuple[str, str]:
-    """Port and calibration file of `PORT:FILE`; a drive's letter is part of the file.
+    """Split `PORT:FILE` into port and calibration file; a drive letter is part of the file.
 
     >>> split_plate("/dev/ttyACM0:plate.json"), split_plate("COM3:C:/plate.json")
     (('/dev/ttyACM0', 'plate.json'), ('COM3', 'C:/plate.json'))

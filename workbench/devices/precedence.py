@@ -1,16 +1,18 @@
-"""A thread that fills a sound card's blocks goes before others, where the system lets a program ask for that."""
+"""Real-time priority for threads that fill a sound card's blocks, where the system grants it."""
 
 import os
 from contextlib import suppress
 
 PRIORITY = 20
-"""Of 1 to 99. Threads that read tiles ask for none: with 10, samples came later in three of three pairs of runs."""
+"""Priority, 1 to 99. Threads that read tiles request none: with 10, samples were later in three of three pairs of
+runs.
+"""
 
 
 def take_precedence() -> None:
-    """Let the calling thread run before all that is not real time; without a word where that is not granted.
+    """Run the calling thread before all threads that are not real-time; no error if that is not granted.
 
-    On Linux it is granted to root, and to whom `ulimit -r` says so. Processes that the thread starts do not inherit it.
+    Linux grants it to root, and to users permitted by `ulimit -r`. Processes that the thread starts do not inherit it.
     """
-    with suppress(AttributeError, OSError):  # other systems have no such call, and most people no right to it
+    with suppress(AttributeError, OSError):  # other systems lack the call, and most users the right
         os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))

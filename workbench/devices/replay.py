@@ -1,4 +1,4 @@
-"""Forces that were recorded, played back at their own pace."""
+"""Recorded forces, played back at their own rate."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,27 +10,27 @@ from underfoot.kernels import kernel
 
 
 class Replay:
-    """Samples of a force table, the first of them at session frame `start`. Over and over if `repeats`."""
+    """Samples of a force table, the first of them at session frame `start`; looped if `repeats`."""
 
     def __init__(self, forces: ForceSeries, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
         self.floor, self.rate_hz = floor, forces.rate_hz
         self.stamps, _, self.forces = sample_buffers(floor)
-        self.arrivals = self.stamps  # what will come is known
+        self.arrivals = self.stamps  # the future is known
         self._frames = (forces.time_s - forces.time_s[0]) * rate + start
         self._force_n = np.ascontiguousarray(forces.force_n)
         self._length = self._frames[-1] - start + rate / forces.rate_hz
         self._repeats = repeats
         self._next = 0
         self._shift = 0.0
-        self.pull(start)  # which has no sample yet, but loads the kernel before it is needed in time
+        self.pull(start)  # loads the kernel in advance; there is no sample yet
 
     @property
     def over(self) -> bool:
-        """Whether the last sample was handed over."""
+        """Whether the last sample has been handed over."""
         return self._next >= len(self._frames)
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end`."""
+        """Write the samples before session frame `end` to the buffers."""
         count = 0
         while True:
             count, self._next = _play(
@@ -52,10 +52,10 @@ def _play(
     shift: float,
     end: float,
 ) -> tuple[int, int]:
-    """Hand over samples from number `first` on, behind the `count` that are there.
+    """Hand over samples from number `first` on, after the `count` already there.
 
-    `frames` (n,) and `force_n` (n, tiles, 4) are what was recorded; it is played `shift` frames later. Returns how many
-    there are then, and the number of the next sample.
+    `frames` (n,) and `force_n` (n, tiles, 4) are as recorded; playback is `shift` frames later. Returns the new count,
+    and the number of the next sample.
     """
     i = first
     while count < len(stamps) and i < len(frames) and frames[i] + shift < end:

@@ -1,4 +1,4 @@
-"""A source of force at another rate: linear between its samples."""
+"""A force source at another rate, by linear interpolation."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,8 @@ _MAX_SAMPLES = 1 << 15
 
 
 class Resampled:
-    """The samples of `source` at `rate_hz` instead of its own; in a gap of the source there are none. Not for live use:
-    it allocates.
+    """The samples of `source` at `rate_hz` instead of its own; none in a gap of the source. It allocates, so it is not
+    for live use.
 
     >>> from underfoot.devices.replay import Replay
     >>> from underfoot.floor.forces import ForceSeries
@@ -36,7 +36,7 @@ class Resampled:
         self.forces = np.zeros((_MAX_SAMPLES, len(source.floor.tiles), 4))
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end` that lie between the source's, at most as many as the buffers hold."""
+        """Write the interpolated samples before session frame `end` to the buffers, as many as fit."""
         while count := self._source.pull(end):
             self._stamps = np.append(self._stamps, self._source.stamps[:count])
             self._forces = np.append(self._forces, self._source.forces[:count], axis=0)

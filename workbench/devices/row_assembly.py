@@ -1,9 +1,9 @@
-"""Kernels that set tile samples to the session's clock, and put those of one moment into one row of forces.
+"""Kernels that map tile samples to the session's clock, and combine those of one instant into one row of forces.
 
-Each tile has a clock of its own, which `device_clock` sets to the session; tiles whose times are the leading one's to
-the microsecond stand behind one hub, and share its clock. The tile that was heard first leads: each of its samples
-makes a row, at its own time, and a sample of another tile joins the row that it is nearest to. Nothing is interpolated.
-A tile of which no sample belongs to a row is NaN in it, and a row to which none belongs is not there.
+Each tile has a clock of its own, which `device_clock` maps to the session; tiles whose times equal the leader's to the
+microsecond are behind one hub, and share its clock. The tile heard first leads: each of its samples begins a row, at
+its own time, and a sample of another tile joins the nearest row. Nothing is interpolated. A tile without a sample for
+a row is NaN in it, and a row without any sample is omitted.
 """
 
 from typing import Any, NamedTuple
@@ -18,10 +18,10 @@ from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
 QUEUE = 1 << 16
-"""Tile samples that can wait to be put into rows."""
+"""Capacity of the queue of tile samples."""
 _ROWS = 1024
-_LEFT_S = 0.1  # a leading tile that is silent for this long leads no more
-_WAIT_S = 0.1  # so long the newest row waits for tiles that are not in it yet
+_LEFT_S = 0.1  # a leading tile that is silent for this many seconds no longer leads
+_WAIT_S = 0.1  # seconds for which the newest row waits for missing tiles
 
 QUEUED = np.dtype(
     [
@@ -33,13 +33,14 @@ QUEUED = np.dtype(
     ],
     align=True,
 )
-"""A sample that waits: the floor's tile, its epoch and own time, when it arrived, and its forces."""
+"""A queued sample: the floor's tile, its epoch and own time, its arrival, and its forces."""
 
 TILE = np.dtype(
     [("clock", np.int64), ("newest_us", np.float64), ("epoch", np.int64), ("seen_epoch", np.int64)], align=True
 )
-"""What is known of a tile: the tile whose clock it goes by, and its newest time in its present epoch (-1: none).
-`seen_epoch` is that of the newest sample that was looked at, which its clock may not have been shown yet."""
+"""State of a tile: the tile whose clock it uses, and its newest time in its present epoch (-1: none). `seen_epoch` is
+the epoch of the newest sample examined, which its clock may not have observed yet.
+"""
 
 PROGRESS = np.dtype(
     [
@@ -60,18 +61,19 @@ PROGRESS = np.dtype(
     ],
     align=True,
 )
-"""How far the rows are. Of all samples queued so far, the clocks `observed` so many, and so many were `placed`. Rows
-are numbered through; `next_row` is handed over next, `newest_row` was begun last, at session frame `newest_since`, and
-`last_stamp` is that of the last handed over. The reference is the newest sample of the tile that leads: its row, frame
-and own time, and by which clock in which epoch. `leader` and `reference_clock` are -1 until something was heard. `late`
-samples came when their row had been handed over. `latency` is how many frames lie between one in which a sample arrives
-at the earliest and the first that it changes, a mean over a second."""
+"""Progress of the assembly. Of all samples queued so far, `observed` were passed to the clocks, and `placed` were put
+into rows. Rows are numbered; `next_row` is handed over next, `newest_row` was begun last, at session frame
+`newest_since`, and `last_stamp` is the stamp of the last one handed over. The reference is the newest sample of the
+leading tile: its row, frame and own time, and its clock and epoch. `leader` and `reference_clock` are -1 before the
+first sample. `late` samples arrived after their row was handed over. `latency` is the number of frames from a
+sample's earliest arrival to the first frame that it changes, averaged over a second.
+"""
 
 
 class Assembly(NamedTuple):
-    """All that is kept between two blocks. `rate` is session frames a second, `period` frames between two rows.
+    """State kept between two blocks. `rate` is session frames per second, `period` frames between two rows.
 
-    Only the reading thread writes to `queue`, and only to places that `free_places` gives.
+    Only the reading thread writes to `queue`, and only to places from `free_places`.
     """
 
     rate: float
@@ -82,11 +84,11 @@ class Assembly(NamedTuple):
     tiles: NDArray[np.void]  # (tiles,) of TILE
     progress: NDArray[np.void]  # (1,) of PROGRESS
     rows: NDArray[np.float64]  # (rows, tiles, 4): a ring
-    received: NDArray[np.bool_]  # (rows, tiles): which of `rows` have a sample
+    received: NDArray[np.bool_]  # (rows, tiles): whether `rows` has a sample
 
 
 def assembly(floor: Floor, rate: float, rate_hz: float, clocks: DeviceClocks, session: DeviceClocks) -> Assembly:
-    """An assembly of rows of `floor`, whose tiles send `rate_hz` samples a second, for a session at `rate`."""
+    """Return an assembly of rows of `floor`, whose tiles send `rate_hz` samples per second, for a session at `rate`."""
     tiles = len(floor.tiles)
     made = Assembly(
         rate=float(rate),
@@ -115,7 +117,7 @@ def enqueue(
     count: int,
     now_s: float,
 ) -> None:
-    """Queue the first `count` of samples, `wire_format.SAMPLE`, with their forces (n, 4), as number `head` and on."""
+    """Queue the first `count` samples, `wire_format.SAMPLE`, with their forces (n, 4), as numbers `head` and on."""
     for i in range(count):
         entry, sample = queue[(head + i) % len(queue)], samples[i]
         entry.tile, entry.epoch, entry.time_us = sample.tile, sample.epoch, sample.microseconds
@@ -128,10 +130,10 @@ def enqueue(
 def hand_over(
     assembly_parts: tuple[Any, ...], buffers: tuple[Any, ...], head: int, begin: int, end: int, now: float
 ) -> int:
-    """Set what was queued, up to number `head`, to the session's clock, and hand over the rows before frame `end`.
+    """Map the queued samples, up to number `head`, to the session's clock; hand over the rows before frame `end`.
 
-    The block before `end` began at frame `begin`; `now` is the host's time, in frames. Returns how many rows there are.
-    `assembly_parts` and `buffers` are the parts of an `Assembly` and of `SampleBuffers`: Numba allocates where it is
+    The block before `end` began at frame `begin`; `now` is the host's time, in frames. Returns the number of rows.
+    `assembly_parts` and `buffers` are the parts of an `Assembly` and of `SampleBuffers`: Numba allocates when it is
     given a named tuple.
     """
     assembly, out = Assembly(*assembly_parts), SampleBuffers(*buffers)
@@ -150,16 +152,16 @@ def hand_over(
         count = _emit(assembly, out, count, begin, end)
         if at.placed >= head or count == len(out.stamps):
             return count
-        if count == before:  # no space for what comes, and what waits is of a time far off
+        if count == before:  # no space for new samples, and the waiting ones are of a distant time
             assembly.received[:] = False
             at.next_row = at.newest_row + 1
 
 
 @kernel
 def _end_of_epoch(assembly: Assembly, head: int) -> int:
-    """The number of the next sample, not the first that waits, with which a tile begins anew; `head` for none.
+    """Return the number of the next sample, after the first that waits, at which a tile restarts; `head` for none.
 
-    What a tile sent before its clock stepped has to be set by what is known of it as it was then.
+    Samples sent before a tile's clock stepped are mapped with the clock's state before the step.
     """
     observed = assembly.progress[0].observed
     for i in range(observed, head):
@@ -173,9 +175,9 @@ def _end_of_epoch(assembly: Assembly, head: int) -> int:
 
 @kernel
 def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
-    """Show what was queued since the last time, up to number `until`, to the clocks.
+    """Pass all samples queued since the last call, up to number `until`, to the clocks.
 
-    All of it, before any of it is set: the last of a burst that was held up knows best.
+    This precedes the mapping of any of them: the last sample of a delayed burst gives the best estimate.
     """
     rate, at = assembly.rate, assembly.progress[0]
     most = device_clock.MAX_DELAY_S * rate + end - begin
@@ -194,7 +196,7 @@ def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
 
 @kernel
 def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool:
-    """Set a sample to the session's clock and put it into its row; False where there is no space for it yet."""
+    """Map a sample to the session's clock and put it into its row; return False if there is no space for it yet."""
     at, clock = assembly.progress[0], assembly.clocks[assembly.tiles[entry.tile].clock]
     sent = session_frame(assembly, clock, entry.time_us)
     frame = device_clock.slewed(clock, entry.time_us, sent + delay, assembly.rate)
@@ -206,14 +208,14 @@ def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool
 
 @kernel
 def session_frame(assembly: Assembly, clock: np.record, time_us: float) -> float:
-    """The session's frame at a device's time, before any delay."""
+    """Return the session frame of a device time, before any delay."""
     arrived = device_clock.arrival_frame(clock, time_us, assembly.rate)
     return device_clock.sent_frame(assembly.session[0], arrived, assembly.rate)
 
 
 @kernel
 def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
-    """The largest playout delay of the clocks that were heard in the last second."""
+    """Return the largest playout delay of the clocks heard in the last second."""
     delay = 0.0
     for k in range(len(clocks)):
         if clocks[k].epoch >= 0 and now - clocks[k].heard < rate:
@@ -223,7 +225,7 @@ def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
 
 @kernel
 def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
-    """The tile whose clock this sample goes by."""
+    """Return the tile whose clock this sample uses."""
     k = entry.tile
     if at.leader < 0:
         at.leader = k
@@ -239,14 +241,14 @@ def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
 
 @kernel
 def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin: int) -> bool:
-    """Put a sample into its row; False where there is no space for it before others are handed over."""
+    """Put a sample into its row; return False if other rows must be handed over first."""
     at, k, period = assembly.progress[0], entry.tile, assembly.period
     if at.reference_clock < 0:
         at.reference_frame = frame
     clock = assembly.tiles[k].clock
     apart = (frame - at.reference_frame) / period
     if clock == at.reference_clock and epoch == at.reference_epoch:
-        apart = (entry.time_us - at.reference_us) * assembly.rate * 1e-6 / period  # which no slewing touches
+        apart = (entry.time_us - at.reference_us) * assembly.rate * 1e-6 / period  # not affected by slewing
     row = at.reference_row + int(np.rint(apart))
     if row >= at.next_row + len(assembly.rows):
         if at.next_row <= at.newest_row:
@@ -270,7 +272,7 @@ def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin
 
 @kernel
 def _emit(assembly: Assembly, out: SampleBuffers, count: int, begin: int, end: int) -> int:
-    """Hand over the rows that are due before frame `end`, behind the `count` that there are; returns how many then."""
+    """Hand over the rows due before frame `end`, after the `count` already there; return the new count."""
     at, rows, received, period = assembly.progress[0], assembly.rows, assembly.received, assembly.period
     while at.next_row <= at.newest_row and count < len(out.stamps):
         frame = at.reference_frame + (at.next_row - at.reference_row) * period
@@ -279,7 +281,7 @@ def _emit(assembly: Assembly, out: SampleBuffers, count: int, begin: int, end: i
         place = at.next_row % len(rows)
         is_newest = at.next_row == at.newest_row
         if is_newest and begin - at.newest_since < _WAIT_S * assembly.rate and not received[place].all():
-            break  # the rest of it may be on its way
+            break  # the rest of it may still arrive
         some = False
         for k in range(rows.shape[1]):
             for sensor in range(4):

@@ -1,4 +1,4 @@
-"""The simulated floor: people who walk, and a hand or mouse, on tiles that read at 1 kHz."""
+"""The simulated floor: walkers, and a hand or mouse, on tiles sampled at 1 kHz."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,17 +19,17 @@ from underfoot.kernels import kernel
 from underfoot.models import gait
 
 WALK_S = 600.0
-"""The walk is drawn for this long, then begins again."""
+"""Length of the generated walk in seconds, which then repeats."""
 
 
 class SimulatedFloor:
-    """Forces on `floor`, the same for the same seed. Without `simulation` its sensors are ideal: noise-free and tared.
+    """Forces on `floor`, determined by the seed. Without `simulation` its sensors are ideal: noise-free and tared.
 
-    With `simulation` they err as real ones do, and are read by `profiles` (by tile id) or, where a tile has none, by
-    the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, people or a recording
-    are then those that the parameters name; `people` walk in any case. Everything a walker will do is known, so every
+    With `simulation` they have the errors of real ones, and are converted by `profiles` (by tile id) or, for a tile
+    without one, by the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, people
+    or recording are then those that the parameters name; `people` walk in any case. The whole walk is known, so every
     sample arrives in time; `footfalls` and `curves` say whose foot is where (`simulated_loads.feet_down`). `walk` and
-    `press` act from the next sample on.
+    `press` take effect with the next sample.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class SimulatedFloor:
     ) -> None:
         self.floor, self.rate_hz = floor, SENSOR_HZ
         self.stamps, _, self.forces = sample_buffers(floor)
-        self.arrivals = self.stamps  # what will come is known
+        self.arrivals = self.stamps  # the future is known
         self._period = rate / SENSOR_HZ
         self._rate = float(rate)
         self._plates = floor.plates()
@@ -71,15 +71,15 @@ class SimulatedFloor:
                 self._recorded = recorded(simulation.recording, floor)
 
     def skip(self, frame: int) -> None:
-        """Begin at session frame `frame`, with sensors at rest until then."""
+        """Start at session frame `frame`, with sensors at rest until then."""
         self._sample = math.ceil(frame / self._period)
 
     def walk(self, on: bool) -> None:
-        """Let the walker walk, or stand aside."""
+        """Start or stop the walker."""
         self._is_walking = on
 
     def press(self, row: int, x_m: float, y_m: float, force_n: float) -> None:
-        """Press on a tile at a place in its frame; 0 lets go."""
+        """Press on a tile at a point in its frame; 0 N releases it."""
         if force_n > 0.0:
             place = np.array([x_m, y_m])
             if self.sensors is not None:
@@ -88,7 +88,7 @@ class SimulatedFloor:
         self._hands[row]["target_n"] = force_n
 
     def pull(self, end: int) -> int:
-        """The samples before session frame `end`."""
+        """Write the samples before session frame `end` to the buffers."""
         count = min(max(math.ceil(end / self._period) - self._sample, 0), MAX_SAMPLES)
         if count:
             _clear(self.stamps, self.forces, self._sample, count, self._period)
@@ -108,7 +108,7 @@ class SimulatedFloor:
 
 
 def recorded(path: str, floor: Floor) -> NDArray[np.float64]:
-    """A force CSV of `floor` at 1 kHz, straight between its samples and across its gaps: shape (n, tiles, 4)."""
+    """Read a force CSV of `floor` at 1 kHz, linearly interpolated also across gaps: shape (n, tiles, 4)."""
     forces = read_forces(path, floor)
     time_s = forces.time_s - forces.time_s[0]
     at = np.arange(math.floor(time_s[-1] * SENSOR_HZ) + 1) / SENSOR_HZ
@@ -119,7 +119,7 @@ def recorded(path: str, floor: Floor) -> NDArray[np.float64]:
 
 @kernel
 def _clear(stamps: NDArray[np.float64], forces: NDArray[np.float64], first: int, count: int, period: float) -> None:
-    """Stamp `count` samples from number `first` on, with no force."""
+    """Stamp `count` samples from number `first` on, with zero force."""
     for i in range(count):
         stamps[i] = (first + i) * period
         forces[i] = 0.0

@@ -1,4 +1,4 @@
-"""Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty, and what opens one says why."""
+"""Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty; opening one raises the reason."""
 
 import threading
 from collections.abc import Callable
@@ -13,16 +13,16 @@ from underfoot.devices.precedence import take_precedence
 from underfoot.errors import DeviceError
 
 _SAFE_S = 0.1
-"""A latency with which a busy machine loses nothing."""
+"""Latency in seconds at which a busy machine loses nothing."""
 _STAMPS = 200
-"""Of so many blocks the middle is taken of when they leave the device: one says it with milliseconds of jitter."""
+"""Blocks over which the median of the output time is taken: single stamps have milliseconds of jitter."""
 MAX_CHANNELS = 32
-"""Channels that one stream carries (PulseAudio's limit)."""
+"""Most channels of one stream (PulseAudio's limit)."""
 
 
 @dataclass(frozen=True)
 class Card:
-    """An output device: its name, its channels, and the rate it prefers."""
+    """An output device: name, channels, and preferred rate."""
 
     name: str
     channels: int
@@ -30,7 +30,7 @@ class Card:
 
 
 def portaudio() -> Any:
-    """The library that plays; `DeviceError` where it is not there."""
+    """Return the sounddevice module; raise `DeviceError` if PortAudio is missing."""
     try:
         import sounddevice
     except (OSError, ImportError) as error:
@@ -39,7 +39,7 @@ def portaudio() -> Any:
 
 
 def _raw_memory(sounddevice: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """What copies memory, and what makes a pointer of an address: sounddevice has them under a name of its own only."""
+    """Return functions that copy memory and cast addresses: sounddevice has them under a private name only."""
     try:
         return sounddevice._ffi.memmove, sounddevice._ffi.cast
     except AttributeError as error:
@@ -48,14 +48,14 @@ def _raw_memory(sounddevice: Any) -> tuple[Callable[..., Any], Callable[..., Any
 
 
 def devices() -> list[Card]:
-    """The output devices that there are; none where PortAudio is missing or finds no card."""
+    """Return the output devices; empty if PortAudio is missing or finds no card."""
     try:
         import sounddevice
 
         found = sounddevice.query_devices()
     except (OSError, ImportError, RuntimeError):
         return []
-    except Exception as error:  # PortAudioError is only known where sounddevice could be imported
+    except Exception as error:  # PortAudioError is only defined if sounddevice could be imported
         if type(error).__name__ != "PortAudioError":
             raise
         return []
@@ -67,7 +67,7 @@ def devices() -> list[Card]:
 
 
 def max_channels(name: str) -> int:
-    """Channels that the device can play in one stream; `MAX_CHANNELS` also where there is no such device to ask."""
+    """Return the channels of the device in one stream; `MAX_CHANNELS` also if there is no such device."""
     try:
         import sounddevice
 
@@ -84,32 +84,32 @@ def max_channels(name: str) -> int:
 class Exchange:
     """Plays `played`, float32 [frame, channel], on one device while another records: once, in `run`.
 
-    Devices are parts of PortAudio's names, "" the default ones. `silence` cuts it short, from any thread.
+    Devices are parts of PortAudio's names, "" for the default ones. `silence` ends it early, from any thread.
     """
 
     def __init__(
         self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, block: int = 0
     ) -> None:
-        """`heard` is how many channels are recorded. With `block`, blocks are of so many frames and latency is low."""
+        """`heard` is the number of recorded channels. With `block`, blocks have that many frames and latency is low."""
         self._sounddevice = portaudio()
         self._devices, self._rate_hz, self._block = (input or None, output or None), rate_hz, block
         self._played = played
         self.recorded = np.zeros((len(played), heard), np.float32)
-        """What was heard, float32 [frame, channel], from the first frame that was played on."""
+        """The recording, float32 [frame, channel], from the first frame played on."""
         self.lost = False
-        """Whether anything was lost of either."""
+        """Whether samples were lost in either direction."""
         self.silenced = False
-        """Whether it was cut short."""
-        # Silence behind the ramp: a stream that ends drops what is in the device's buffer.
+        """Whether it was ended early."""
+        # Silence after the ramp: a stream that ends drops what is in the device's buffer.
         down, rest = np.linspace(1.0, 0.0, FADE), np.zeros(round(2.0 * _SAFE_S * rate_hz))
         self._ramp = np.append(down, rest).astype(np.float32)[:, None]
         self.played_frames = 0
-        """How many frames of `played` went out."""
+        """Number of frames of `played` that were output."""
         self._faded = 0
         self._over = threading.Event()
 
     def run(self, patience_s: float = 5.0) -> None:
-        """Play and record; `DeviceError` where a device fails."""
+        """Play and record; raise `DeviceError` if a device fails."""
         device = self._sounddevice
         self._faded = FADE if self.silenced else 0
         try:
@@ -132,7 +132,7 @@ class Exchange:
         self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:
-        """Ramp down within 10 ms of what is not yet in the device's buffer, and end; before `run`, play nothing."""
+        """Ramp down, within 10 ms, what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
     def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
@@ -152,11 +152,12 @@ class Exchange:
 
 
 class Stream:
-    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays what is there.
+    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays the block at that
+    address.
 
-    With `heard`, float32 [frame, input], it also takes in: what came with a block is there when `fill` is called, which
-    happens in PortAudio's thread. `underruns` counts blocks that came too late or not whole. `finished` is set when the
-    stream has ended by itself.
+    With `heard`, float32 [frame, input], it also records: the input of a block is there when `fill` is called, in
+    PortAudio's thread. `underruns` counts blocks that were late or incomplete. `finished` is set when the stream has
+    ended by itself.
     """
 
     def __init__(
@@ -184,7 +185,7 @@ class Stream:
         self._fill = fill
         self._bytes = 4 * channels * block
         self._move, self._cast = _raw_memory(sounddevice)
-        self._stamps_s, self._stamped = np.zeros((2, _STAMPS)), 0  # of what goes out, and of what comes in
+        self._stamps_s, self._stamped = np.zeros((2, _STAMPS)), 0  # of output, and of input
         self.finished = False
         try:
             if heard is None:
@@ -201,32 +202,32 @@ class Stream:
 
     @property
     def latency_s(self) -> float:
-        """The stream's own latency on the way out, as it reports it."""
+        """Output latency as reported by the stream."""
         return float(np.max(self._stream.latency) if self._heard == 0 else self._stream.latency[1])
 
     @property
     def round_trip_s(self) -> float:
-        """What is played comes back on an input so much later, as the stream reports it."""
+        """Round trip from output to input as reported by the stream."""
         return float(np.sum(self._stream.latency))
 
     @property
     def heard_after_s(self) -> float:
-        """How long after it was asked for a block leaves the device, by the stamps of the last blocks; 0 without any.
+        """Output latency from the stamps of the last blocks; 0 without stamps.
 
-        What a stream reports of itself is what was asked of it; a sound server may have taken more, or less.
+        The latency that a stream reports is the requested one; a sound server may use more, or less.
         """
         return self._stamped_s(0)
 
     @property
     def brought_after_s(self) -> float:
-        """How long after it came in a block is there, by the last blocks' stamps; 0 without any or without inputs."""
+        """Input latency from the stamps of the last blocks; 0 without stamps or inputs."""
         return self._stamped_s(1) if self._heard else 0.0
 
     def _stamped_s(self, way: int) -> float:
         return max(float(np.median(self._stamps_s[way])), 0.0) if self._stamped >= _STAMPS else 0.0
 
     def start(self) -> None:
-        """Let it play; once only."""
+        """Start playing; once only."""
         try:
             self._stream.start()
         except self._sounddevice.PortAudioError as error:
@@ -256,7 +257,7 @@ class Stream:
         self._callback(out, frames, time, status)
 
     def _stamp(self, time: Any) -> None:
-        """Keep how long after now the block is heard, and how long ago it came in; 0 of a host without clocks."""
+        """Store the output and input latency of a block; 0 on hosts without clocks."""
         self._stamps_s[0, self._stamped % _STAMPS] = time.outputBufferDacTime - time.currentTime
         self._stamps_s[1, self._stamped % _STAMPS] = time.currentTime - time.inputBufferAdcTime
         self._stamped += 1

@@ -1,4 +1,4 @@
-"""What a transport is: a connection over which the bytes of tiles come, and the emulator's end of it."""
+"""The interface of transports, which carry the bytes of tiles, and of the emulator's end of them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -11,100 +11,104 @@ from underfoot.errors import BadValue
 
 
 class Sender(ABC):
-    """The emulator's end of a transport: sends what hardware would send. Open from its construction to `close`."""
+    """The emulator's end of a transport, which sends as hardware would. Open from construction to `close`."""
 
     option: ClassVar[str]
-    """The option of `underfoot emulate` that chooses it, without dashes."""
+    """Option of `underfoot emulate` that selects it, without dashes."""
     option_value: ClassVar[str]
-    """What the option takes, as its help names it; "" for none."""
+    """Value of the option, as its help names it; "" for none."""
     help: ClassVar[str]
-    """One line for the option."""
+    """Help of the option, one line."""
     powers_tiles: ClassVar[bool]
-    """Whether unplugging takes the power of the tiles with it, so that they restart when they are plugged in again."""
+    """Whether unplugging cuts the power of the tiles, so that they restart when plugged in again."""
     name: str
-    """The address at which the transport reads what is sent."""
+    """Address at which the transport reads the data sent."""
 
     @classmethod
     @abstractmethod
     def of(cls, value: str) -> Self:
-        """The sender that the value of its option asks for; `BadValue` or `DeviceError` where that cannot be."""
+        """Create the sender of an option's value; raise `BadValue` or `DeviceError` if that fails."""
 
     @abstractmethod
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
-        """Send bytes, of which frames end at `ends`; whether all went out."""
+        """Send bytes, in which frames end at `ends`; return whether all were sent."""
 
     @abstractmethod
     def unplug(self) -> None:
-        """Take the connection away, as if its plug were pulled."""
+        """Interrupt the connection, as if its plug were pulled."""
 
     @abstractmethod
     def plug(self) -> None:
-        """Put it back."""
+        """Restore the connection."""
 
     @abstractmethod
     def close(self) -> None:
-        """Send no more, and let go of everything."""
+        """Stop sending, and release everything."""
 
 
 class Transport(ABC):
-    """A connection over which the bytes of tiles come. What a subclass declares is all that the program knows of it.
+    """A connection that carries the bytes of tiles. The program knows only what a subclass declares.
 
-    A subclass in a file of `transports` is found by itself: targets, commands, the emulator, and the window's menu and
-    dialog have it then.
+    A subclass in a file of `transports` is discovered: targets, commands, the emulator, and the window's menu and
+    dialog then offer it.
     """
 
     scheme: ClassVar[str]
-    """What stands before the colon of a target."""
+    """Part of a target before the colon."""
     address_form: ClassVar[str]
-    """What stands behind it, as help names it."""
+    """Part of a target after the colon, as help names it."""
     help: ClassVar[str]
-    """What it is, in a few words, for the help of commands."""
+    """Short description for the help of commands."""
     label: ClassVar[str]
-    """What the window calls it, before an address."""
+    """Name in the window, before an address."""
     title: ClassVar[str]
-    """What the window's menu and dialog call it."""
+    """Name in the window's menu and dialog."""
     dialog_help: ClassVar[str]
-    """What can be typed into the dialog, for the person."""
+    """Hint in the dialog on what to enter."""
     sender: ClassVar[type[Sender]]
     """The emulator's end."""
     name: str
-    """The target, as the person named it."""
+    """The target, as the user wrote it."""
     senders: NDArray[np.int64] | None = None
-    """Where, in what `read` gave last, the bytes of each sender end, and its number: (n, 2). None for only one."""
+    """End of each sender's bytes in the result of the last `read`, and the sender's number: (n, 2). None for a single
+    sender.
+    """
 
     @classmethod
     @abstractmethod
     def of(cls, address: str) -> Self:
-        """The transport of an address, not open yet; `BadValue` where it is none."""
+        """Create the transport of an address, not open yet; raise `BadValue` for an invalid one."""
 
     @classmethod
     @abstractmethod
     def suggestions(cls) -> list[str]:
-        """Addresses that the dialog offers, the likeliest first."""
+        """Return addresses that the dialog offers, the likeliest first."""
 
     @abstractmethod
     def open(self) -> None:
-        """Open it; `DeviceError` where that cannot be."""
+        """Open it; raise `DeviceError` if that fails."""
 
     @abstractmethod
     def read(self) -> bytes | memoryview:
-        """What came, at the latest after a tenth of a second; `DeviceError` where it has gone away."""
+        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the connection
+        is gone.
+        """
 
     def sender_name(self, number: int) -> str:
-        """What a person calls a sender by its number in `senders`."""
+        """Return the display name of a sender by its number in `senders`."""
         return self.name
 
     @abstractmethod
     def close(self) -> None:
-        """Close it; nothing happens where it is not open."""
+        """Close it; does nothing if it is not open."""
 
 
 READ_TIMEOUT_S = 0.1
-"""How long `Transport.read` waits for something to come."""
+"""Timeout of `Transport.read` in seconds."""
 
 
 def host_and_port(text: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT`, `:PORT` or `PORT`; an IPv6 host in brackets.
+    """Parse `HOST:PORT`, `:PORT` or `PORT` into host and port; an IPv6 host is in brackets.
 
     >>> host_and_port("127.0.0.1:9000"), host_and_port(":9000"), host_and_port("9000"), host_and_port("[::1]:9000")
     (('127.0.0.1', 9000), ('', 9000), ('', 9000), ('::1', 9000))
@@ -116,7 +120,7 @@ def host_and_port(text: str) -> tuple[str, int]:
 
 
 def reason(error: OSError | ValueError | OverflowError) -> str:
-    """What went wrong with an address or a connection, in the system's words; `ValueError` is of a host's name."""
+    """Return the cause of an address or connection error in the system's words; `ValueError` is about a host's name."""
     if isinstance(error, ValueError):
         return "there can be no host of this name"
     return str(getattr(error, "strerror", None) or error).lower()

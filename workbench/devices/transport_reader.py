@@ -1,4 +1,4 @@
-"""One thread that reads a transport, finds the samples, and opens the transport again when it has gone away."""
+"""A thread that reads a transport, parses samples, and reopens the transport when it is gone."""
 
 import threading
 import time
@@ -13,18 +13,18 @@ from underfoot.devices.transport import Transport
 from underfoot.errors import DeviceError
 
 RETRY_S = 0.1
-"""How often it is tried to open a transport that is not there."""
+"""Interval in seconds between attempts to open a missing transport."""
 SILENT_S = 0.5
-"""A transport over which nothing comes for this long is said to be silent."""
-_BATCH_S = 0.0005  # what comes meanwhile is read at once: a thread that wakes for every byte holds up all others
+"""Seconds without data after which a transport is reported as silent."""
+_BATCH_S = 0.0005  # data of this time is read at once: a thread that wakes for every byte delays all others
 _MANY_BYTES = 512
 
 
 class TransportReader:
-    """Reads `transport` in a thread of its own from `start` to `close`, whatever becomes of it meanwhile.
+    """Reads `transport` in a thread of its own from `start` to `close`, and reopens it after failures.
 
-    Each time samples came, `on_samples` is called in that thread with them, as `Parser.feed` gives them, valid until it
-    returns, and with the time of their arrival by `time.monotonic`. `notices` are lines for the person.
+    `on_samples` is called in that thread with the samples, as from `Parser.feed`, valid until it returns, and their
+    arrival time by `time.monotonic`. `notices` are lines for the user.
     """
 
     def __init__(
@@ -33,14 +33,14 @@ class TransportReader:
         self.transport = transport
         self.notices: deque[str] = deque(maxlen=100)
         self._parser = Parser(form)
-        self._parser.feed(b"")  # loads the kernel before it is needed
+        self._parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
         self.is_open = False
 
     def start(self) -> None:
-        """Begin to read; returns at once, whether or not there is something to read."""
+        """Start reading; returns at once, also without a device."""
         self._thread.start()
 
     def close(self) -> None:
@@ -50,7 +50,7 @@ class TransportReader:
             self._thread.join()
 
     def take_notices(self) -> list[str]:
-        """What happened since the last call, a line each."""
+        """Return the notices since the last call, one line each."""
         taken = []
         while self.notices:
             taken.append(self.notices.popleft())
@@ -58,15 +58,15 @@ class TransportReader:
 
     @property
     def counts(self) -> FrameCounts:
-        """What became of all frames so far."""
+        """Counts of all frames so far."""
         return self._parser.counts
 
     def period_us(self, tile: int) -> int:
-        """Microseconds between a tile's samples, by its own clock; 0 where that is not known yet."""
+        """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
         return self._parser.period_us(tile)
 
     def stranger_line(self, tile: int) -> str:
-        """Say so where frames of a tile come from an address that it does not belong to."""
+        """Return a line if a tile's frames also come from an address that it does not belong to."""
         if self._parser.counts_of(tile).foreign == 0:
             return ""
         own, other = (self.transport.sender_name(number) for number in self._parser.senders_of(tile))
@@ -96,7 +96,9 @@ class TransportReader:
             self.transport.close()
 
     def _read(self, is_silent: bool) -> bool:
-        """Read until told to stop; whether it was silent last. `DeviceError` when the transport has gone away."""
+        """Read until told to stop; return whether it was silent last. Raises `DeviceError` when the transport
+        is gone.
+        """
         heard_s, unread = time.monotonic(), 0
         while not self._stop.is_set():
             data = self.transport.read()

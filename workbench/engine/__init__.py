@@ -1,1 +1,1 @@
-"""Real time, in its own process; and the same, offline."""
+"""The real-time engine, which runs in its own process, and the same engine offline."""

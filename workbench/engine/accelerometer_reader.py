@@ -1,4 +1,4 @@
-"""What accelerometers measure while the engine plays, as m/s^2 of each tile, at the session frames of the command."""
+"""Accelerometer readings during playback: m/s^2 per tile, aligned with the session frames of the command."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,20 @@ from underfoot.engine.session_memory import SessionMemory
 from underfoot.floor.layout import Floor
 
 CHUNK_S = 0.3
-"""Of so much it is found at once how far it is behind what was played. It is told so late, and once more."""
+"""Length of the stretch whose delay is estimated at once. Results lag by up to two stretches."""
 MOST_DELAY_S = 2.0
-"""How late what is played may come back: soon after, the rings have forgotten what it was."""
+"""Longest delay from output to input that is searched; the rings do not hold much more."""
 TOO_LATE_S = 1.5
-"""So late it comes back only where a card has lost many blocks and holds what came in: its stream is opened anew."""
+"""Delay beyond which the stream is reopened: only a card that lost many blocks and buffers its input is so late."""
 _HISTORY_S = 3.0 * CHUNK_S + 1.0
 
 
 class CardReader:
-    """Keeps what came in with each block; `align` writes it, float32 [frame, tile] in m/s^2, to a ring.
+    """Stores the input of each block; `align` writes it to a ring as float32 [frame, tile] in m/s^2.
 
-    `heard` is float32 [frame, input], of full scale: whoever plays puts a block's input there. What comes in is what
-    was played `delay_frames` ago, and is written at the frames of then; tiles without accelerometer have 0. The card or
-    a sound server may lose frames on the way: `align` finds where, goes on at the new distance, and counts `jumps`.
+    `heard` is float32 [frame, input] in full scale: the player writes a block's input there. The input lags the output
+    by `delay_frames`, and is written at the frames that it was played at. Tiles without an accelerometer have 0. The
+    card or a sound server may lose frames: `align` then finds where, continues at the new delay, and counts `jumps`.
     """
 
     needs_stream = True
@@ -46,21 +46,21 @@ class CardReader:
         self._rows = np.zeros((block * -(-round(_HISTORY_S * rate_hz) // block), len(floor.tiles)), np.float32)
         self._tiles = [floor.index(one.tile) for one in accelerometers]
         self._scales = [(self.heard[:, one.channel], np.float32(one.m_s2_per_unit)) for one in accelerometers]
-        self._origin = -1  # the session frame of the first row
-        self._begin = self._end = 0  # session frames between which rows are there
-        self._next = 0  # the first that is not written
+        self._origin = -1  # session frame of the first row
+        self._begin = self._end = 0  # the session frames in `_rows`: from begin, up to end
+        self._next = 0  # the first frame that is not written yet
         self.is_found = False
-        """Whether anything was heard at `delay_frames`."""
-        self._is_new = True  # whether it was found in a stretch that may have had another one, too
+        """Whether a signal was found at `delay_frames`."""
+        self._is_new = True  # whether the delay was found in a stretch that may contain another one
         self._ring, self._played = rings.measured, rings.vibration
 
     @property
     def is_too_late(self) -> bool:
-        """Whether what comes in will soon be too late to be known again."""
+        """Whether the input is about to lag too far behind to be aligned."""
         return self.delay_frames > self._too_late
 
     def write(self, frame: int, n: int) -> None:
-        """Keep the block that begins at session frame `frame`, whole blocks only. Allocates no arrays."""
+        """Store the block that begins at session frame `frame`; whole blocks only. Allocates no arrays."""
         if self._origin < 0:
             self._origin = frame
         if frame != self._end:
@@ -71,20 +71,20 @@ class CardReader:
         self._end = frame + n
 
     def align(self) -> None:
-        """Write what is complete. Not from the callback: it takes milliseconds."""
+        """Write all complete chunks. Not for the audio callback: it takes milliseconds."""
         begin, end = self._begin, self._end
         self._next = max(self._next, begin, end - len(self._rows) + self._chunk)
         while end - self._next >= 2 * self._chunk:
             self._align_chunk()
 
     def _align_chunk(self) -> None:
-        """Write up to the chunk that comes next, which says whether all before it is at the present distance."""
+        """Write at most one chunk; the chunk after it shows whether the delay has changed."""
         first, middle, last = self._next, self._next + self._chunk, self._next + 2 * self._chunk
         delay, tile = self._found(middle, last)
         if delay is not None and delay != self.delay_frames:
             heard = self._kept(first, last)[:, tile]
             before, behind = (_rows_of(self._played, first - d, last - d)[:, tile] for d in (self.delay_frames, delay))
-            extra = max(delay - self.delay_frames, 0)  # silence, or frames that came twice
+            extra = max(delay - self.delay_frames, 0)  # silence, or repeated frames
             at = first + split(before, behind, heard, extra)
             self._publish(first, at)
             is_jump = abs(delay - self.delay_frames) > self._near
@@ -99,7 +99,7 @@ class CardReader:
         self._next = middle
 
     def _found(self, begin: int, end: int) -> tuple[int | None, int]:
-        """The delay of the loudest tile's input, None where that cannot be told; and that tile."""
+        """Return the delay of the loudest tile's input, or None if it is undetermined, and that tile."""
         heard = self._kept(begin, end)
         tile = max(self._tiles, key=lambda tile: float(np.dot(heard[:, tile], heard[:, tile])))
         played = np.ascontiguousarray(_rows_of(self._played, begin - self._most, end)[:, tile])
@@ -114,12 +114,12 @@ class CardReader:
 
     @staticmethod
     def delay_s(stream: Stream) -> float:
-        """How long what is played is on its way to an input, as the stream says."""
+        """Latency in seconds from output to input, as reported by the stream."""
         return stream.round_trip_s
 
 
 def _rows_of(ring: Ring, begin: int, end: int) -> NDArray[np.float32]:
-    """Rows of a ring that were written a while ago; 0 before the first, and behind the last."""
+    """Return past rows of a ring; 0 before its first and after its last row."""
     frames = np.arange(begin, end)
     rows = np.take(ring.rows, frames, axis=0, mode="wrap")
     rows[(frames < 0) | (frames >= ring.written)] = 0.0
@@ -127,7 +127,7 @@ def _rows_of(ring: Ring, begin: int, end: int) -> NDArray[np.float32]:
 
 
 class LinkReader:
-    """Writes what came over the link to a ring, as `CardReader` does what came in with a block; `LAG_S` later."""
+    """Writes the acceleration received over the link to a ring, as `CardReader` does for a card, `LAG_S` later."""
 
     needs_stream = False
     heard = None
@@ -139,14 +139,14 @@ class LinkReader:
         self._rows = np.zeros((block, len(floor.tiles)), np.float32)
 
     def write(self, frame: int, n: int) -> None:
-        """Write, once that is over, the block that began `LAG_S` before session frame `frame`. Allocates no arrays."""
+        """Write the block that began `LAG_S` before session frame `frame`, if it is complete. Allocates no arrays."""
         taken = frame - self._lag_frames
         self._acceleration.fill(self._rows, taken, n)
         _write_new(self._ring, self._rows, taken - self.delay_frames, n)
 
     @staticmethod
     def delay_s(stream: Stream) -> float:
-        """How long what is played is on its way to a tile, as the stream says."""
+        """Latency in seconds from the output to the tile, as reported by the stream."""
         return stream.latency_s
 
 
@@ -156,7 +156,7 @@ AccelerometerReader = CardReader | LinkReader
 def reader_of(
     accelerometers: tuple[Accelerometer, ...], source: ForceSource, rings: SessionMemory, rate_hz: float, block: int
 ) -> AccelerometerReader | None:
-    """What reads these accelerometers; None where there are none, or none can be heard: over the link of no device."""
+    """Return the reader of these accelerometers, or None if there are none or the source is not a device."""
     if any(one.channel != LINK for one in accelerometers):
         return CardReader(accelerometers, source.floor, rings, rate_hz, block)
     if accelerometers and isinstance(source, DeviceFloor):
@@ -165,8 +165,10 @@ def reader_of(
 
 
 def _write_new(ring: Ring, rows: NDArray[np.float32], begin: int, n: int) -> None:
-    """Write `n` rows, the first of which is of frame `begin`, without those that the ring has; before them a gap."""
+    """Write `n` rows, the first at frame `begin`, except those already in the ring; skip the frames missing before
+    them.
+    """
     ring.skip(begin)
-    known = max(ring.written - begin, 0)  # at the start: what came in before anything was played
+    known = max(ring.written - begin, 0)  # at the start: input from before anything was played
     if known < n:
         ring.write(rows[known:], n - known)

@@ -1,28 +1,30 @@
-"""How far what accelerometers hear on a card's inputs is behind what was played, and where that changed.
+"""Delay of accelerometer input on a card behind the played signal, and the frame at which it changes.
 
-A sound server that is late loses frames without a word, or repeats silence; what is heard from then on lies at another
-distance. The played signal is known, so the distance is where the two correlate best.
+A sound server that runs late loses frames or repeats silence without notice; from then on the input has another delay.
+The played signal is known, so the delay is the maximum of the cross-correlation.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 LEAST_MATCH = 0.6
-"""Correlation, of at most 1, below which nothing is said: the tile is silent, or is shaken by something else."""
+"""Correlation, of at most 1, below which no delay is returned: the tile is silent, or something else shakes it."""
 _BETTER = 0.25
-"""By how much the match must be better than at the present distance. A steady tone matches at each of its periods as
-well; then nothing has changed."""
+"""Least gain in correlation over the present delay. A steady tone matches at each of its periods; then the delay has
+not changed.
+"""
 NEAR_S = 0.0005
-"""A change that is smaller is the plate's: its phase follows the load on it."""
+"""Largest change in seconds that is put down to the plate: its phase depends on the load."""
 
 
 def delay_of(
     played: NDArray[np.float32], heard: NDArray[np.float32], expected: int, near: int, is_new: bool = False
 ) -> int | None:
-    """How many frames after it was played `heard` (n,) came in: as `expected`, or else; None where that is not told.
+    """Return the delay in frames of `heard` (n,) behind `played`: `expected` or another; None if undetermined.
 
-    `played` (n + most,) is what was played meanwhile, and for `most` frames before; `most` is the largest delay that is
-    found. A change by no more than `near` is not told, unless the expected one `is_new`: found beside a jump.
+    `played` (n + most,) is what was played during `heard` and for `most` frames before; `most` is the largest delay
+    that can be found. Changes of at most `near` frames are ignored, unless `is_new`: the expected delay was found next
+    to a jump.
 
     >>> played = np.random.default_rng(1).standard_normal(6000).astype(np.float32)
     >>> [delay_of(played, 0.1 * played[at : at + 4000], 1000, 24) for at in (1000, 990, 489)]
@@ -33,7 +35,7 @@ def delay_of(
     product = np.fft.irfft(np.fft.rfft(played, size) * np.conj(np.fft.rfft(heard, size)), size)[: most + 1]
     energy = np.cumsum(np.append(0.0, played.astype(np.float64) ** 2))
     of_played = energy[len(heard) :] - energy[: -len(heard)]
-    # Where little was played anything would match.
+    # Where little was played, anything would match.
     least = max(0.01 * float(of_played.max()), 1e-12)
     match = product / np.sqrt(np.maximum(of_played, least) * max(float(np.dot(heard, heard)), 1e-12))
     best, first = int(np.argmax(match)), max(most - expected - near, 0)
@@ -46,7 +48,7 @@ def delay_of(
 
 
 def split(before: NDArray[np.float32], behind: NDArray[np.float32], heard: NDArray[np.float32], extra: int = 0) -> int:
-    """Up to which frame `heard` (n,) is as `before` has it; from `extra` frames later on it is as `behind` has it.
+    """Return the frame up to which `heard` (n,) matches `before`; from `extra` frames later it matches `behind`.
 
     >>> played = np.random.default_rng(1).standard_normal(6000).astype(np.float32)
     >>> early, late = played[1000:5000], played[1511:5511]
@@ -54,7 +56,7 @@ def split(before: NDArray[np.float32], behind: NDArray[np.float32], heard: NDArr
     1234
     """
     at = 0
-    for _ in range(3):  # the gain from one to the other is known once the place is, nearly
+    for _ in range(3):  # iterate: the gain between the two depends on the frame, and the frame on the gain
         rest = min(at + extra, len(heard))
         played = np.concatenate([before[:at], behind[rest:]])
         gain = float(np.dot(played, np.append(heard[:at], heard[rest:]))) / max(float(np.dot(played, played)), 1e-12)

@@ -1,4 +1,4 @@
-"""What happens in each block of the live engine: commands in, the loop run, everything written that others read."""
+"""The work of one block of the live engine: take commands, run the loop, publish results."""
 
 import time
 from collections import deque
@@ -15,15 +15,15 @@ from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
 from underfoot.kernels import kernel
 
-_LOAD_SHARE = 0.01  # of a block in the mean load
+_LOAD_SHARE = 0.01  # weight of a block in the running mean of the load
 
 
 class BlockRunner:
-    """Runs `loop` in blocks, which the audio callback or the clock asks for, and writes what comes of it to `memory`.
+    """Runs `loop` block by block, for the audio callback or the clock, and writes the results to `memory`.
 
-    What is put into `inbox`, commands that are `prepared`, is taken at the next block. `load` is the mean share of the
-    time of a block that is used. After a panic, `silenced` says that nothing is let out any more. What `accelerometers`
-    heard is written while `hears`: while a stream brings it; over the link, always.
+    `inbox` holds `prepared` commands, which are taken at the next block. `load` is the mean fraction of a block's time
+    that is used. After a panic, `silenced` is true once the outputs are closed. `accelerometers` on a card are written
+    only while `hears` is true, that is while a stream delivers their input; those on the link always.
     """
 
     def __init__(self, loop: Loop, memory: SessionMemory) -> None:
@@ -42,7 +42,7 @@ class BlockRunner:
         loop.intake.on_samples = self._write_forces
 
     def run(self) -> None:
-        """Run one block. This is what the audio callback does: it allocates no arrays and takes no locks."""
+        """Run one block, in the audio callback. Allocates no arrays and takes no locks."""
         began = time.perf_counter()
         loop, memory, n = self.loop, self.memory, self.loop.block
         panic = memory.status.panic
@@ -54,7 +54,7 @@ class BlockRunner:
         self._panicked = panic
         while self.inbox:
             action = self.inbox.popleft()
-            if not (panic and isinstance(action, Play) and action.on):  # it was sent before the panic
+            if not (panic and isinstance(action, Play) and action.on):  # sent before the panic
                 loop.send(action)
         loop.run(n)
         self.silenced = panic and loop.safety.closed(loop.frame)
@@ -74,7 +74,9 @@ class BlockRunner:
         self._write_status((time.perf_counter() - began) / self.block_s)
 
     def align(self) -> bool:
-        """Write what accelerometers heard where it belongs; whether it still can. Not from the callback."""
+        """Write the delayed accelerometer input at its frames; return whether it can still be aligned. Not for the
+        callback.
+        """
         if not isinstance(self.accelerometers, CardReader):
             return True
         self.accelerometers.align()
@@ -98,17 +100,17 @@ class BlockRunner:
 
 
 def load_kernels() -> None:
-    """Load what a block calls besides the loop."""
+    """Load the kernels that a block calls besides the loop."""
     header, rows, wide = np.zeros(1, HEADER), np.zeros((1, 1), np.float32), np.zeros((1, 6))
     write_rows(header, rows, rows, 0)
-    load_reading()  # which others call, and which is to be compiled here
+    load_reading()  # called by others, to be compiled here
     _gather(rows, np.zeros(1, np.int64), rows, 0)
     _write_samples(header, wide, np.zeros(0), np.zeros(0), np.zeros((0, 1, 4)), 0)
 
 
 @kernel
 def _gather(out: NDArray[np.float32], channels: NDArray[np.int64], rows: NDArray[np.float32], n: int) -> None:
-    """What each tile plays, from the channels that it goes to; 0 for a tile without one."""
+    """Gather the output of each tile from its channel; 0 for a tile without one."""
     for i in range(n):
         for row in range(rows.shape[1]):
             rows[i, row] = out[i, channels[row]] if channels[row] >= 0 else 0.0
@@ -123,7 +125,7 @@ def _write_samples(
     forces: NDArray[np.float64],
     n: int,
 ) -> None:
-    """Force samples to their ring: stamp, arrival, then the corners, tile after tile."""
+    """Write force samples to their ring: stamp, arrival, then the corner forces of each tile."""
     at = header[0].written
     for i in range(n):
         row = ring[(at + i) % ring.shape[0]]

@@ -1,7 +1,7 @@
-"""Many renderings: grids of parameters, on all cores or on a cluster, with a manifest of what was made.
+"""Batch rendering: parameter grids, on all cores or on a cluster, with a manifest of the results.
 
-Whatever computes a file, it has the same bytes: its SHA-256 stands in the manifest. Files are whole or not there, and
-the manifest lists those that are there, also where the work was stopped or a process was killed.
+A file has the same bytes wherever it is computed: its SHA-256 is in the manifest. Files are complete or absent. The
+manifest lists those that exist, even if the work was stopped or a process was killed.
 """
 
 import csv
@@ -27,7 +27,7 @@ from underfoot.records.wav import wav_bytes
 
 MANIFEST = "manifest.csv"
 _EVERY_S = 1.0
-"""How often the manifest is written while files are made."""
+"""Interval in seconds between writes of the manifest during rendering."""
 _LONGEST_NAME = 120
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -37,7 +37,7 @@ Job = RenderJob | ReplayJob
 
 @dataclass(frozen=True)
 class Item:
-    """One file that is to be rendered: what is played, from which patch file, and the values that were set in it."""
+    """One file to render: the job, its patch file, and the values set in the patch."""
 
     job: Job
     patch: str
@@ -46,7 +46,7 @@ class Item:
 
 
 def file_names(items: Sequence[tuple[str, Values]]) -> list[str]:
-    """A name without ending for each patch's name and values; numbers where names would be too long.
+    """Return a file name without suffix for each patch name and values; numbered if names would be too long.
 
     >>> file_names([("stone", {"impact.stiffness": 1e4}), ("stone", {"impact.stiffness": 2e4})])
     ['stone_impact.stiffness=10000', 'stone_impact.stiffness=20000']
@@ -64,10 +64,11 @@ def _text(value: Any) -> str:
 
 
 def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tuple[int, Any]]:
-    """Render all, on every core or on the Dask cluster at this address: the number of each and its summary, as they
-    come, or the `UnderfootError` that came instead.
+    """Render all items on every core, or on the Dask cluster at this address; yield each item's number and its summary
+    or `UnderfootError`, in order of completion.
 
-    A file is there when its summary comes, with its `sha256`. What was lost with a process that died another makes.
+    When a summary arrives its file exists, and the summary has its `sha256`. Items lost with a dead process are
+    rendered by another one.
     """
     if cluster is None:
         yield from in_parallel(_file, items, cores(), MOST_TRIES)
@@ -86,7 +87,7 @@ def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tupl
 
 
 def _bytes(item: Item) -> tuple[Summary, bytes]:
-    """What a worker of a cluster gives back, one at a time: it may have several threads."""
+    """Render an item in a cluster worker, one at a time: the worker may have several threads."""
     with _ONE_AT_A_TIME:
         made = item.job.run()
     data = wav_bytes(made.samples, made.rate_hz)
@@ -101,7 +102,7 @@ def _file(item: Item) -> Summary:
 
 
 def _require_movable(item: Item) -> None:
-    """A job that reads files of this computer as it runs cannot be run on another one."""
+    """Raise `BadValue` if the job reads files of this computer as it runs: another computer lacks them."""
     if isinstance(item.job, ReplayJob):
         raise BadValue(f"{item.patch} is a recording on this computer; render it without --cluster")
     nodes = installed_nodes()
@@ -116,7 +117,7 @@ def _require_movable(item: Item) -> None:
 
 
 class Manifest:
-    """A CSV file of what was made: a row a file, in the order of the items, with its values, levels and hash."""
+    """A CSV file of the results: one row per file, in the order of the items, with values, levels and hash."""
 
     def __init__(self, path: Path, items: Sequence[Item]) -> None:
         self._path, self._items = path, items
@@ -126,7 +127,7 @@ class Manifest:
         self._columns = ["file", "patch", *values, "seed", "seconds", "rate_hz", "peak", "rms", "sha256", "error"]
 
     def add(self, number: int, answer: Any) -> None:
-        """The summary of a file that is there, or why it is not."""
+        """Add the summary of a rendered file, or the error instead."""
         item = self._items[number]
         row: dict[str, Any] = {"patch": item.patch, **{name: _text(value) for name, value in item.values.items()}}
         if isinstance(answer, UnderfootError):
@@ -141,7 +142,7 @@ class Manifest:
             self.write()
 
     def write(self) -> None:
-        """Write what there is so far; nothing before the first row."""
+        """Write the rows so far; nothing before the first row."""
         if not self._rows:
             return
         text = io.StringIO()

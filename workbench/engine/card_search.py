@@ -1,4 +1,4 @@
-"""Looks for sound cards in a process of its own: PortAudio looks once, and again only where no stream is open."""
+"""Search for sound cards in a process of its own: PortAudio lists devices once, and again only if no stream is open."""
 
 import time
 from multiprocessing.connection import Connection
@@ -10,18 +10,18 @@ _LOOK_S, _MOST_S = 0.02, 20.0
 
 
 def run(connection: Connection) -> None:
-    """The process's main function: sends the list of output devices that there are now."""
+    """Send the list of present output devices; the main function of the process."""
     connection.send(devices())
 
 
 class CardSearch:
-    """Finds the cards that there are now, also those plugged in since the program started; whatever plays goes on."""
+    """Lists the present sound cards, including ones plugged in since the program started; playback continues."""
 
     def __init__(self) -> None:
         self._is_given_up = False
 
     def find(self) -> list[Card]:
-        """Wait for the list; none where the search takes too long, or was given up by another thread."""
+        """Wait for the list; empty if the search takes too long or another thread gave it up."""
         process = ChildProcess("card search", __name__)
         end, found = time.monotonic() + _MOST_S, list[list[Card]]()
         while not (found or self._is_given_up) and process.is_alive and time.monotonic() < end:
@@ -33,5 +33,5 @@ class CardSearch:
         return found[0] if found else []
 
     def give_up(self) -> None:
-        """Let `find` come back at once."""
+        """Make `find` return at once."""
         self._is_given_up = True

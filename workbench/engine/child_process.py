@@ -1,4 +1,4 @@
-"""Processes of a session: started, spoken to, ended, and not started again for ever."""
+"""Child processes of a session: start, send and receive, end."""
 
 import multiprocessing
 import os
@@ -15,18 +15,19 @@ from typing import Any
 from underfoot.patch.node_files import NodeFile, running
 
 ORPHAN_S = 15.0
-"""How long a process may still close what it has open when the one that started it is gone."""
+"""Time in seconds that a process has to close its files and devices after its parent is gone."""
 
 
 class ChildProcess:
-    """A process that runs a module's `run(connection, *given)`, and the connection to it. It alone imports the module.
+    """A process that runs `run(connection, *given)` of a module, and the connection to it. Only the process imports
+    the module.
 
-    `daemon` ones are killed where whoever started them ends without a word.
+    If `daemon`, it is killed when its parent ends.
     """
 
     def __init__(self, name: str, module: str, *given: Any, daemon: bool = True) -> None:
         _require_guard()
-        context = multiprocessing.get_context("spawn")  # a fork would take over threads' locks and the card's handles
+        context = multiprocessing.get_context("spawn")  # a fork would inherit threads' locks and the card's handles
         self.name = name
         self._connection, theirs = context.Pipe()
         self._nodes = running()
@@ -38,23 +39,23 @@ class ChildProcess:
 
     @property
     def pid(self) -> int:
-        """The number that the system knows it by."""
+        """Process id."""
         return self._process.pid or 0
 
     @property
     def is_alive(self) -> bool:
-        """Whether it runs."""
+        """Whether it is running."""
         return self._process.is_alive()
 
     @property
     def has_failed(self) -> bool:
-        """Whether it ended otherwise than by returning."""
+        """Whether it ended in any way other than returning."""
         return self._process.exitcode != 0
 
     def send(self, message: object) -> None:
-        """Send a message; one to a process that died is dropped, since the next one is told all that it must know.
+        """Send a message; dropped if the process has died, since its successor receives the full state.
 
-        Custom nodes that this process runs by now go before it.
+        Custom nodes registered in the meantime are sent first.
         """
         try:
             nodes = running()
@@ -66,7 +67,7 @@ class ChildProcess:
             return
 
     def receive(self) -> list[Any]:
-        """What it has sent since, also where it has died since."""
+        """Return all messages received since the last call, also from a process that has died."""
         messages = []
         try:
             while self._connection.poll():
@@ -80,11 +81,11 @@ class ChildProcess:
         self._connection.close()
 
     def kill(self) -> None:
-        """End it at once, whatever it does."""
+        """Kill it at once."""
         self._process.kill()
 
     def end(self, within_s: float) -> str:
-        """Hang up, wait, kill it if that takes too long, and say how it ended."""
+        """Hang up, wait, kill it after `within_s` seconds, and return how it ended."""
         self.hang_up()
         self._process.join(within_s)
         if self._process.is_alive():
@@ -96,14 +97,14 @@ class ChildProcess:
 
 
 def engine_process() -> ChildProcess:
-    """An engine, which loads what every engine needs and waits for its `Setup`."""
+    """Start an engine process, which loads the common kernels and waits for its `Setup`."""
     return ChildProcess("engine", "underfoot.engine.process")
 
 
 def _require_guard() -> None:
-    """End a script that would start itself without end, in one line: each process that it starts reads it again.
+    """Exit if the main script has no `__main__` guard: each child process would run it again and start more.
 
-    What stands behind a guard is not read then. A program that is run as a package, and a notebook, are not read at
+    Code behind a guard is not run there. A program run as a package, or a notebook, is not imported by children at
     all.
     """
     main = sys.modules["__main__"]
@@ -123,13 +124,13 @@ def _require_guard() -> None:
 
 @dataclass(frozen=True)
 class _Nodes:
-    """Files of nodes that a person has agreed to run, of which a process is told before it needs them."""
+    """Custom node files that the user agreed to run, sent before the process needs them."""
 
     files: tuple[NodeFile, ...]
 
 
 class _Listening:
-    """A child's end of the connection, which takes for itself what is said of nodes."""
+    """A child's end of the connection, which handles messages about custom nodes itself."""
 
     def __init__(self, connection: Any) -> None:
         self._connection = connection
@@ -138,7 +139,7 @@ class _Listening:
         return getattr(self._connection, name)
 
     def recv(self) -> Any:
-        """The next message for the process."""
+        """Return the next message for the process."""
         message = self._connection.recv()
         while isinstance(message, _Nodes):
             _run_nodes(message.files)
@@ -147,7 +148,7 @@ class _Listening:
 
 
 def _run_nodes(files: tuple[NodeFile, ...]) -> None:
-    if files:  # else nothing of nodes need be loaded here
+    if files:  # otherwise nothing about nodes is loaded here
         import_module("underfoot.patch.own_nodes").run_received(files)
 
 
@@ -158,9 +159,9 @@ def _run(module: str, connection: Any, nodes: tuple[NodeFile, ...], *given: Any)
 
 
 def _end_with_parent() -> None:
-    """End this process some time after the one that started it, whatever it is busy with: compiling, say.
+    """End this process `ORPHAN_S` after its parent, even while it is busy, for example compiling.
 
-    One that listens ends by itself, and sooner, because its connection does.
+    A process that listens ends sooner by itself, when its connection closes.
     """
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -170,19 +171,19 @@ def _end_with_parent() -> None:
 
 
 def wait_for_any(children: Iterable[ChildProcess], within_s: float) -> None:
-    """Wait until one of them has sent something, or has died."""
+    """Wait until one of the children has sent something or died, at most `within_s` seconds."""
     connection.wait([child._connection for child in children], within_s)
 
 
 class RestartLimit:
-    """Says whether processes that died may be started again: not when more than `most` did so within `within_s`."""
+    """Limits restarts of processes that die: at most `most` deaths within `within_s` seconds."""
 
     def __init__(self, most: int, within_s: float) -> None:
         self._most, self._within_s = most, within_s
         self._deaths: list[float] = []
 
     def allows_after_death(self) -> bool:
-        """Count a death, now; whether what died may be started again."""
+        """Count a death now; return whether the process may be restarted."""
         now = time.monotonic()
         self._deaths = [when for when in self._deaths if now - when < self._within_s] + [now]
         return len(self._deaths) <= self._most

@@ -1,4 +1,4 @@
-"""Work on other computers: jobs on an existing Dask cluster, in the form that `worker_pool` has for this one."""
+"""Jobs on an existing Dask cluster, with the interface that `worker_pool` has on one computer."""
 
 import socket
 from collections import deque
@@ -13,15 +13,18 @@ from underfoot.patch.own_nodes import run_received
 
 CONNECT_S = 10.0
 _FEWEST, _A_THREAD = 4, 2
-"""Jobs that are under way at once: so many, or so many a thread of the cluster. What comes back is not hoarded."""
+"""Jobs in progress at once: at least `_FEWEST`, and `_A_THREAD` per thread of the cluster. This bounds the results
+held in memory.
+"""
 
 
 def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) -> Iterator[tuple[int, Any]]:
-    """What `work` returns for each of `jobs`, with its number, or the `UnderfootError` it raised, as they come.
+    """Yield the number of each of `jobs` and what `work` returns for it, or the `UnderfootError` it raised, in order
+    of completion.
 
-    The cluster's scheduler is at `address`, as tcp://host:8786; its workers have Underfoot of this version. What a
-    worker that dies has not given back is computed by others. `BadValue` where the package distributed is not
-    installed, `DeviceError` where the cluster is not there or gives up.
+    The cluster's scheduler is at `address`, as tcp://host:8786; its workers have this version of Underfoot. Jobs of a
+    worker that dies are repeated by others. Raises `BadValue` if the package distributed is not installed, and
+    `DeviceError` if the cluster cannot be reached or gives up.
     """
     try:
         from distributed import Client, as_completed
@@ -60,7 +63,7 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
 
 
 def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: Any) -> Any:
-    """On a worker: the work, with the custom nodes that whoever asks for it runs."""
+    """Run `work` on a worker, with the caller's custom nodes loaded."""
     run_received(nodes)
     return work(job)
 
@@ -70,7 +73,7 @@ def _words(error: Exception) -> str:
 
 
 def _require_reachable(address: str) -> None:
-    """Say at once where nobody listens: the library would try for long, and leave a thread behind."""
+    """Raise `DeviceError` at once if nobody listens: the library would retry for long, and leave a thread behind."""
     parts = urlsplit(address)
     try:
         host, port = parts.hostname, parts.port

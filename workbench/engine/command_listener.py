@@ -1,4 +1,4 @@
-"""The engine's thread that listens to the supervisor: commands are made ready here, and reported when they are done."""
+"""The engine's thread that receives commands from the supervisor, prepares them, and reports those that took effect."""
 
 import multiprocessing
 import threading
@@ -16,43 +16,45 @@ from underfoot.engine.status import Field
 from underfoot.errors import UnderfootError
 
 MOST_LOAD = 0.9
-"""The load up to which an old program and a new one run beside each other."""
+"""Highest load at which an old and a new program run at the same time."""
 RAMP_DOWN_S = 0.060
-"""Time for the ramp down before the process leaves, and for what a sound server holds beyond the latency it reports."""
-_LISTEN_S, _COSTS_S = 0.02, 0.5  # how long it waits for a command, and how often it tells what nodes cost
+"""Seconds for the ramp down before the process exits, including what a sound server buffers beyond its reported
+latency.
+"""
+_LISTEN_S, _COSTS_S = 0.02, 0.5  # timeout for a command, and interval between cost reports, in seconds
 
 
 @dataclass(frozen=True)
 class _Until:
-    """All that took effect before this frame stands before this among what is sent."""
+    """Marks, among the messages to send, that everything before this frame has been reported."""
 
     frame: int
 
 
 class CommandListener:
-    """Takes commands from `connection` until `Quit` or its end, then ramps down and sets `leave`.
+    """Receives commands from `connection` until `Quit` or its end, then ramps down and sets `leave`.
 
-    A thread of its own looks whether the supervisor's process lives: the one that takes commands may be building a
-    program for seconds when it dies. Another one sends: were commands not taken while a report waits for room, both
-    ends could wait for each other for ever.
+    A second thread watches the supervisor's process, because this one may spend seconds building a program when that
+    process dies. A third thread sends: if receiving stopped while a report waits for room in the pipe, both ends could
+    wait for each other for ever.
     """
 
     def __init__(self, connection: Connection, runner: BlockRunner, leave: threading.Event) -> None:
         self.notices: deque[str] = deque()
-        """Lines for the person, from any thread; they are told soon."""
+        """Lines for the user, from any thread; sent with the next report."""
         self._connection, self._runner, self._leave = connection, runner, leave
         self._loop, self._status = runner.loop, runner.memory.status
         self._costs: dict[str, float] = {}
         self._outbox: SimpleQueue[object] = SimpleQueue()
 
     def start(self) -> None:
-        """Listen, in threads."""
+        """Start the threads."""
         threading.Thread(target=self._listen, name="commands", daemon=True).start()
         threading.Thread(target=self._send, name="reports", daemon=True).start()
         threading.Thread(target=self._leave_with_supervisor, name="supervisor", daemon=True).start()
 
     def take(self, command: Command) -> None:
-        """Make a command ready and put it into the next block; a patch that cannot be played is told instead."""
+        """Prepare a command and queue it for the next block; send a notice instead if a patch cannot be played."""
         try:
             action = command.prepared(self._loop)
         except UnderfootError as error:
@@ -63,7 +65,7 @@ class CommandListener:
         self._runner.inbox.append(self._affordable(action) if isinstance(action, ProgramSwap) else action)
 
     def report(self) -> None:
-        """Tell which commands took effect, and up to which frame this is all; let go of programs that were replaced."""
+        """Report the commands that took effect, and up to which frame; release programs that were replaced."""
         frame = self._loop.frame
         while self._loop.applied:
             self._outbox.put(self._loop.applied.popleft())
@@ -87,7 +89,7 @@ class CommandListener:
                     costs_told = now
                     self._report_costs()
         except (EOFError, OSError):
-            pass  # the supervisor is gone: leave as after Quit
+            pass  # the supervisor is gone: exit as after Quit
         finally:
             self._outbox.put(None)
             self._ramp_down()
@@ -100,7 +102,7 @@ class CommandListener:
                 else:
                     self._connection.send(message)
         except OSError:
-            return  # the supervisor is gone, which the thread that listens finds, too
+            return  # the supervisor is gone; the listening thread notices too
 
     def _leave_with_supervisor(self) -> None:
         parent = multiprocessing.parent_process()
@@ -109,14 +111,14 @@ class CommandListener:
             self._ramp_down()
 
     def _ramp_down(self) -> None:
-        """Let sound fade, and leave."""
+        """Fade out and exit."""
         self._runner.inbox.append(Play(False))
         time.sleep(RAMP_DOWN_S + 4 * self._runner.block_s + self._status.get(Field.STREAM_LATENCY_S))
         self._leave.set()
 
     def _affordable(self, swap: ProgramSwap) -> Action:
-        """The swap with both programs at once, or one after the other where that would cost too much."""
-        # What a program costs is not known before it runs: the more nodes, the more.
+        """Return the swap with both programs at once, or one after the other if both would cost too much."""
+        # A program's cost is unknown before it runs: estimate it by the number of nodes.
         both = 1.0 + len(swap.program.node_ids) / max(len(self._loop.program.node_ids), 1)
         together = self._runner.load * both <= MOST_LOAD
         command = replace(swap.command, together=together) if swap.command is not None else None
@@ -134,7 +136,7 @@ class CommandListener:
         awake = program.awake()
         self._status.put(Field.AWAKE, float(max(awake.values(), default=0)))
         costs = {id: load * share for id, share in program.shares().items()}
-        steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # of the last second
+        steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # mean of the last second
         self._costs = costs
         self._outbox.put(Costs(steady, awake))
         fault = program.fault()

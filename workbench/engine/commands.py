@@ -1,7 +1,7 @@
-"""Commands to the engine. Each is one class here: its fields, what they may be, what it does, and how it is recorded.
+"""Commands to the engine: one class each, with its fields, their allowed values, its effect, and its recorded form.
 
 A command goes from the session to the engine's process as plain frozen data, takes effect at a span edge, and is
-reported with its frame; a recording keeps it as JSON text under its `kind`.
+reported with its frame. Recordings keep it as JSON text under its `kind`.
 """
 
 import math
@@ -31,9 +31,9 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 SILENT_DB = -120.0
-"""A level of this or less is silence."""
+"""Level in dB at or below which the output is silent."""
 MOST_DELAY_S = 1.0
-"""A strike comes this much later than its command, at most."""
+"""Longest delay in seconds of a strike after its command."""
 
 
 class LoopParts(Protocol):
@@ -49,28 +49,28 @@ class LoopParts(Protocol):
     rate_hz: float
 
     def build(self, patch: Patch, scopes: tuple[str, ...] = ()) -> Program:
-        """The program of a patch for this loop."""
+        """Build the program of a patch for this loop."""
         ...
 
 
 class Action:
-    """Something that the loop does at a span edge."""
+    """An operation that the loop performs at a span edge."""
 
     def free_from(self, loop: LoopParts) -> int:
-        """The first frame at which it may be done; 0 where nothing is in its way."""
+        """First frame at which it can be applied; 0 if there is no restriction."""
         return 0
 
     def apply(self, loop: LoopParts, frame: int) -> None:
-        """Do it, from `frame` on. This runs in the audio callback: it allocates, loads and locks nothing."""
+        """Apply it from `frame` on. Runs in the audio callback: allocates, loads and locks nothing."""
 
     def reported(self) -> "Command | None":
-        """What is reported of it, once it is done; None for nothing."""
+        """Command to report once it is applied; None for none."""
         return None
 
 
 @dataclass(frozen=True)
 class Command(Action):
-    """What all commands have. `kind` is the name in recordings, by default that of the class."""
+    """Base class of all commands. `kind` is the name in recordings, by default the name of the class."""
 
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, type["Command"]]] = {}
@@ -81,14 +81,14 @@ class Command(Action):
         Command.kinds[cls.kind] = cls
 
     def check(self, floor: Floor) -> None:
-        """Raise `BadValue` for a `tile` that the floor does not have, and for a number that is not finite."""
+        """Raise `BadValue` for a `tile` that is not on the floor, or a number that is not finite."""
         if "tile" in vars(self):
             floor.index(vars(self)["tile"])
         for name, value in vars(self).items():
             require(not isinstance(value, float) or math.isfinite(value), name, value, "a finite number")
 
     def prepared(self, loop: LoopParts) -> Action:
-        """What the loop is to do, with all that it needs built and loaded; never called in the audio callback."""
+        """Build and load everything needed, and return the action to apply. Never called in the audio callback."""
         return self
 
     def reported(self) -> "Command":
@@ -97,11 +97,13 @@ class Command(Action):
 
 @dataclass(frozen=True)
 class Swap(Command):
-    """Play this patch instead (JSON text): built beside, states kept, faded in. Kernels are in the cache already.
+    """Replace the program by this patch (JSON text): built first, states kept, faded in. Its kernels are already
+    cached.
 
-    The engine fades the old patch out first, not `together` with the new one, where both at once would cost too much.
-    A patch that begins `anew` plays from its start: of states, only those are kept that follow the floor. Where states
-    cannot be kept, the patch runs unheard for `settle_s` before it is faded in: feet that stand are no step to it.
+    If both programs at once would cost too much, the engine fades out the old one first, not `together` with the new
+    one. A patch that begins `anew` plays from its start: only states that follow the floor are kept. Where states
+    cannot be kept, the patch runs silently for `settle_s` seconds before it is faded in, so that feet already standing
+    trigger no steps.
     """
 
     patch: bytes
@@ -111,7 +113,7 @@ class Swap(Command):
     settle_s: float = 0.0
 
     def prepared(self, loop: LoopParts) -> "ProgramSwap":
-        """The program, built."""
+        """Build the program."""
         program = loop.build(Patch.loads(self.patch, loop.registry), self.scopes)
         program.begins_anew = self.anew
         return ProgramSwap(program, self.together, self, next_span(round(self.settle_s * loop.rate_hz)))
@@ -119,10 +121,10 @@ class Swap(Command):
 
 @dataclass(frozen=True)
 class Start(Swap):
-    """Play the patch from its start, with the step of a preview on a tile: `STEP_S` later, and a strike with it.
+    """Play the patch from its start, with the preview's step on a tile, and a strike with it, `STEP_S` later.
 
-    What is recorded of the floor is without that step: a replay adds it again. A start whose `from_frame` is still to
-    come waits for it beside all other commands, until another patch is played or another start takes its place.
+    The recorded forces are without that step; a replay adds it again. A start whose `from_frame` is in the future
+    waits, without blocking other commands, until another patch is played or another start replaces it.
     """
 
     tile: str = ""
@@ -130,7 +132,7 @@ class Start(Swap):
     anew: bool = True
 
     def prepared(self, loop: LoopParts) -> "ProgramStart":
-        """The program, built, and the step's forces."""
+        """Build the program and the forces of the step."""
         swap, floor = super().prepared(loop), loop.source.floor
         row = floor.index(self.tile)
         step_n = step_forces(floor.tiles[row])
@@ -139,7 +141,7 @@ class Start(Swap):
 
 @dataclass(frozen=True)
 class CancelStart(Command):
-    """Let no start wait any more. It is not recorded: what did not begin is not, either."""
+    """Cancel a waiting start. Not recorded: what did not begin is not recorded, either."""
 
     def reported(self) -> None:  # type: ignore[override]
         return None
@@ -147,7 +149,7 @@ class CancelStart(Command):
 
 @dataclass(frozen=True)
 class Set(Command):
-    """Let a number of a node go to a value, in a ramp."""
+    """Ramp a number of a node to a value."""
 
     node: str
     name: str
@@ -159,9 +161,9 @@ class Set(Command):
 
 @dataclass(frozen=True)
 class Strike(Command):
-    """An event of this strength for a node that can be struck, on one tile; node "" is every such node.
+    """Strike a node on one tile with this strength; node "" is every node that can be struck.
 
-    It comes `delay_s` after the command's frame: events that were found together keep the time between them.
+    The event is `delay_s` after the command's frame, so that events detected together keep their spacing.
     """
 
     node: str
@@ -170,7 +172,7 @@ class Strike(Command):
     delay_s: float = 0.0
 
     def check(self, floor: Floor) -> None:
-        """As for every command, and `BadValue` for a delay below 0 or beyond a second."""
+        """Also raise `BadValue` for a delay outside 0 to `MOST_DELAY_S`."""
         super().check(floor)
         require(0.0 <= self.delay_s <= MOST_DELAY_S, "delay_s", self.delay_s, f"0 to {MOST_DELAY_S:g} s")
 
@@ -181,7 +183,7 @@ class Strike(Command):
 
 @dataclass(frozen=True)
 class PressTile(Command, kind="Press"):
-    """A hand or mouse on a simulated tile: force in newtons at a place in the tile's frame; 0 lets go."""
+    """Press on a simulated tile, by hand or mouse: force in newtons at a point in the tile's frame; 0 releases it."""
 
     tile: str
     x_m: float
@@ -195,7 +197,7 @@ class PressTile(Command, kind="Press"):
 
 @dataclass(frozen=True)
 class Walk(Command):
-    """Let the synthetic walker walk over the simulated floor, or stand aside."""
+    """Start or stop the synthetic walker on the simulated floor."""
 
     on: bool
 
@@ -214,7 +216,7 @@ class Tare(Command):
 
 @dataclass(frozen=True)
 class Level(Command):
-    """Output level in dB of full scale, at most 0."""
+    """Set the output level in dB of full scale, at most 0."""
 
     db: float
 
@@ -224,7 +226,7 @@ class Level(Command):
 
 @dataclass(frozen=True)
 class Play(Command):
-    """Let sound out, or ramp it down; the session goes on either way."""
+    """Open the outputs, or ramp them down; the session continues in both cases."""
 
     on: bool
 
@@ -234,7 +236,9 @@ class Play(Command):
 
 @dataclass(frozen=True)
 class Panic(Command):
-    """Close in 1 ms, before all other commands. The engine makes it itself when it sees the shared panic byte."""
+    """Close the outputs within 1 ms, before all other commands. Issued by the engine when the shared panic byte is
+    set.
+    """
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         loop.safety.panic(frame)
@@ -242,7 +246,7 @@ class Panic(Command):
 
 @dataclass(frozen=True)
 class Pulse(Command):
-    """A short 60 Hz burst on one tile, past the patch but not past the limiter: which tile is which."""
+    """Play a short 60 Hz burst on one tile, to identify it; it bypasses the patch, but not the limiter."""
 
     tile: str
 
@@ -252,13 +256,13 @@ class Pulse(Command):
 
 @dataclass(frozen=True)
 class Mark(Command):
-    """Words at a moment that was `ago_s` before this takes effect; a recording keeps it as a mark, and no command."""
+    """Text at a moment `ago_s` before this takes effect; a recording keeps it as a mark, not as a command."""
 
     text: str = ""
     ago_s: float = 0.0
 
     def frame(self, frame: int, rate_hz: float) -> int:
-        """The session frame of the moment, where this took effect at `frame`.
+        """Return the session frame of the moment, if this took effect at `frame`.
 
         >>> Mark("begin", ago_s=0.5).frame(48_000, 48_000.0)
         24000
@@ -268,7 +272,7 @@ class Mark(Command):
 
 @dataclass(frozen=True)
 class TileEqualiser(Command, kind="Correct"):
-    """How a tile is driven from now on, as its profile says: m/s^2 a full-scale unit, and its equaliser.
+    """Set the drive of a tile as in its profile: the acceleration in m/s^2 per full-scale unit, and the equaliser.
 
     `sections` are second-order sections [b0, b1, b2, 1, a1, a2] at `rate_hz`; none for no equaliser.
     """
@@ -280,7 +284,7 @@ class TileEqualiser(Command, kind="Correct"):
 
     @staticmethod
     def of_profile(tile: str, profile: Profile) -> "TileEqualiser":
-        """How a tile with this profile is driven; as an uncalibrated one where its response was not measured.
+        """Return the command for a tile with this profile; without equaliser if its response was not measured.
 
         >>> TileEqualiser.of_profile("t1", Profile(tile="t1"))
         TileEqualiser(tile='t1', acceleration_per_unit=20.0, sections=(), rate_hz=48000)
@@ -291,28 +295,28 @@ class TileEqualiser(Command, kind="Correct"):
         return TileEqualiser(tile, response.acceleration_per_unit, response.equaliser, response.rate_hz)
 
     def check(self, floor: Floor) -> None:
-        """As for every command, and `BadValue` for sections that are not stable and a scale that is not above 0."""
+        """Also raise `BadValue` for sections that are not stable, or a scale that is not above 0."""
         super().check(floor)
         scale = self.acceleration_per_unit
         require(scale > 0.0, "acceleration_per_unit", scale, "above 0")
         checked(self.sections)
 
     def coefficients(self, engine_rate_hz: float) -> np.record:
-        """The equaliser, ready to run; `BadValue` for one that is not stable."""
+        """Return the equaliser's coefficients at the engine's rate; raise `BadValue` if it is not stable."""
         return coefficients_of(self.sections, self.rate_hz, engine_rate_hz)
 
     def prepared(self, loop: LoopParts) -> "EqualiserChange":
-        """The equaliser, ready to run."""
+        """Compute the equaliser's coefficients."""
         return EqualiserChange(self, loop.source.floor.index(self.tile), self.coefficients(loop.rate_hz))
 
 
 @dataclass(frozen=True)
 class Quit(Command):
-    """Ramp down and leave."""
+    """Ramp down and exit."""
 
 
 def equalisers_of(profiles: Mapping[str, Profile]) -> tuple[TileEqualiser, ...]:
-    """The equalisers of tiles whose response was measured.
+    """Return the equalisers of tiles whose response was measured.
 
     >>> equalisers_of({"t1": Profile(tile="t1")})
     ()
@@ -322,12 +326,12 @@ def equalisers_of(profiles: Mapping[str, Profile]) -> tuple[TileEqualiser, ...]:
     )
 
 
-# --- what commands are made into, beside the audio callback ---
+# --- actions that commands are prepared into, outside the audio callback ---
 
 
 @dataclass(frozen=True)
 class ProgramSwap(Action):
-    """Fade over to a program; where both at once would cost too much, not `together` but one after the other."""
+    """Fade to a program: `together` with the old one, or one after the other if both would cost too much."""
 
     program: Program
     together: bool = True
@@ -349,7 +353,7 @@ class ProgramSwap(Action):
 
 @dataclass(frozen=True)
 class ProgramStart(ProgramSwap):
-    """Fade over to a program, and have a tile, the floor's `row`, stepped on and struck as in a preview."""
+    """Fade to a program, and press and strike a tile, the floor's `row`, as in a preview."""
 
     row: int = 0
     from_frame: int = 0
@@ -365,7 +369,7 @@ class ProgramStart(ProgramSwap):
 
 @dataclass(frozen=True)
 class EqualiserChange(Action):
-    """Fade a tile's equaliser, and how loud its full scale is, over to those of a command."""
+    """Fade a tile's equaliser and its full-scale acceleration to those of a command."""
 
     command: TileEqualiser
     row: int
@@ -386,7 +390,7 @@ class EqualiserChange(Action):
 
 
 def to_text(command: Command) -> tuple[str, str]:
-    """A command as its kind and JSON.
+    """Return a command as its kind and JSON.
 
     >>> to_text(Level(-20.0))
     ('Level', '{"db":-20.0}')
@@ -396,7 +400,7 @@ def to_text(command: Command) -> tuple[str, str]:
 
 
 def from_text(kind: str, body: str) -> Command:
-    """The command of `to_text`; `BadValue` for a kind that there is not.
+    """Return the command of `to_text`; raise `BadValue` for an unknown kind.
 
     >>> from_text("Level", '{"db":-20.0}')
     Level(db=-20.0)

@@ -1,4 +1,4 @@
-"""What a shaker is sent so that its tile gives what was asked: each tile's equaliser, running."""
+"""The equalisers of all tiles: the drive at which each tile gives the commanded acceleration."""
 
 import math
 from collections.abc import Mapping
@@ -11,19 +11,20 @@ from underfoot.kernels import kernel
 from underfoot.models.filtering import cascade
 
 QUIET = 1e-9 * 20.0
-"""m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""
+"""Acceleration in m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""
 
 ROW = np.dtype(
     [("slot", np.int64), ("awake", np.bool_), ("zero_frames", np.int64), ("fade_frame", np.int64)], align=True
 )
-"""A tile's equaliser: which of its two slots is in use, whether anything is left in it, how many frames of zero have
-come in since, and the frame at which it is faded over to from the one in the other slot."""
+"""State of a tile's equaliser: which of its two slots is in use, whether it still rings, the number of zero input
+frames since, and the frame at which the fade from the other slot began.
+"""
 
 _LONG_AGO = -(1 << 60)
 
 
 class EqualiserBank:
-    """The equalisers of `rows` tiles; a tile without one costs nothing. `coefficients` are those to begin with."""
+    """The equalisers of `rows` tiles, with their initial `coefficients`; a tile without one costs nothing."""
 
     def __init__(self, rows: int, coefficients: Mapping[int, np.record]) -> None:
         self._coefficients = np.zeros((rows, 2), cascade.COEFFICIENTS)
@@ -33,11 +34,11 @@ class EqualiserBank:
         for row, given in coefficients.items():
             self._coefficients[row, 0] = given
         self._works = bool(self._coefficients["sections"].any())
-        # Kernels are loaded here, so that the first equaliser is not late for them.
+        # Load the kernel now, so that the first equaliser does not delay the callback.
         _equalise(np.zeros((0, 1)), np.zeros(0, np.uint8), self._coefficients, self._states, self._rows, 0, 0)
 
     def change(self, row: int, coefficients: np.record, frame: int) -> None:
-        """Fade a tile's equaliser over to another from `frame` on; the fade before it must be over."""
+        """Fade a tile's equaliser to another from `frame` on; the previous fade must be over."""
         slot = 1 - int(self._rows["slot"][row])
         self._coefficients[row, slot] = coefficients
         self._states[row, slot] = np.zeros((), cascade.STATE)
@@ -45,24 +46,26 @@ class EqualiserBank:
         self._works = True
 
     def free_from(self, row: int) -> int:
-        """The first frame at which a tile's equaliser may be changed."""
+        """First frame at which a tile's equaliser can be changed."""
         return int(self._rows["fade_frame"][row]) + FADE
 
     def ringing(self) -> tuple[bool, ...]:
-        """Of each tile, whether anything is left in its equaliser."""
+        """Whether the equaliser of each tile still rings."""
         return tuple(bool(awake) for awake in self._rows["awake"])
 
     def apply(self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> None:
         """Equalise `n` frames of float64 [row, frame] in place, from session frame `frame` on. Allocates nothing.
 
-        `zero_rows` marks rows that are zero throughout; the mark is cleared where an equaliser rings on.
+        `zero_rows` marks rows that are zero throughout; the mark is cleared where an equaliser still rings.
         """
         if self._works:
             _equalise(acceleration, zero_rows, self._coefficients, self._states, self._rows, frame, n)
 
 
 def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) -> np.record:
-    """Sections designed for `rate_hz`, ready to run at `engine_rate_hz`; `BadValue` for ones that are not stable."""
+    """Return the coefficients at `engine_rate_hz` of sections designed for `rate_hz`; `BadValue` if they are not
+    stable.
+    """
     return cascade.coefficients(cascade.at_rate(sections, rate_hz, engine_rate_hz))
 
 
@@ -100,7 +103,7 @@ def _equalise(
             if since < FADE:
                 old = cascade.step(state_before, before, held)
                 y = old + (y - old) * (since / FADE)
-            acceleration[k, i] = y if math.isfinite(x) else x  # what is not finite is for the safety stage to count
+            acceleration[k, i] = y if math.isfinite(x) else x  # the safety stage counts values that are not finite
             if row.awake and row.zero_frames >= SPAN and (frame + i + 1) % SPAN == 0:
                 remains = cascade.tail(state, now) + (cascade.tail(state_before, before) if since < FADE else 0.0)
                 if remains < QUIET:

@@ -1,7 +1,7 @@
-"""Run time over error of one node: what the accuracy that is asked of it costs, and where it stands.
+"""Run time against error of one node: what its asked error costs.
 
-Points are kept on disk under a digest of the code that was measured and of the node's values: an edit of either
-measures anew.
+Points are cached on disk under a digest of the measured code and the node's values: a change of either measures them
+again.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ _BATCH_S, _BATCHES = 2e-3, 5
 
 @dataclass(frozen=True)
 class ErrorPoint:
-    """An error that is asked for, the one that comes of it, and the time that takes, ms."""
+    """An asked error, the error found, and the run time in ms."""
 
     asked: float
     found: float
@@ -37,9 +37,10 @@ class ErrorPoint:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """What is measured of a node so far: `points` from the smallest error on, `here` where it stands, `left` to come.
+    """Measurements of a node so far: `points` from the smallest error on, `here` at its present value, `left` still to
+    come.
 
-    `of` says what the error is of, and `cost` what the time is of.
+    `of` is the quantity whose error it is, and `cost` the work whose time it is.
     """
 
     of: str
@@ -49,11 +50,11 @@ class ErrorCurve:
     left: int = 0
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return it as plain data."""
         return asdict(self)
 
     def told(self) -> str:
-        """Where the node stands, in a line, and whether a smaller error would cost more at all.
+        """Describe the node's present point in one line, and whether all errors cost the same.
 
         >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).told()
         'asked 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
@@ -64,7 +65,7 @@ class ErrorCurve:
         return f"{line}; all errors that may be asked take the same" if is_flat else line
 
     def drawing(self) -> Drawing:
-        """The curve, and the point where the node stands."""
+        """Return the curve as a drawing, with the node's present point."""
         least_ms = self._least_ms()
         found, ms = np.array(sorted(least_ms)), np.array([least_ms[error] for error in sorted(least_ms)])
         at, took = np.array([self.here.found]), np.array([least_ms[self.here.found]])
@@ -74,7 +75,7 @@ class ErrorCurve:
         return Drawing("", "error found", "run time, ms", series, x_log=True, y_log=True, x_range=x, y_range=y)
 
     def _least_ms(self) -> dict[float, float]:
-        """The least time of each error that was found: where the same came out, the same was done."""
+        """Least time for each error found: equal errors mean equal work."""
         least: dict[float, float] = {}
         for point in (*self.points, self.here):
             least[point.found] = min(point.ms, least.get(point.found, np.inf))
@@ -82,10 +83,9 @@ class ErrorCurve:
 
 
 def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve]:
-    """Measure a node with these parameters: first where it stands, then other errors, one at a time.
+    """Measure a node with these parameters: first at its present error, then at others, one at a time.
 
-    Each step gives all that is known by then; whoever has heard enough stops asking. `BadValue` for a node that is
-    asked for no error.
+    Each item has all results so far. Raises `BadValue` for a node without an asked error.
 
     >>> from underfoot.nodes import REGISTRY
     >>> *_, curve = error_curve(REGISTRY["impact"], {"error": 1e-4, "stiffness": 1e9})
@@ -106,7 +106,7 @@ def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve
 
 
 def _errors(type: NodeType) -> list[Any]:
-    """Errors that may be asked of a node, from the largest on: the cheapest first."""
+    """Errors that can be asked of a node, from the largest and cheapest on."""
     parameter = type.parameters["error"]
     if isinstance(parameter, Choice):
         return sorted(parameter.options, key=float, reverse=True)
@@ -125,7 +125,7 @@ def _point(type: NodeType, asked: AskedError, values: Mapping[str, Any]) -> Erro
 
 
 def _least_s(work: Callable[[], Any]) -> float:
-    """The least processor time of a run, of some batches: other work on the machine makes it seem longer."""
+    """Least processor time of a run, over some batches: other work on the machine only lengthens it."""
     work()
     began = time.thread_time()
     work()
@@ -140,7 +140,7 @@ def _least_s(work: Callable[[], Any]) -> float:
 
 
 def _name(functions: Sequence[Any], values: Mapping[str, Any]) -> str:
-    """A digest of what is measured: the code of functions, and of what they call; the values; the processor."""
+    """Digest of what is measured: the code of the functions and of those they call, the values, the processor."""
     code = [digest(one) for one in functions]
     text = json.dumps([code, dict(values), binding.get_host_cpu_name()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]

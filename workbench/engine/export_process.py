@@ -1,4 +1,4 @@
-"""A process that exports a recording, for a window that goes on meanwhile."""
+"""Export of a recording in a process of its own, while the window goes on."""
 
 import signal
 import time
@@ -15,7 +15,7 @@ from underfoot.records.recording import Recording
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """Which recording is exported to which file, and what of its vibration goes where there is room for one kind."""
+    """Recording to export, output path, and the kind of vibration for formats that store only one."""
 
     source: str
     path: str
@@ -23,11 +23,11 @@ class ExportRequest:
 
 
 def run(connection: Connection, request: ExportRequest) -> None:
-    """The process's main function: sends `Progress`, and at last a line that says what came of it.
+    """Send `Progress` while exporting, and finally a line with the result; the main function of the process.
 
-    Any message to it stops it, and then nothing is left of the file.
+    Any message to it stops the export, and removes the incomplete file.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the window
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     due = time.monotonic() + TELL_S
 
     def tell(words: str, share: float) -> bool:

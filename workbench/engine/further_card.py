@@ -1,7 +1,7 @@
-"""A further sound card: it plays some of the engine's channels on a clock of its own.
+"""A further sound card, which plays some of the engine's channels on its own clock.
 
-The first card's clock is the session's. A further card asks for frames a little faster or slower; what the engine made
-is read at that pace, by a resampler whose ratio keeps it a constant delay behind the engine.
+The first card's clock is the session's. A further card requests frames at a slightly different rate; a resampler reads
+the engine's output at that rate, and adjusts its ratio to keep a constant delay behind the engine.
 """
 
 import time
@@ -18,23 +18,24 @@ from underfoot.models.filtering.resampling import BEFORE, BEHIND, resampled
 
 _FRAMES = 1 << 15
 _PULL_HZ = 0.05
-"""Bandwidth with which a deviation from the delay is taken back: slow enough that its changes of pitch stay below what
-is felt, fast enough that 200 ppm amount to less than a millisecond."""
+"""Bandwidth of the delay control: low enough that its changes of pitch stay below what is felt, high enough that a
+drift of 200 ppm shifts the delay by less than a millisecond.
+"""
 _MOST_RATIO = 0.005
 _SETTLED_S = 0.5
-"""How long both clocks are watched before the first frame is played."""
+"""Seconds for which both clocks are observed before the first frame is played."""
 _FAR_S = 0.01
-"""A deviation beyond this is not taken back but jumped over, in a ramp to silence and back."""
+"""Deviation in seconds beyond which the delay is not controlled but reset, with a ramp to silence and back."""
 _MORE_S, _MOST_S = 0.005, 0.2
-"""An underrun lengthens the delay by the first, up to the second."""
+"""Each underrun lengthens the delay by `_MORE_S`, up to `_MOST_S`."""
 
 
 class FurtherCard:
-    """Frames from the engine, for the callback of another card.
+    """The engine's frames for the callback of another card.
 
-    `write` is called by the engine after each block, `fill` by the card's stream. `delay_frames` is by how much the
-    card is behind the engine, `offset_frames` how far it is from that now, `underruns` how often there was nothing to
-    play.
+    The engine calls `write` after each block, the card's stream calls `fill`. `delay_frames` is the nominal delay
+    behind the engine, `offset_frames` the present deviation from it, `underruns` the number of times there was nothing
+    to play.
     """
 
     def __init__(
@@ -50,26 +51,26 @@ class FurtherCard:
         self._written, self._played, self._position = 0, 0, 0.0
         self._engine, self._own = BlockClock(rate_hz), BlockClock(rate_hz)
         self._is_seated = self._is_silenced = False
-        resampled(self._ring, 8.0, 1.0, self._gain.copy(), self._out, self._weights)  # loaded here, not in the callback
+        resampled(self._ring, 8.0, 1.0, self._gain.copy(), self._out, self._weights)  # loads the kernel
 
     @property
     def drift_ppm(self) -> float:
-        """How much faster the card's clock goes than the engine's, as it seems, in parts of a million."""
+        """Estimated drift of the card's clock against the engine's, in ppm; positive if the card is faster."""
         return 1e6 * (self._own.rate_hz / self._engine.rate_hz - 1.0)
 
     def begin(self, latency_s: float) -> None:
-        """A stream begins, which says that it asks `latency_s` ahead."""
+        """Prepare for a new stream of this latency."""
         self.delay_frames = 2.0 * len(self._out) + SPAN + latency_s * self.rate_hz
         self._own, self._played = BlockClock(self.rate_hz), 0
         self._is_seated = False
         self._gain[0] = 0.0
 
     def silence(self, on: bool) -> None:
-        """Ramp down in a millisecond what is still to come, or let it out again."""
+        """Ramp the output down within a millisecond, or open it again."""
         self._is_silenced = on
 
     def write(self, out: NDArray[np.float32], n: int) -> None:
-        """Take the first `n` frames of `out`, float32 [frame, channel of the floor]."""
+        """Store the first `n` frames of `out`, float32 [frame, channel of the floor]."""
         first, at = self.card.first, self._written % _FRAMES
         until_end = min(n, _FRAMES - at)
         self._ring[at : at + until_end] = out[:until_end, first : first + self.card.count]
@@ -78,7 +79,7 @@ class FurtherCard:
         self._engine.update(self._now_s(), self._written)
 
     def fill(self) -> int:
-        """The stream's callback: the address of the card's next block."""
+        """Compute the card's next block, and return its address; the stream's callback."""
         now_s, n = self._now_s(), len(self._out)
         self._own.update(now_s, self._played)
         self._played += n
@@ -97,7 +98,7 @@ class FurtherCard:
         return self._address
 
     def _seat(self, now_s: float) -> None:
-        """Begin to read, `delay_frames` behind the engine, once there is as much."""
+        """Start reading `delay_frames` behind the engine, once enough frames are stored."""
         position = self._engine.frame_at(now_s) - self.delay_frames
         oldest = self._written - _FRAMES + BEFORE + 1
         settled = min(self._engine.age_s, self._own.age_s) >= _SETTLED_S
@@ -107,7 +108,7 @@ class FurtherCard:
             self.offset_frames = 0.0
 
     def _ratio(self, now_s: float) -> float:
-        """Frames of the engine a frame of the card: what both clocks say, and what takes the deviation back."""
+        """Engine frames per card frame: the ratio of both clocks, corrected to remove the deviation."""
         ratio = self._engine.rate_hz / self._own.rate_hz
         ahead = self._played - len(self._out) - self._own.frame_at(now_s)
         self.offset_frames = self._engine.frame_at(now_s) - self.delay_frames - (self._position - ratio * ahead)
@@ -115,7 +116,7 @@ class FurtherCard:
         return min(max(ratio + pull, 1.0 - _MOST_RATIO), 1.0 + _MOST_RATIO)
 
     def _fall_silent(self) -> None:
-        """Nothing is there to play: silence for a block, and then a longer delay."""
+        """Handle an underrun: silence for this block, and a longer delay from then on."""
         self._out[:] = 0.0
         self._gain[0] = 0.0
         if self._is_seated:

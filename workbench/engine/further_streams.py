@@ -1,4 +1,4 @@
-"""The streams of further sound cards: opened with the first one, and again when a card was away."""
+"""Streams of further sound cards: opened with the first card's, and reopened when a card returns."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -12,29 +12,29 @@ from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 
 RETRY_S = 2.0
-"""How often a card that is away is asked for."""
+"""Interval in seconds between attempts to reopen a card."""
 _CALM_S = 0.04
-"""The latency that is asked of a further card's stream, which is behind the first one anyway."""
+"""Least latency in seconds of a further card's stream; it lags behind the first one anyway."""
 
 
 class FurtherStream:
-    """One further card: its stream while there is one, and what it plays."""
+    """A further card: its stream, if open, and the frames it plays."""
 
     def __init__(self, frames: FurtherCard, tiles: str, target: Target, leaving: Callable[[], bool]) -> None:
         self.frames, self.tiles = frames, tiles
         self.stream: Stream | None = None
         self.underruns = 0
-        """Blocks that came too late in streams that have ended."""
+        """Late blocks in streams that have ended."""
         self._target, self._leaving = target, leaving
         self._asked_s = 0.0
 
     @property
     def name(self) -> str:
-        """The card's name."""
+        """Name of the card."""
         return self.frames.card.name
 
     def open(self) -> None:
-        """Open and start a stream; `DeviceError` where that cannot be."""
+        """Open and start a stream; raise `DeviceError` if that fails."""
         card, target = self.frames.card, self._target
         self._asked_s = time.monotonic()
         latency = max(target.latency_s, _CALM_S)
@@ -48,7 +48,7 @@ class FurtherStream:
         self.stream = stream
 
     def close(self) -> None:
-        """Let go of the card."""
+        """Close the stream and release the card."""
         if self.stream is not None:
             if not self.stream.finished:
                 self.stream.abort()
@@ -58,7 +58,7 @@ class FurtherStream:
 
     @property
     def is_due(self) -> bool:
-        """Whether it is time to ask again for a card that is away."""
+        """Whether to try again to open a card that is away."""
         return self.stream is None and time.monotonic() - self._asked_s >= RETRY_S
 
     def _fill(self) -> int:
@@ -66,7 +66,7 @@ class FurtherStream:
 
 
 class FurtherStreams:
-    """All further cards of a target; `tell` is given a line when one goes away or comes back."""
+    """All further cards of a target; `tell` receives a line when one disappears or returns."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class FurtherStreams:
         runner.further_cards = tuple(one.frames for one in self._streams)
 
     def open(self) -> list[str]:
-        """Open all that are not open; a line for each that cannot be."""
+        """Open all cards that are closed; return a line for each that fails."""
         notices = []
         for one in self._streams:
             if one.stream is None:
@@ -101,7 +101,7 @@ class FurtherStreams:
         return notices
 
     def keep(self) -> None:
-        """Notice cards that have gone, ask again for those, and say how far each is from the engine."""
+        """Detect cards that have gone, try to reopen them, and publish the largest offset from the engine's clock."""
         for one in self._streams:
             if one.stream is not None and one.stream.finished:
                 one.close()
@@ -126,12 +126,12 @@ class FurtherStreams:
 
     @property
     def underruns(self) -> int:
-        """How often any of them had nothing to play, or was asked too late."""
+        """Number of underruns and late blocks of all further cards."""
         return sum(
             one.underruns + one.frames.underruns + (one.stream.underruns if one.stream else 0) for one in self._streams
         )
 
     def close(self) -> None:
-        """Let go of all cards."""
+        """Close all cards."""
         for one in self._streams:
             one.close()

@@ -1,12 +1,12 @@
-"""From force samples to the signals that a program reads: tared, gated, linear between samples.
+"""Conversion of force samples into the signals of a program: tared, gated, and linearly interpolated.
 
-The force goes to the sample of frame s from frame s to s + period, so that the next one is always known: the force at
-audio rate is delayed by exactly one sample period, live and offline. A sample that comes too late for that is gone to
-within a period of its arrival, and where several came at once, only the newest. Where samples are missing the last
-force is held for 20 ms and then ramped to 0 in 20 ms: on the whole floor, or on a tile that is NaN in them. A tile's
-signals are exactly 0 while nobody stands on it; between, a gate opens or closes in 5 ms.
+From frame s to s + period the force ramps to the sample of frame s, so that the next sample is always known: the force
+at audio rate is delayed by exactly one sample period, live and offline. A sample that arrives too late for that is
+ramped to within one period of its arrival; of several that arrive together, only the newest is used. Where samples are
+missing, on the whole floor or on a tile that is NaN, the last force is held for 20 ms and then ramped to 0 in 20 ms. A
+tile's signals are exactly 0 while nobody stands on it; its gate opens and closes in 5 ms.
 
-Times are in session frames, and are of the samples: what is played at frame f is what the samples say of f - period.
+Times are in session frames of the samples: the output at frame f depends on the samples of f - period.
 """
 
 from collections.abc import Callable
@@ -26,19 +26,19 @@ from underfoot.floor.running_median import MIDDLE
 from underfoot.kernels import intrinsic, kernel
 
 HOLD_S = 0.020
-"""How long a force is held in a gap, and how long it then takes to 0."""
+"""Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
 GATE_S = 0.005
-"""How long the gate takes to open or to close."""
+"""Seconds in which the gate opens or closes."""
 
-_QUEUE = 1024  # samples of a tile that can wait; a power of two, so that no place takes a division
+_QUEUE = 1024  # samples of a tile that can wait; a power of two, so that indexing needs no division
 _LONG_AGO = -1e18
 
 SAMPLE = np.dtype(
     [("from_frame", np.float64), ("at_frame", np.float64), ("values", np.float64, (3,)), ("contact", np.bool_)],
     align=True,
 )
-"""A tile's sample in its queue. The signals go to its `values` (force in newtons, then the centroid's x and y in
-metres, tile frame) from `from_frame` on and reach them at `at_frame`; `contact`: whether somebody stands on the tile.
+"""A tile's queued sample. The signals ramp to its `values` (force in newtons, then the centroid's x and y in metres,
+tile frame) from `from_frame` to `at_frame`; `contact` is whether somebody stands on the tile.
 """
 
 SEGMENT = np.dtype(
@@ -56,25 +56,26 @@ SEGMENT = np.dtype(
     ],
     align=True,
 )
-"""The straight line on which a tile's signals are, its gate (0 to 1) with where that goes, and its queue: samples taken
-out and put in since it was last empty, and the last `at_frame`. The first `zeros` of its frames are zero."""
+"""Line segment that a tile's signals follow, its gate (0 to 1) and the gate's target, and its queue: samples removed
+and added since it was last empty, and the last `at_frame`. The first `zeros` frames of the block are zero.
+"""
 
 TIMING = np.dtype(
     [("frame_s", np.float64), ("period", np.float64), ("hold", np.float64), ("gate_step", np.float64)], align=True
 )
-"""Seconds of a frame; the sample period and `HOLD_S`, in frames; what the gate moves in a frame."""
+"""Seconds per frame; the sample period and `HOLD_S` in frames; the gate's change per frame."""
 
 
 class IntakeMemory(NamedTuple):
-    """All that the kernels read and write, as `patch.tables` hands it over."""
+    """All arrays that the kernels read and write, as `patch.tables` passes them."""
 
     seconds: F1  # [sample]: stamps in seconds
-    stamps: F1  # the source's, as arrivals and forces are
+    stamps: F1  # the source's, like arrivals and forces
     arrivals: F1
     forces: F3  # [sample, tile, sensor]
-    absent: Annotated[np.ndarray, np.dtype(np.bool_), 2]  # [sample, tile]: it had no sample of its own
+    absent: Annotated[np.ndarray, np.dtype(np.bool_), 2]  # [sample, tile]: no sample of its own
     last: Annotated[np.ndarray, LAST, 1]
-    plates: Annotated[np.ndarray, PLATE, 1]  # from here on to events: the tracker's memory
+    plates: Annotated[np.ndarray, PLATE, 1]  # from here to events: the tracker's memory
     tiles: Annotated[np.ndarray, tracking.TILE, 1]
     stream: Annotated[np.ndarray, tracking.STREAM, 1]
     ring: F3
@@ -91,12 +92,12 @@ class IntakeMemory(NamedTuple):
 
 
 class Intake:
-    """Turns the samples of `source` into force and centroid (tile frame) of each tile, frame by frame.
+    """Turns the samples of `source` into the force and centroid (tile frame) of each tile, frame by frame.
 
-    `signals`, float64 [signal, tile, frame], has room for `block` frames: force in newtons, and the centroid's x and y
-    in metres. Nobody else writes there: what is zero is not written again. `zero_rows` marks tiles whose signals are
-    zero in all frames that were filled last. `on_samples` is called with the number of samples whenever some came,
-    while the source still holds them: what it read, without the `steps` that are added.
+    `signals`, float64 [signal, tile, frame], holds `block` frames: force in newtons, and the centroid's x and y in
+    metres. Nothing else may write to it: zeros are not rewritten. `zero_rows` marks tiles whose signals are zero in
+    all frames filled last. `on_samples` is called with the number of samples whenever some arrive, while the source
+    still holds them as read, without the added `steps`.
     """
 
     def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
@@ -125,7 +126,7 @@ class Intake:
         self._where = addresses(self._memory)
 
     def take(self, end: int) -> None:
-        """Take the samples before session frame `end` from the source, and follow contacts through them."""
+        """Take the samples before session frame `end` from the source, and track contacts through them."""
         count = MAX_SAMPLES
         while count == MAX_SAMPLES:
             count = self.source.pull(end)
@@ -138,15 +139,15 @@ class Intake:
                     _take(self._where, count)
 
     def fill(self, frame: int, n: int) -> None:
-        """Write `n` frames into `signals`, the first of them session frame `frame`."""
+        """Write `n` frames into `signals`, from session frame `frame` on."""
         _fill(self._where, frame, n)
 
     def tare(self) -> None:
-        """Take what every tile reads now as its zero."""
+        """Take the present reading of every tile as its zero."""
         self.tracker.tare()
 
     def _open(self, count: int) -> None:
-        """Let the tracker collect the stream's first samples, until it knows with what each tile begins."""
+        """Pass the stream's first samples to the tracker until it knows the initial state of each tile."""
         seconds, forces = self._memory.seconds, self.source.forces
         np.multiply(self.source.stamps, self._timing["frame_s"], out=seconds)
         self._concealment.fill(seconds, forces, count)
@@ -157,22 +158,22 @@ class Intake:
         _follow(self._where, begin, count)
 
 
-_FARTHEST = 1 << 52  # frames: beyond them there are no halves, and no sum of them is told from the next
+_FARTHEST = 1 << 52  # frames: beyond this, float64 has no halves, and nearby sums are equal
 
 
 def _ignore(count: int) -> None:
-    """What is called for samples until somebody wants to know of them."""
+    """Ignore samples; the default of `on_samples`."""
 
 
 @intrinsic
 def _memory_at(context: Any, where: Any) -> Any:
-    """The arrays at these addresses as `IntakeMemory`."""
+    """Return the arrays at these addresses as `IntakeMemory`."""
     return borrow(context, where, IntakeMemory)
 
 
 @kernel
 def _take(where: NDArray[np.int64], count: int) -> None:
-    """Fill in what is lost of the source's `count` samples, and follow contacts through them."""
+    """Conceal lost samples among the source's `count`, and track contacts through them."""
     m = _memory_at(where)
     for i in range(count):
         m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
@@ -182,7 +183,7 @@ def _take(where: NDArray[np.int64], count: int) -> None:
 
 @kernel
 def _follow(where: NDArray[np.int64], begin: int, count: int) -> None:
-    """Follow contacts through samples `begin` to `count`, and put each tile's into its queue."""
+    """Track contacts through samples `begin` to `count`, and queue each tile's samples."""
     m = _memory_at(where)
     tracked = tracking.TrackerMemory(m.plates, m.tiles, m.stream, m.ring, m.window, m.middles, m.work, m.rows, m.events)
     for i in range(begin, count):
@@ -204,7 +205,7 @@ def _enqueue(
     arrival: float,
     period: float,
 ) -> None:
-    """Put a tile's sample behind those that wait, or in the place of one that came at once with it."""
+    """Queue a tile's sample, or replace one that arrived at the same time."""
     start = max(segment.last_frame, stamp - period, arrival - period)
     sample = queue[(segment.queue_tail - 1) % _QUEUE]
     waits = segment.queue_head < segment.queue_tail and sample.from_frame >= arrival - period
@@ -230,7 +231,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
         segment = segments[k]
         begin = 0
         while begin < n:
-            # One straight stretch at a time: up to the frame at which the next sample's segment begins.
+            # One segment at a time, up to the frame at which the next sample's segment begins.
             end = n
             while segment.queue_head < segment.queue_tail:
                 sample = queue[k, segment.queue_head % _QUEUE]
@@ -251,12 +252,12 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
             begin = end
         m.zero_rows[k] = segment.zeros >= n
         if segment.queue_head == segment.queue_tail:
-            segment.queue_head = segment.queue_tail = 0  # the same few places again: they are still in the cache
+            segment.queue_head = segment.queue_tail = 0  # reuse the same few places: they are still in the cache
 
 
 @kernel
 def _first_frame(start: float, period: float) -> int:
-    """The first frame that lies no less than a period behind `start`, whichever way the sum is rounded."""
+    """Return the first frame at least one period after `start`, whichever way the sum is rounded."""
     if not abs(start) < _FARTHEST:
         return _FARTHEST if start > 0.0 else -_FARTHEST
     frame = int(np.ceil(start + period))
@@ -269,13 +270,13 @@ def _first_frame(start: float, period: float) -> int:
 
 @kernel
 def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
-    """Go on to a sample from where the signals are when its segment begins."""
+    """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
     share = _share(segment, now)
     held = _held(segment, now, hold)
     for j in range(3):
         segment.from_values[j] += (segment.at_values[j] - segment.from_values[j]) * share
-        # A centroid is held where there is no contact: on its way to 0 it would wander over the tile.
+        # Hold the centroid where there is no contact: ramping to 0, it would wander over the tile.
         segment.at_values[j] = sample.values[j] if j == 0 or sample.contact else segment.from_values[j]
         if j > 0 and segment.gate_target == 0.0 and sample.contact:
             segment.from_values[j] = sample.values[j]
@@ -287,14 +288,14 @@ def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
 
 @kernel
 def _share(segment: np.record, now: float) -> float:
-    """How much of the segment lies behind: 0 to 1."""
+    """Return the share of the segment that has passed: 0 to 1."""
     length = segment.at_frame - segment.from_frame
     return min(max((now - segment.from_frame) / length, 0.0), 1.0) if segment.at_frame > segment.from_frame else 1.0
 
 
 @kernel
 def _held(segment: np.record, now: float, hold: float) -> float:
-    """What is left of a force that no sample has renewed: 1, then down to 0 over as long again."""
+    """Return the gain of a force without newer samples: 1 while held, then a ramp to 0 of the same length."""
     return min(max(2.0 - (now - segment.at_frame) / hold, 0.0), 1.0)
 
 
@@ -327,7 +328,9 @@ def _draw(
 def _draw_open(
     signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
 ) -> None:
-    """`_draw` where the gate is open and the force is held: the same bits, without looking at either in each frame."""
+    """Do the same as `_draw`, bit for bit, where the gate is open and the force not ramped, without testing either per
+    frame.
+    """
     since, length = segment.from_frame, segment.at_frame - segment.from_frame
     force_n, x_m, y_m = signals[0, begin:end], signals[1, begin:end], signals[2, begin:end]
     from_n, from_x, from_y = segment.from_values[0], segment.from_values[1], segment.from_values[2]

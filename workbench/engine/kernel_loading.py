@@ -1,7 +1,7 @@
-"""The kernels that a session needs, in parts: loaded, and compiled where they are not in the cache yet.
+"""Loading of the kernels that a session needs, in parts; those missing from the cache are compiled.
 
-Compiling all of them takes half a minute of one core. Two processes that begin at the two ends of the list share it: a
-kernel that one of them is compiling, the other waits for (`kernel_cache`).
+Compiling all of them takes half a minute of one core. Two processes that begin at opposite ends of the list share the
+work: each waits for a kernel that the other is compiling (`kernel_cache`).
 """
 
 import gc
@@ -32,13 +32,13 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 _MOMENT = 24 * 256
-"""Frames that a loop plays so that each of its kernels is called: steps of the simulator's walker among them."""
+"""Frames that a loop plays so that each of its kernels is called; long enough for steps of the simulator's walker."""
 
 
 class KernelParts:
-    """The kernels of a patch, and of what brings the target's force, as a list of parts.
+    """The kernels of a patch and of the target's force source, as a list of parts.
 
-    `load` goes through all of them; with `from_end`, the last ones first.
+    `load` goes through all of them; with `from_end`, in reverse order.
     """
 
     def __init__(self, patch: Patch, target: Target, options: LoopOptions, from_end: bool = False) -> None:
@@ -50,7 +50,7 @@ class KernelParts:
             self._parts.reverse()
 
     def load(self, tell: Callable[[Compiling], None]) -> None:
-        """Load all, and say how many parts are ready as soon as one of them has to be compiled."""
+        """Load all kernels; report how many parts are ready as soon as one has to be compiled."""
         with _telling(tell, len(self._parts) + 1) as ready:
             for part in self._parts:
                 part()
@@ -59,13 +59,13 @@ class KernelParts:
             ready()
 
     def _source(self) -> None:
-        """What brings the force: the simulator's walker, which every loop that nobody hears has, and the target's."""
+        """Load the force sources: the simulator's walker, which loops run for loading use, and the target's."""
         SimulatedFloor(default_floor(1, 2)).pull(_MOMENT)
         if self.target.kind in TRANSPORTS or self.target.simulation:
             source_of(self.target).pull(round(self.target.rate))
 
     def _intake(self) -> None:
-        """From force samples to signals."""
+        """Load the conversion of force samples to signals."""
         target = self.target
         intake = Intake(SimulatedFloor(default_floor(1, 2)), target.rate, self.options.block)
         for end in (_MOMENT, 3 * _MOMENT):  # while the tiles are tared, and after
@@ -73,7 +73,7 @@ class KernelParts:
         intake.fill(0, self.options.block)
 
     def _play(self) -> None:
-        """Everything once, on a loop that nobody hears: the program, a swap of it, and the way out."""
+        """Load the rest by running a loop without output: the program, a swap of it, and the output stages."""
         loop = Loop(self.patch, REGISTRY, SimulatedFloor(self.target.floor, self.target.rate), self.options)
         loop.send(Play(True))
         loop.send(ProgramSwap(loop.build(self.patch, self.options.scopes)))
@@ -93,16 +93,16 @@ def load_common_kernels() -> None:
 
 
 class _NotInCache(Exception):
-    """Some kernel has to be compiled."""
+    """A kernel has to be compiled."""
 
 
 def _program() -> None:
-    """The compiled loop that runs all nodes, and what fades from one program to the next."""
+    """Load the compiled loop that runs all nodes, and the fades between programs."""
     ProgramFader(Program(Patch(), REGISTRY, ("tile",)))
 
 
 def _output() -> None:
-    """From what a tile is to do to full scale."""
+    """Load the output stages, from commanded acceleration to full scale."""
     rate_hz, acceleration, zero_rows = float(RATE_HZ), np.zeros((1, SPAN)), np.zeros(1, np.uint8)
     TilePulse(1, rate_hz).apply(acceleration, zero_rows, 0, SPAN)
     EqualiserBank(1, {}).apply(acceleration, zero_rows, 0, SPAN)
@@ -113,7 +113,7 @@ def _output() -> None:
 
 @contextmanager
 def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable[[], None]]:
-    """While kernels are compiled, tell how many parts are ready; a call of what this gives counts one."""
+    """Report how many parts are ready while kernels are compiled; each call of the yielded function counts one part."""
     state = Compiling(0, total)
     compiles = False
     collects = gc.isenabled()
@@ -123,7 +123,7 @@ def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable
             nonlocal compiles
             if not compiles:
                 compiles = True
-                gc.disable()  # a fifth of the time that compiling takes
+                gc.disable()  # saves a fifth of the compile time
                 tell(state)
 
         def on_end(self, event: event.Event) -> None:

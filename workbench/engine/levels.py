@@ -1,4 +1,4 @@
-"""How loud a patch is on a simulated tile that is stood on: what is asked, what the tile does, what is felt."""
+"""Levels of a patch on a simulated tile under one step: commanded, measured, and felt."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -19,15 +19,15 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 SECONDS = 1.2
-"""A step lasts two thirds of a second; what rings is heard out."""
+"""Length of the rendering in seconds: a step lasts two thirds of a second, and its ringing decays."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """A signal's level, m/s^2: the stable peak of table 6.1, the RMS of its loudest 0.2 s, and what there is in band.
+    """A signal's level in m/s^2: the stable peak of table 6.1, the RMS of its loudest 0.2 s, and the RMS in band.
 
-    `share_in_band` is of its energy within 50 to 750 Hz; `level_db` is over what a sole in a hard shoe feels, None for
-    silence; `noticed` the chance that a person in such shoes notices it.
+    `share_in_band` is the share of its energy within 50 to 750 Hz; `level_db` is the level above what a sole in a hard
+    shoe feels, None for silence; `noticed` is the probability that a person in such shoes notices it.
     """
 
     peak_m_s2: float
@@ -38,7 +38,7 @@ class Level:
 
     @staticmethod
     def of(samples: NDArray[np.float32], rate_hz: float) -> "Level":
-        """The level of samples (n,)."""
+        """Return the level of samples (n,)."""
         signal = samples.astype(np.float64)
         size = round(0.2 * rate_hz)
         squares = np.cumsum(np.append(0.0, signal**2))
@@ -55,9 +55,9 @@ class Level:
 
 @dataclass(frozen=True)
 class PatchLevels:
-    """What one adult step makes of a patch: commanded, measured by the accelerometer, and under the foot.
+    """Levels of a patch under one adult step: commanded, measured by the accelerometer, and under the foot.
 
-    `headroom_db` is how far the drive stays below the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is
+    `headroom_db` is the distance of the drive from the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is
     the stiffness that a plate of 90 N/mm feels like with it, None where the thesis does not say (table 6.3).
     """
 
@@ -69,7 +69,7 @@ class PatchLevels:
     feels_like_n_mm: float | None = None
 
     def data(self) -> dict[str, object]:
-        """All figures, as a command prints them."""
+        """Return all figures, as a command prints them."""
         return asdict(self)
 
 
@@ -80,7 +80,7 @@ def levels_of(
     simulation: TileParameters | None = None,
     rate_hz: float = RATE_HZ,
 ) -> PatchLevels:
-    """Let an adult step on a tile of this kind once, at full level, driven by `profile`.
+    """Measure a patch under one adult step on a tile of this kind, at full level, driven by `profile`.
 
     >>> from underfoot.patch import library
     >>> found = levels_of(Patch.load(library.patches()["stimulus-wc"], REGISTRY))
@@ -108,7 +108,7 @@ def levels_of(
 
 
 def headroom_db(drive_peak: float) -> float:
-    """How far a drive of this peak, of full scale, stays below the limiter; below 0.1 it is limited.
+    """Return the distance in dB of a drive of this peak (full scale) from the limiter; below 0.1 it is limited.
 
     >>> round(headroom_db(0.5), 1)
     5.6

@@ -1,4 +1,4 @@
-"""Force in, vibration out: what the live engine and the offline renderer both run, block after block."""
+"""The block loop from force to vibration, shared by the live engine and the offline renderer."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -25,19 +25,19 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
-_PART = 1024  # frames that are run at once, so that a source never has more samples waiting than it has room for
+_PART = 1024  # frames run at once, so that a source never has more samples waiting than it has room for
 
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """How a loop runs: its rate and largest block, and the session frame at which it begins.
+    """Settings of a loop: rate, largest block, first session frame, and the following.
 
-    `limits` are those of each tile, by default the usual ones; `equalisers` are those of the tiles' profiles;
-    `channels` has the output channel of each tile, by default the floor's; `sound_channel` is that of what patches give
-    to ears, -1 for none, by default the one behind the tiles' where the first patch has sound; `scopes` are outputs
-    ("node.port") that are looked at; `folder` is where sound files of the patch lie; `seed` stands in for the patch's
-    own. `plates` says where the acceleration of simulated plates is taken, if anywhere, and `simulation` what they are
-    made of, by default the usual. With `measures`, what is commanded is kept without plates, too: for accelerometers.
+    `limits` are per tile, by default the usual ones; `equalisers` are those of the tiles' profiles. `channels` is the
+    output channel of each tile, by default the floor's. `sound_channel` is that of patches' Sound, -1 for none, by
+    default the one after the tiles' if the first patch has sound. `scopes` are displayed outputs ("node.port").
+    `folder` holds the patch's sound files. `seed` replaces the patch's own. `plates` says where the acceleration of
+    simulated plates is measured, if anywhere, and `simulation` what they are made of, by default the usual. With
+    `measures`, the command is kept without plates, too: for accelerometers.
     """
 
     rate_hz: float = RATE_HZ
@@ -56,12 +56,12 @@ class LoopOptions:
 
 
 class Loop:
-    """Runs `patch` on the force of `source`, block after block.
+    """Runs `patch` on the force of `source`, block by block.
 
-    After `run(n)`, `out` holds n frames, float32 [frame, channel], full scale at most 1, and `scope_frames` the same
-    frames of the program's first scope, float32 [frame, tile]. Where there are `plates`, `commanded` holds what was
-    asked of each tile and `plates[...].out` what it does, both m/s^2, float32 [frame, tile]. Commands take effect on
-    the next span edge, wherever in a block that is, and are reported in `applied` with their frame.
+    After `run(n)`, `out` holds n frames, float32 [frame, channel], within full scale (1), and `scope_frames` the same
+    frames of the program's first scope, float32 [frame, tile]. With `plates`, `commanded` holds the commanded
+    acceleration and `plates[...].out` the measured one, both m/s^2, float32 [frame, tile]. Commands take effect on the
+    next span edge, anywhere within a block, and are reported in `applied` with their frame.
     """
 
     def __init__(
@@ -97,9 +97,9 @@ class Loop:
         }
         self.applied: deque[CommandApplied] = deque(maxlen=4096)
         self._waiting: deque[tuple[int, Action]] = deque()
-        self._start: ProgramStart | None = None  # one that waits for its frame, beside all others
-        self._set_since: list[Set] = []  # numbers that were moved after its program was built
-        on_ramp(0.0, 0.0, 0)  # loaded here, so that the first command is not late for them
+        self._start: ProgramStart | None = None  # waits for its frame, apart from the others
+        self._set_since: list[Set] = []  # numbers set after its program was built
+        on_ramp(0.0, 0.0, 0)  # load the kernel now, so that it does not delay the first command
         _copy_scope(np.zeros((1, 1, 1)), self.scope_frames, 0, 0)
         TileEqualiser("").coefficients(self.rate_hz)
         if self.measures:
@@ -107,11 +107,11 @@ class Loop:
 
     @property
     def program(self) -> Program:
-        """The program that plays."""
+        """The running program."""
         return self.programs.current
 
     def build(self, patch: Patch, scopes: tuple[str, ...] = ()) -> Program:
-        """The program of a patch for this loop. Allocates and loads kernels: never in the callback."""
+        """Build the program of a patch for this loop. Allocates and loads kernels: never in the callback."""
         return Program(
             patch,
             self.registry,
@@ -124,11 +124,10 @@ class Loop:
         )
 
     def send(self, action: Action, frame: int | None = None) -> None:
-        """Let a command, or what was made of one, take effect at the first span edge from `frame` (now) on.
+        """Apply a command, or a prepared action, at the first span edge from `frame` (default: now) on.
 
-        Commands take effect in the order in which they were sent. What one needs is built and loaded here, where
-        `Command.prepared` has not done so before: only what it returns may be sent from the callback. `BadValue` for a
-        command that cannot be.
+        Commands take effect in the order in which they were sent. A command that is not `prepared` yet is built and
+        loaded here, so only prepared actions may be sent from the callback. Raises `BadValue` for an invalid command.
         """
         if isinstance(action, Command):
             action = action.prepared(self)
@@ -142,11 +141,11 @@ class Loop:
         self._waiting.append((next_span(self.frame if frame is None else frame), action))
 
     def panic(self) -> None:
-        """Close in 1 ms from the next span edge on, before all that was sent."""
+        """Close the outputs within 1 ms from the next span edge on, before all commands already sent."""
         self._waiting.appendleft((next_span(self.frame), Panic()))
 
     def run(self, n: int) -> None:
-        """Run the next `n` frames, at most `block`. Between commands it allocates nothing."""
+        """Run the next `n` frames, at most `block`. Allocates nothing between commands."""
         at = 0
         while at < n:
             now = self.frame + at
@@ -158,11 +157,13 @@ class Loop:
         self.frame += n
 
     def play(self, frames: int) -> NDArray[np.float32]:
-        """Run the next `frames` frames, whatever the block, and return them: float32 [frame, channel]."""
+        """Run the next `frames` frames, in blocks, and return them: float32 [frame, channel]."""
         return self.play_all(frames)[0]
 
     def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
-        """The same; with `measures` what was `commanded`, and done at `plates`: float32 [frame, tile], m/s^2."""
+        """Do as `play`; also return, with `measures`, what was `commanded` and measured at `plates`: float32 [frame,
+        tile], m/s^2.
+        """
         sources = {"": self.out}
         if self.measures:
             sources |= {"commanded": self.commanded} | {heard: plates.out for heard, plates in self.plates.items()}
@@ -175,21 +176,21 @@ class Loop:
         return played.pop(""), played
 
     def _await_start(self, start: ProgramStart | None) -> None:
-        """Let a start wait for its frame in the place of the one that waits; None for none."""
+        """Make a start wait for its frame, in place of the one that waits; None cancels it."""
         if self._start is not None:
             self.programs.retired.append(self._start.program)
         self._start = start
         self._set_since.clear()
 
     def _begin_start(self) -> None:
-        """Line up the start whose frame has come, and behind it what was set since its program was built."""
+        """Queue the start whose frame has come, followed by the numbers set since its program was built."""
         assert self._start is not None
         self._waiting.append((self.frame, self._start))
         self._waiting.extend((self.frame, moved) for moved in self._set_since)
         self._start = None
 
     def _apply_due(self, now: int, stop: int) -> int:
-        """Do what is due at frame `now`; returns the frame up to which nothing more is, at most `stop`."""
+        """Apply what is due at frame `now`; return the frame up to which nothing more is due, at most `stop`."""
         if self._start is not None:
             due = next_span(self._start.from_frame)
             if due <= now:
@@ -209,7 +210,7 @@ class Loop:
         return stop
 
     def _run_part(self, frame: int, at: int, n: int) -> None:
-        """Run `n` frames into `out` from its row `at` on; whatever a command changed is in force by now."""
+        """Run `n` frames into `out` from its row `at` on; due commands have been applied."""
         self.intake.take(frame + n)
         self.intake.fill(frame, n)
         program = self.programs.run(self.intake.signals, self.intake.zero_rows, frame, n)
@@ -226,13 +227,13 @@ class Loop:
 
 
 def output_channels(floor: Floor) -> list[int]:
-    """The channel of each tile: its `output`, or its place in the floor."""
+    """Return the channel of each tile: its `output`, or its index in the floor."""
     return [tile.output if tile.output is not None else i for i, tile in enumerate(floor.tiles)]
 
 
 @kernel
 def _copy_scope(scope: NDArray[np.float64], rows: NDArray[np.float32], at: int, n: int) -> None:
-    """The first scope's frames, [scope, row, frame], into `rows` [frame, row] from `at` on."""
+    """Copy the first scope's frames, [scope, row, frame], into `rows` [frame, row] from `at` on."""
     for i in range(n):
         for row in range(rows.shape[1]):
             rows[at + i, row] = scope[0, row, i]

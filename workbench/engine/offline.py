@@ -1,4 +1,4 @@
-"""A rendering as plain data: what is played on what, for this process, another one, or another computer."""
+"""Offline renderings as plain data, which can be run in this process, another one, or on another computer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,12 +22,12 @@ from underfoot.records.forces import Forces
 
 @dataclass(frozen=True)
 class RenderJob:
-    """All that a rendering depends on.
+    """All inputs of a rendering.
 
-    Without `forces` the patch's seeded walker walks on `floor`, unless `walking` is False: then nobody does. `seconds`
-    is the forces' length and a tail, or 5 s, unless given. `profiles`, by tile id, say how tiles are driven;
-    `simulation` what simulated ones are made of; `plates` where their acceleration is taken. Sound files of the patch
-    lie in `folder`.
+    Without `forces` the patch's seeded walker walks on `floor`, unless `walking` is False. `seconds` is by default the
+    length of the forces and a tail, or 5 s. `profiles`, by tile id, give the drive of tiles; `simulation` the
+    parameters of simulated ones; `plates` where their acceleration is measured. The patch's sound files are in
+    `folder`.
     """
 
     patch: Patch
@@ -44,7 +44,9 @@ class RenderJob:
     folder: Path | None = None
 
     def run(self) -> Rendered:
-        """Render it; `BadValue` for a length, block or rate that cannot be, and where a node makes no finite value."""
+        """Render it; raise `BadValue` for an invalid length, block or rate, or if a node makes a value that is not
+        finite.
+        """
         if not float(self.rate_hz).is_integer():
             raise BadValue(f"rate is {self.rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
         options = LoopOptions(
@@ -80,10 +82,10 @@ def render(
     plates: tuple[Heard, ...] = (),
     folder: str | Path | None = None,
 ) -> Rendered:
-    """Play a patch offline, to the bytes that a live session would have played: `samples`, float32 [frame, channel].
+    """Render a patch offline, to the same bytes as a live session: `samples`, float32 [frame, channel].
 
-    Without `forces` a simulated walker walks on `floor`, 2 x 2 tiles by default. The rest is as in `RenderJob`.
-    `BadValue` for what cannot be.
+    Without `forces` a simulated walker walks on `floor`, 2 x 2 tiles by default. The rest is as in `RenderJob`. Raises
+    `BadValue` for invalid arguments.
 
     >>> render(Patch().add("tile-output"), seconds=0.5)
     <Rendered: 24000 frames of 4 channels at 48000 Hz, peak 0.0000>

@@ -1,4 +1,4 @@
-"""What paces the engine's blocks: a sound card's stream, or the clock where there is none or it has ended."""
+"""Pacing of the engine's blocks: by a sound card's stream, or by the clock where there is none or it has ended."""
 
 import threading
 import time
@@ -15,11 +15,11 @@ from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
 
-_LATE_S = 0.05  # a block by the clock that is later than this counts as an xrun
+_LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 
 
 class Pacer:
-    """Has blocks run at the right pace until `leave` is set. `tell` is called with a line for the person.
+    """Runs blocks at the right pace until `leave` is set. `tell` is called with lines for the user.
 
     The first of `cards` sets the pace; further ones follow on their own clocks.
     """
@@ -43,11 +43,11 @@ class Pacer:
 
     @property
     def has_stream(self) -> bool:
-        """Whether a sound card plays."""
+        """Whether a sound card is playing."""
         return self._stream is not None
 
     def open(self) -> str:
-        """Open the sound card, if one is wanted; why there is none, otherwise."""
+        """Open the sound card, if one is wanted; return the reason if that fails."""
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
         self._runner.hears = False
@@ -74,7 +74,7 @@ class Pacer:
         return "; ".join(notices)
 
     def run(self) -> None:
-        """Let the sound card play, and where it does not, run blocks by the clock, until it is time to leave."""
+        """Play on the sound card, or run blocks by the clock without one, until it is time to leave."""
         self._start()
         while not self.leave.is_set():
             if self._stream is None or self._stream.finished:
@@ -88,7 +88,7 @@ class Pacer:
                 self.leave.wait(0.05)
 
     def close(self) -> None:
-        """Let go of the sound card; the ramp down is over."""
+        """Close the sound card, after the ramp down."""
         if self._stream is not None and not self._stream.finished:
             self._stream.abort()
         if self._stream is not None:
@@ -96,7 +96,7 @@ class Pacer:
         self._further.close()
 
     def fill(self) -> int:
-        """The stream's callback: the address of the next block, or 0 to end the stream and drop what is buffered."""
+        """Return the address of the next block, or 0 to end the stream and drop its buffer; the stream's callback."""
         if self.leave.is_set() or self._runner.silenced:
             return 0
         self._runner.hears = True
@@ -111,9 +111,9 @@ class Pacer:
         self._status.put(Field.XRUNS, float(own + self._further.underruns))
 
     def _tell_latency(self, stream: Stream) -> None:
-        """How late a block leaves the card: by its clock, else half of a measured round trip, else as it was asked.
+        """Publish the output latency: by the card's clock, else half of a measured round trip, else as requested.
 
-        Where the clock stamps both ways, each gets half of what they lack of the round trip that was measured.
+        If the clock reports both directions, each gets half of what they lack of the measured round trip.
         """
         trip_s = self._status.get(Field.ROUND_TRIP_S)
         out_s, in_s = stream.heard_after_s, stream.brought_after_s
@@ -124,7 +124,7 @@ class Pacer:
         self._status.put(Field.STREAM_LATENCY_S, min(found_s, trip_s or found_s))
 
     def _start(self) -> None:
-        """Let the sound card play, or go on without it."""
+        """Start the sound card, or continue without it."""
         if self._stream is None:
             return
         try:
@@ -135,7 +135,7 @@ class Pacer:
             self._tell(f"{error}; going on without sound")
 
     def _resume(self, ended: Stream) -> None:
-        """Play on in a new stream: PortAudio would wait for ever for one whose card has gone away."""
+        """Continue in a new stream: PortAudio would wait for ever for one whose card has gone."""
         self._late += ended.underruns
         ended.close()
         notice = self.open()
@@ -145,7 +145,7 @@ class Pacer:
         self._start()
 
     def _return(self) -> None:
-        """Play again on the card that went away, if it is there."""
+        """Play on the card again, if it has returned."""
         self.open()
         if self._stream is not None and self._first is not None:
             self._is_away = False
@@ -153,7 +153,7 @@ class Pacer:
             self._start()
 
     def _without_sound(self) -> str:
-        """What is silent without the first card."""
+        """Return what is silent without the first card."""
         loop = self._runner.loop
         if not self._further.any_playing or self._first is None:
             return "going on without sound"
@@ -161,7 +161,7 @@ class Pacer:
         return f"silent: {', '.join(name for name, channel in tiles if channel in self._first)}"
 
     def _run_by_clock(self) -> None:
-        """Blocks at their own pace while no stream does it; after a panic, until sound is let out again."""
+        """Run blocks by the clock while no stream does; after a panic, until the outputs are opened again."""
         due = time.monotonic()
         self._runner.hears = False
         while not self.leave.is_set():

@@ -1,4 +1,4 @@
-"""Grids of parameters: every combination of the values that a command line names."""
+"""Parameter grids: every combination of the values given on a command line."""
 
 import itertools
 import json
@@ -15,9 +15,9 @@ Values = Mapping[str, Any]
 
 
 def grid_of(settings: Sequence[str]) -> list[Values]:
-    """Every combination of values, the last one's changing fastest, from texts as "node.parameter=1,2,3".
+    """Return all combinations of values, the last varying fastest, from texts such as "node.parameter=1,2,3".
 
-    `BadValue` for a text that is none, and where there are too many combinations.
+    Raises `BadValue` for a malformed text, or too many combinations.
 
     >>> grid_of(["impact.stiffness=1e4,1e5", "tone.shape=sine"])
     [{'impact.stiffness': 10000.0, 'tone.shape': 'sine'}, {'impact.stiffness': 100000.0, 'tone.shape': 'sine'}]
@@ -38,7 +38,7 @@ def grid_of(settings: Sequence[str]) -> list[Values]:
 
 
 def _value(text: str) -> Any:
-    """A number, a list, or a word."""
+    """Parse a number, a list, or a word."""
     try:
         return json.loads(text)
     except ValueError:

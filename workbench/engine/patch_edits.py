@@ -1,4 +1,4 @@
-"""What of an edited patch the engine is told as single numbers, and what needs a new program."""
+"""Decides which edits of a patch the engine receives as single numbers, and which need a new program."""
 
 from underfoot.engine.commands import Set
 from underfoot.patch.heard import as_heard
@@ -7,7 +7,7 @@ from underfoot.patch.patch import Patch
 
 
 def moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | None:
-    """The numbers that differ between two patches; None if they differ in anything else that is heard.
+    """Return the numbers that differ between two patches; None if anything else audible differs.
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("gain", REGISTRY)

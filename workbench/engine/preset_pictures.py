@@ -1,4 +1,4 @@
-"""Pictures of presets: what one step makes of a patch, small enough for a list; computed once and kept."""
+"""Thumbnails of presets: the response of a patch to one step, computed once and cached."""
 
 import hashlib
 import os
@@ -27,11 +27,11 @@ _CACHE = ArrayCache("preset-pictures", in_memory=1000, on_disk=1000)
 
 @dataclass(frozen=True)
 class PresetPicture:
-    """What an adult's step makes of a patch on a simulated tile.
+    """Response of a patch to an adult's step on a simulated tile.
 
-    `envelope` (BINS,) is the largest magnitude of the commanded acceleration over the step, of its own peak;
-    `peak_m_s2` that peak as table 6.1 takes it, and `felt_db` the level over what a sole in a hard shoe feels, measured
-    on the plate; None for silence.
+    `envelope` (BINS,) is the magnitude of the commanded acceleration over the step, relative to its peak; `peak_m_s2`
+    is that peak as in table 6.1; `felt_db` is the level above what a sole in a hard shoe feels, measured on the plate;
+    None for silence.
     """
 
     envelope: NDArray[np.float64]
@@ -40,7 +40,7 @@ class PresetPicture:
 
 
 def picture_of(path: Path) -> PresetPicture:
-    """The picture of the preset in a file; `BadFile` where it cannot be played.
+    """Return the picture of the preset in a file; raise `BadFile` if it cannot be played.
 
     >>> from underfoot.patch import library
     >>> found = picture_of(library.patches()["stimulus-wc"])
@@ -55,7 +55,7 @@ def picture_of(path: Path) -> PresetPicture:
 
 
 def picture_in_background(path: Path) -> PresetPicture:
-    """The same, in a process of its own that gives way to all others."""
+    """Do the same in a process of its own at the lowest priority."""
     with suppress(OSError, AttributeError):
         os.nice(19 - os.nice(0))
     return picture_of(path)

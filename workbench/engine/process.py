@@ -31,16 +31,16 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 SWITCH_S = 0.0002
-"""How soon a thread of this process must let go of the interpreter."""
+"""Interval in seconds at which a thread of this process must release the interpreter."""
 
 
 def run(connection: Connection) -> None:
-    """The process's main function: waits for its `Setup`; returns when the connection ends or `Quit` comes."""
+    """Wait for the `Setup` and play until the connection ends or `Quit` arrives; the main function of the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     try:
-        load_common_kernels()  # so that an engine that stands by takes over sooner
+        load_common_kernels()  # so that an engine on standby takes over sooner
         gc.collect()
-        gc.freeze()  # what is there by now need not be looked through again before the first sound
+        gc.freeze()  # keep the collector from scanning existing objects before the first sound
         rehearsed = None
         while isinstance(message := connection.recv(), StandBy):
             rehearsed = _rehearse(message.setup)
@@ -48,14 +48,14 @@ def run(connection: Connection) -> None:
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
     except (EOFError, OSError):
-        return  # the supervisor died; there is nobody to tell
+        return  # the supervisor died
 
 
 class Engine:
-    """The loop, what paces it, and the thread that listens to the supervisor."""
+    """The loop, its pacer, and the thread that listens to the supervisor."""
 
     def __init__(self, connection: Connection, setup: Setup, rehearsed: Setup | None = None) -> None:
-        """`rehearsed` is what all kernels are loaded for already."""
+        """`rehearsed` is the setup whose kernels are already loaded."""
         self._connection, self._setup = connection, setup
         self.memory = SessionMemory.open(setup.memory)
         target = setup.target
@@ -67,7 +67,7 @@ class Engine:
             cards = card_channels(target.sound, behind + 1)
             most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
-            # Not opened without need: a sound server spreads a channel that its card does not have over the others.
+            # Open no channel without need: a sound server spreads one that its card lacks over the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
         options = _options(setup, tuple(channels), sound_channel)
@@ -101,7 +101,7 @@ class Engine:
         return level_db, playing
 
     def run(self) -> None:
-        """Play until the supervisor says `Quit` or goes away."""
+        """Play until the supervisor sends `Quit` or is gone."""
         notice = self.pacer.open()
         gc.collect()
         gc.freeze()
@@ -126,17 +126,17 @@ class Engine:
 
 
 def _rehearse(setup: Setup) -> Setup | None:
-    """Load the kernels of what another engine plays; what they are loaded for, None where that cannot be played."""
+    """Load the kernels of another engine's setup; return it, or None if it cannot be played."""
     options = _options(setup, tuple(output_channels(setup.target.floor)), None)
     try:
         KernelParts(Patch.loads(setup.patch, REGISTRY), setup.target, options).load(lambda progress: None)
     except UnderfootError:
-        return None  # the one that takes over tells
+        return None  # the engine that takes over reports it
     return setup
 
 
 def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None) -> LoopOptions:
-    """How the loop of a setup runs, on these channels."""
+    """Return the loop options of a setup on these channels."""
     target = setup.target
     return LoopOptions(
         rate_hz=target.rate,

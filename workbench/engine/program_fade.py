@@ -1,4 +1,4 @@
-"""From one program to the next without a click: both at once with gains that sum to 1, or one after the other."""
+"""Fades between programs without clicks: a crossfade with gains that sum to 1, or a fade out and a fade in."""
 
 import time
 from collections import deque
@@ -14,10 +14,10 @@ from underfoot.patch.program import Program
 
 
 class ProgramFader:
-    """The program that plays, and for the length of a fade the one before or after it.
+    """The running program and, during a fade, the one before or after it.
 
-    `current` is the program whose output is heard, or the newer one of two. Programs that were replaced lie in
-    `retired`, so that someone else can let go of their memory. `spent_s` is the time inside current programs.
+    `current` is the program whose output is played, or the newer one of two. Replaced programs are in `retired`, whose
+    memory another thread releases. `spent_s` is the time spent in current programs.
     """
 
     def __init__(self, program: Program) -> None:
@@ -25,39 +25,41 @@ class ProgramFader:
         self.retired: deque[Program] = deque(maxlen=8)
         self.spent_s = 0.0
         self._fade, self._from_frame = "", 0  # "cross", or "out" and then "in"
-        self._settle_frames = 0  # of the one that waits
-        self._old = self._next = program  # what is faded out beside the current one, or waits to be faded in
+        self._settle_frames = 0  # of the waiting program
+        self._old = self._next = program  # faded out beside the current one, or waiting to be faded in
         _load_kernels()
 
     @property
     def free_from(self) -> int:
-        """The first frame at which another program may be faded to: one fade after the other."""
+        """First frame at which the next fade can begin: one fade at a time."""
         return self._from_frame + FADE if self._fade else 0
 
     def crossfade(self, program: Program, frame: int, settle_frames: int = 0) -> None:
-        """Fade over to a program from `frame` on; both run meanwhile.
+        """Crossfade to a program from `frame` on; both run during the fade.
 
-        One that has nodes which did not run yet runs for `settle_frames` before.
+        A program with nodes that have not run yet runs for `settle_frames` first.
         """
         is_settled = self._exchange(program, frame)
         self._fade, self._from_frame = "cross", frame if is_settled else frame + settle_frames
 
     def fade_through_silence(self, program: Program, frame: int, settle_frames: int = 0) -> None:
-        """Fade the current program out from `frame` on, and then a program in, where both at once cost too much."""
+        """Fade the current program out from `frame` on, then a program in, for cases in which both at once cost too
+        much.
+        """
         self._next, self._fade, self._from_frame = program, "out", frame
         self._settle_frames = settle_frames
 
     def set(self, node: str, name: str, value: float, frame: int) -> None:
-        """Let a number of a node go to a value, in the current program and in one that waits.
+        """Ramp a number of a node to a value, in the current program and in one that waits.
 
-        One that neither has is passed over: it may be meant for a patch that is still being built.
+        Unknown nodes and numbers are ignored: they may belong to a patch that is still being built.
         """
         for program in {id(p): p for p in (self.current, self._next)}.values():
             with suppress(KeyError, BadValue):
                 program.set(node, name, value, frame)
 
     def update(self, frame: int) -> None:
-        """End a fade that is over at `frame`: let go of the old program, and fade in the one that waits."""
+        """End a fade that is over at `frame`: release the old program, or fade in the waiting one."""
         if not self._fade or frame < self._from_frame + FADE:
             return
         if self._fade == "out":
@@ -70,11 +72,11 @@ class ProgramFader:
             self._old = self._next = self.current
 
     def stretch(self, stop: int) -> int:
-        """The frame up to which all goes on as it is, at most `stop`."""
+        """Return the frame up to which nothing changes, at most `stop`."""
         return min(stop, self._from_frame + FADE) if self._fade else stop
 
     def run(self, signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> Program:
-        """Run `n` frames on signals as `Program.bring` takes them; returns the program whose output is heard."""
+        """Run `n` frames on signals as `Program.bring` takes them; return the program whose output is played."""
         program, old = self.current, self._old
         program.bring(signals, zero_rows, n)
         began = time.perf_counter()
@@ -93,14 +95,14 @@ class ProgramFader:
         return program
 
     def _exchange(self, program: Program, frame: int) -> bool:
-        """Whether all nodes go on from where they were."""
+        """Make a program current; return whether all its nodes continue with their states."""
         all_stayed = program.take_over(self.current, frame)
         self._old, self.current = self.current, program
         return all_stayed
 
 
 def _load_kernels() -> None:
-    """Load what is not called before the first fade, so that none is late for it."""
+    """Load the kernels of fades, so that they do not delay the first one."""
     nothing, zero_rows = np.zeros((0, 1)), np.ones(0, np.uint8)
     _crossfade(nothing, nothing, zero_rows, 0, 0, 0)
     _ramp(nothing, zero_rows, True, 0, 0, 0)
@@ -127,7 +129,7 @@ def _crossfade(
     frame: int,
     n: int,
 ) -> None:
-    """From the old program's output to the new one's, with gains that sum to 1, into the new one's."""
+    """Crossfade the outputs with gains that sum to 1, into the new program's."""
     for row in range(new.shape[0]):
         zero_rows[row] = 0
         for i in range(n):

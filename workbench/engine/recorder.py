@@ -1,7 +1,6 @@
-"""The recorder: a process of its own that reads the rings and writes the file, so that it outlives everything else.
+"""The recorder: a process that reads the rings and writes the file, and so survives crashes of the others.
 
-While it starts, or another starts in its place, the supervisor reads the rings, which hold a few seconds only, and
-hands over what it has read.
+While it starts or restarts, the supervisor reads the rings, which hold only a few seconds, and hands the rows over.
 """
 
 import os
@@ -24,13 +23,13 @@ from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
 
 COMMIT_S = 0.05
-"""How often what came in is made safe: half of what a kill may cost, since a busy machine is late."""
+"""Interval in seconds between commits: half of what a kill may cost, since a busy machine is late."""
 _LOOK_S, _SEEN_S = 0.02, 0.001
 
 
 @dataclass(frozen=True)
 class RecordAbout:
-    """Something about the session that was not known beforehand."""
+    """An entry about the session that was not known at the start."""
 
     key: str
     value: str
@@ -38,7 +37,7 @@ class RecordAbout:
 
 @dataclass(frozen=True)
 class RecordCommand:
-    """A command that took effect at a session frame, as its kind and JSON text."""
+    """A command applied at a session frame, as its kind and JSON text."""
 
     frame: int
     kind: str
@@ -55,14 +54,14 @@ class RecordMark:
 
 @dataclass(frozen=True)
 class EndRecording:
-    """The session frame at which the recording is to end: all commands before it were sent."""
+    """End the recording at this session frame: all commands before it have been sent."""
 
     frame: int
 
 
 @dataclass(frozen=True)
 class RecordRows:
-    """Rows of a table, from number `first` on, that nobody else will read from its ring."""
+    """Rows of a table, from number `first` on, that no longer need be read from its ring."""
 
     table: str
     first: int
@@ -71,8 +70,9 @@ class RecordRows:
 
 @dataclass(frozen=True)
 class Begin:
-    """What the process waits for once it is loaded: from which row on it reads each ring, what comes before these, and
-    the numbers of the first message and of the first command that it is told."""
+    """Starts a loaded process: the row to read each ring from, the rows before those, and the numbers of the first
+    message and the first command to follow.
+    """
 
     starts: dict[str, int]
     missed: tuple[RecordRows, ...] = ()
@@ -82,19 +82,19 @@ class Begin:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The process can read, and waits for `Begin`."""
+    """The process is loaded and waits for `Begin`."""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """How many messages are safe in the file, which is there."""
+    """Number of messages that are safe in the file; also shows that the file exists."""
 
     messages: int
 
 
 @dataclass(frozen=True)
 class Job:
-    """What the process is given: the file, what is known beforehand, each table's ring and where to begin in it."""
+    """Arguments of the process: the file, entries about the session, and each table's ring and first row."""
 
     path: str
     about: dict[str, str]
@@ -103,24 +103,24 @@ class Job:
 
 
 class Recorder:
-    """The supervisor's end: starts the process, passes on what happens, closes it. `receive` is to be called often.
+    """The supervisor's end: starts the process, forwards messages, closes it. Call `receive` often.
 
-    What the process was told is kept here until it is safe, and told again to the one that takes its place.
+    Messages are kept here until they are safe in the file, and repeated to a process that replaces a dead one.
     """
 
     def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
-        """`rings` by the names of the recording's tables."""
+        """`rings` has the names of the recording's tables as keys."""
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
         self.has_begun = False
-        """Whether the file is there."""
+        """Whether the file exists."""
         self._rings = rings
         for ring in rings.values():
             ring.keep(ring.written)
         self._job = Job(str(path), about, {table: (ring.where, ring.written) for table, ring in rings.items()})
         self._commands = 0
-        self._safe = 0  # so many messages are in the file; those behind them are in `_unsafe`
+        self._safe = 0  # messages in the file; later ones are in `_unsafe`
         self._unsafe: deque[RecordAbout | RecordCommand | RecordMark] = deque()
         self._missed: list[RecordRows] = []
         self._end: EndRecording | None = None
@@ -128,23 +128,23 @@ class Recorder:
 
     @property
     def pid(self) -> int:
-        """The number of the process."""
+        """Process id."""
         return self._process.pid
 
     def restart(self) -> None:
-        """Start the process again, where the one that died left the file."""
+        """Restart the process; it continues the file of the one that died."""
         self._job = replace(self._job, resume=True)
         self._start()
 
     def send(self, message: RecordAbout | RecordCommand | RecordMark) -> None:
-        """Let it record something."""
+        """Send a message to be recorded."""
         self._unsafe.append(message)
         self._commands += isinstance(message, RecordCommand)
         if not self._readers:
             self._process.send(message)
 
     def receive(self) -> list[str]:
-        """What the recorder has to say, a line each."""
+        """Return the recorder's notices, one line each."""
         lines = []
         for message in self._process.receive():
             match message:
@@ -162,7 +162,7 @@ class Recorder:
         return lines
 
     def death(self) -> str | None:
-        """None while the process lives; else why it died, "" where it has said so itself."""
+        """None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
         if self._process.is_alive:
             return None
         failed = self._process.has_failed
@@ -170,16 +170,16 @@ class Recorder:
         return reason if failed else ""
 
     def end(self, frame: int) -> None:
-        """Let it write what there is before session frame `frame`, and close the file; nobody waits for that."""
+        """Write everything before session frame `frame` and close the file, without waiting."""
         self._end = EndRecording(frame)
         if not self._readers:
             self._process.send(self._end)
             self._process.hang_up()
 
     def has_ended(self, within_s: float = 0.0) -> bool:
-        """After `end`: whether the file is closed. With `within_s`, wait; a process that takes longer is killed.
+        """Return whether the file is closed, after `end`. Wait up to `within_s`; then the process is killed.
 
-        One that is not loaded yet has so long for that, and then as long again.
+        A process that is not loaded yet gets that time twice: to load, and to write.
         """
         until = time.monotonic() + within_s
         while self._readers and self._process.is_alive:
@@ -210,7 +210,7 @@ class Recorder:
         self._missed = [one for one in self._missed if one.first + len(one.rows) > self._rings[one.table].kept]
 
     def _hand_over(self) -> None:
-        """Let the process go on from here."""
+        """Hand the reading of the rings over to the process."""
         self._collect()
         first_command = self._commands - sum(isinstance(one, RecordCommand) for one in self._unsafe)
         starts = {table: reader.next for table, reader in self._readers.items()}
@@ -223,10 +223,10 @@ class Recorder:
 
 
 def run(connection: Connection, job: Job) -> None:
-    """The process's main function: writes until the connection ends, then closes the file."""
+    """Write until the connection ends, then close the file; the main function of the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
-    with suppress(EOFError, OSError):  # whoever opened the session is gone: what the rings have is kept
+    with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
         connection.send(Loaded())
         begin = connection.recv()
     readers: dict[str, Reader] = {}
@@ -234,7 +234,7 @@ def run(connection: Connection, job: Job) -> None:
         writer = Writer(Path(job.path), job.about, job.resume)
         ends = {table: writer.end(table) or 0 for table in job.rings}
         for missed in begin.missed:
-            done = max(ends[missed.table] - missed.first, 0)  # by the process that died
+            done = max(ends[missed.table] - missed.first, 0)  # rows written by the process that died
             writer.put(missed.table, missed.first + done, missed.rows[done:])
         for table, (where, _) in job.rings.items():
             readers[table] = Reader(Ring.open(where), start=max(begin.starts[table], ends[table]))
@@ -259,7 +259,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
                 messages += not isinstance(message, EndRecording)
                 match message:
                     case RecordCommand(frame, kind, body):
-                        if next_command >= kept_commands:  # or the process that died has kept it
+                        if next_command >= kept_commands:  # otherwise the process that died has stored it
                             writer.command(frame, kind, body)
                         next_command += 1
                     case RecordMark(frame, text):
@@ -269,7 +269,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
                     case EndRecording(frame):
                         end = frame
         except (EOFError, OSError):
-            connected = False  # whoever opened the session is done, or gone
+            connected = False  # the session has ended, or its process is gone
         for reader in readers.values():
             reader.look()
         time.sleep(_SEEN_S)
@@ -288,7 +288,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
 
 
 def _seen(reader: Reader) -> Iterator[tuple[int, NDArray[Any]]]:
-    """What was there at the reader's last look, in pieces without a gap."""
+    """Yield the rows present at the reader's last look, in pieces without gaps."""
     first, rows = reader.read_seen()
     while len(rows):
         yield first, rows

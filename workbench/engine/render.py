@@ -1,4 +1,4 @@
-"""The same program offline: as fast as it goes."""
+"""Offline rendering of the engine's program, as fast as possible."""
 
 import time
 from dataclasses import dataclass
@@ -20,16 +20,17 @@ from underfoot.patch.patch import Patch
 from underfoot.records.wav import write_wav
 
 _POINTS = 600
-"""Points across a picture."""
+"""Points across a plot."""
 
 
 @dataclass(frozen=True, repr=False)
 class Rendered:
-    """What came out: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, were left out.
+    """Result of a rendering: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, or were
+    left out.
 
-    `tiles` is what was `commanded` and what simulated plates did, as `Loop.play_all` has it.
-    `spent_s` is the time from the first block to the last, from force samples to full scale; `program_s` is what the
-    patch's nodes took of it.
+    `tiles` has the `commanded` and the measured acceleration of simulated plates, as in `Loop.play_all`. `spent_s` is
+    the time from the first block to the last, from force samples to full scale; `program_s` is the share of the
+    patch's nodes.
     """
 
     samples: NDArray[np.float32]
@@ -47,11 +48,11 @@ class Rendered:
         return f"<Rendered: {frames} frames of {channels} channels at {self.rate_hz:.6g} Hz, peak {peak:.4f}>"
 
     def save(self, path: str | Path) -> None:
-        """Write a WAV file, float samples, a channel a tile; `BadFile` where that cannot be."""
+        """Write a WAV file of float samples, one channel per tile; raise `BadFile` if that fails."""
         write_wav(path, self.samples, self.rate_hz)
 
     def plot(self) -> Picture:
-        """The samples of each channel that is not silent, and what simulated plates did of it."""
+        """Plot the channels that are not silent, and the accelerations of simulated plates."""
         drawings = [self._curves("Rendered", "full scale", self.samples)]
         drawings += [self._curves(heard.capitalize(), "m/s^2", done) for heard, done in self.tiles.items()]
         return Picture(tuple(drawings))
@@ -65,14 +66,16 @@ class Rendered:
 
     @staticmethod
     def of(loop: Loop, frames: int) -> "Rendered":
-        """What a loop plays in its first frames."""
+        """Return the first `frames` frames that a loop plays."""
         began = time.perf_counter()
         samples, tiles = loop.play_all(frames)
         spent_s = time.perf_counter() - began
         return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def _felt(self, samples: NDArray[np.float32]) -> dict[str, object]:
-        """What is felt of the tile that moves most: its share between 50 and 750 Hz, and the sole's sensation."""
+        """Return perceptual figures of the tile that moves most: energy share within 50 to 750 Hz, and sensation level
+        at the sole.
+        """
         if not samples.size:
             return {}
         most = samples[:, int(np.abs(samples).max(axis=0).argmax())]
@@ -83,7 +86,7 @@ class Rendered:
         }
 
     def summary(self) -> dict[str, object]:
-        """The figures that `render --json` prints."""
+        """Return the figures that `render --json` prints."""
         seconds = len(self.samples) / self.rate_hz
         return {
             **_levels(self.samples, ""),
@@ -99,7 +102,7 @@ _COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
 
 
 def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
-    """The largest value, and the RMS over all channels."""
+    """Return the peak, and the RMS over all channels."""
     rms = float(np.sqrt(np.mean(np.square(samples, dtype=np.float64)))) if samples.size else 0.0
     return {f"peak{unit}": float(np.abs(samples).max(initial=0.0)), f"rms{unit}": rms}
 
@@ -115,7 +118,7 @@ def render(
 ) -> Rendered:
     """Run `patch` on the force of `source`. `commands` (frame, command) take effect as in a live session.
 
-    `BadValue` for a length, block or rate that cannot be, and where a node makes a value that is not finite.
+    Raises `BadValue` for an invalid length, block or rate, or if a node makes a value that is not finite.
 
     >>> from underfoot.devices.simulated_floor import SimulatedFloor
     >>> from underfoot.floor.layout import default_floor

@@ -1,9 +1,9 @@
-"""Lock-free rings in shared memory: one writer, any number of readers, none of whom can make the writer wait.
+"""Lock-free rings in shared memory, with one writer and any number of readers; no reader can block the writer.
 
-The supervisor creates and unlinks them. The writer copies its rows and then publishes how many it has ever written,
-with release order; a reader takes that number with acquire order, copies, and takes it again: what was overwritten
-meanwhile is dropped, and said. A writer that takes the place of one that died goes on at a later row; the rows between
-were never written, and no reader is given them.
+The supervisor creates and unlinks them. The writer copies its rows and then publishes the number ever written, with
+release order. A reader loads that number with acquire order, copies, and loads it again: rows overwritten in between
+are dropped, and reported. A writer that replaces a dead one continues at a later row; the rows of this gap were never
+written, and readers skip them.
 """
 
 from collections.abc import Callable
@@ -18,15 +18,16 @@ from underfoot.engine.shared_blocks import new_block
 from underfoot.kernels import intrinsic, kernel
 
 HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64), ("kept", np.int64)], align=True)
-"""How many rows were ever written; the rows, from `gap` to before `gap_end`, that never were; and the row up to which
-a recorder, the only one to write this, has all on disk."""
+"""Number of rows ever written; the rows from `gap` to before `gap_end`, which never were; and the row up to which the
+recorder, the only writer of this field, has everything on disk.
+"""
 
 _HEADER_BYTES = 64  # a cache line of its own
 
 
 @intrinsic
 def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., Any]]:
-    """Let readers see that `count` rows were written."""
+    """Publish to readers that `count` rows were written."""
     from numba import types
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -47,7 +48,7 @@ def _written(context: Any, header: Any) -> tuple[Any, Callable[..., Any]]:
 
 
 def _written_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-    """Where the first field of the header is, which is `written`."""
+    """Return a pointer to the header's first field, `written`."""
     from llvmlite import ir
 
     array = context.make_array(signature.args[0])(context, builder, args[0])
@@ -66,8 +67,8 @@ def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], 
 
 @kernel
 def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
-    """Copy rows from `first` on into `out`; the number of rows ever written when the copy was done."""
-    _written(header)  # whoever knew that they were written sees them from here on
+    """Copy rows from `first` on into `out`; return the number of rows ever written after the copy."""
+    _written(header)  # acquire: rows counted before are visible from here on
     for i in range(out.shape[0]):
         for j in range(rows.shape[1]):
             out[i, j] = rows[(first + i) % rows.shape[0], j]
@@ -75,13 +76,13 @@ def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDA
 
 
 def _copy_seen(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
-    """What `copy_rows` does, for rows that were written a while ago."""
+    """Do as `copy_rows`, for rows that were written a while ago."""
     np.take(rows, np.arange(first, first + len(out)), axis=0, out=out, mode="wrap")
     return int(header["written"][0])
 
 
 def load_reading() -> None:
-    """Load what readers call, before they must not wait."""
+    """Load the readers' kernels, before reads that must not wait."""
     for dtype in (np.float32, np.float64):
         rows = np.zeros((1, 1), dtype)
         copy_rows(np.zeros(1, HEADER), rows, 0, rows)
@@ -95,7 +96,7 @@ def _skip(header: NDArray[np.void], count: int) -> None:
 
 @dataclass(frozen=True)
 class RingName:
-    """What another process needs to find a ring."""
+    """What another process needs to open a ring."""
 
     name: str
     dtype: str
@@ -114,14 +115,14 @@ class Ring:
 
     @staticmethod
     def create(width: int, capacity: int, dtype: str = "float32") -> "Ring":
-        """A new ring, empty."""
+        """Create an empty ring."""
         size = _HEADER_BYTES + capacity * width * np.dtype(dtype).itemsize
         memory = new_block(size)
         return Ring(memory, RingName(memory.name, dtype, width, capacity), owned=True)
 
     @staticmethod
     def open(where: RingName) -> "Ring":
-        """The ring that another process created."""
+        """Open a ring that another process created."""
         return Ring(SharedMemory(where.name), where, owned=False)
 
     def write(self, new: NDArray[Any], n: int) -> None:
@@ -129,26 +130,26 @@ class Ring:
         write_rows(self.header, self.rows, new, n)
 
     def skip(self, count: int) -> None:
-        """Go on at row number `count`, at least the present one; the rows between are a gap."""
+        """Continue at row `count`, at least the present one; the rows in between are a gap."""
         if count > self.written:
             _skip(self.header, count)
 
     @property
     def written(self) -> int:
-        """Rows ever written. To see them takes `copy_rows`."""
+        """Number of rows ever written. Reading them requires `copy_rows`."""
         return int(self.header["written"][0])
 
     @property
     def kept(self) -> int:
-        """The row up to which a recorder has all on disk."""
+        """The row up to which a recorder has everything on disk."""
         return int(self.header["kept"][0])
 
     def keep(self, count: int) -> None:
-        """Say so; for a recorder, and for whoever begins a recording."""
+        """Set `kept`; for a recorder, or at the beginning of a recording."""
         self.header["kept"] = count
 
     def close(self) -> None:
-        """Let go of the memory; the one who created it removes it."""
+        """Release the memory; its creator also removes it."""
         del self.header, self.rows
         self._memory.close()
         if self._owned:
@@ -156,7 +157,7 @@ class Ring:
 
 
 class Reader:
-    """Reads a ring from `start` on (the present end by default); keeps its own place."""
+    """Reads a ring from `start` on (by default its present end), and keeps its own position."""
 
     def __init__(self, ring: Ring, start: int | None = None) -> None:
         self.ring = ring
@@ -164,22 +165,22 @@ class Reader:
         self.next = self._seen if start is None else start
 
     def read(self, most: int | None = None) -> tuple[int, NDArray[Any]]:
-        """The number of the first row, and the rows that are new since the last read, at most `most` of them.
+        """Return the number of the first row, and the rows new since the last read, at most `most` of them.
 
-        Rows that were overwritten before they could be read, or never written, are missing: the first row's number
-        tells. What lies before such a gap and what lies behind it come in two reads.
+        Rows overwritten before they could be read, or never written, are missing, which shows in the first row's
+        number. Rows before and after such a gap are returned by two reads.
         """
         return self._read(self.ring.written, copy_rows, most)
 
     def look(self) -> None:
-        """Note what is there, for `read_seen`."""
+        """Note the present end of the ring, for `read_seen`."""
         self._seen = self.ring.written
 
     def read_seen(self) -> tuple[int, NDArray[Any]]:
-        """What `read` gives, of what was there at the last `look`. Between the two this process must have waited.
+        """Do as `read`, for the rows present at the last `look`. Between the two calls this process must have waited.
 
-        By then every processor sees those rows, without a kernel: nobody need load Numba, which takes a second, and
-        many on a busy machine.
+        By then these rows are visible to every processor without an acquire load, and so without loading Numba, which
+        takes a second, and many on a busy machine.
         """
         return self._read(max(self._seen, self.next), _copy_seen)
 
@@ -195,11 +196,11 @@ class Reader:
         if most is not None:
             end = min(end, first + most)
         out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
-        if not len(out):  # nothing new: a window that waits for the engine need not load Numba
+        if not len(out):  # nothing new: a window waiting for the engine need not load Numba
             self.next = end
             return first, out
         now = copy(ring.header, ring.rows, first, out)
-        # The writer may be at work on the rows behind the oldest, so these do not count either.
+        # The writer may be overwriting the rows after the oldest, so these are dropped, too.
         spoilt = min(max(now - capacity + capacity // 16 - first, 0), len(out))
         self.next = end
         return first + spoilt, out[spoilt:]

@@ -1,7 +1,7 @@
-"""Between a program and the shakers: nothing reaches a shaker but through here.
+"""The safety stage between a program and the shakers: nothing reaches a shaker in any other way.
 
-Each channel: level, DC block, limit of the running mean square, limit of the peak, ramps of start, stop and panic; and
-silence where a value is not finite. Sample by sample, so that the result does not depend on the block.
+Each channel: level, DC block, limit of the running mean square, peak limit, ramps for start, stop and panic, and
+silence where a value is not finite. It runs sample by sample, so the result does not depend on the block.
 """
 
 import math
@@ -18,20 +18,21 @@ from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
 from underfoot.kernels import intrinsic, kernel
 
 DC_HZ = 5.0
-"""Corner of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
+"""Corner frequency of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
 RMS_SECONDS, BURST_SECONDS = 0.5, 0.05
-"""Time over which the mean square is taken, of the order of a voice coil's heating that one can still hear coming; and
-time in which a signal's power is known. A shorter burst is left as it is."""
+"""Averaging times of the mean square: the first is of the order of a voice coil's heating, with a margin; over the
+second, a signal's power is estimated. Shorter bursts pass unchanged.
+"""
 RELEASE_SECONDS = 0.1
-"""Time in which a limited channel comes back."""
+"""Release time of a limited channel."""
 
 PANIC = 48
-"""Frames in which a panic ramps down."""
+"""Frames of the ramp at a panic."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What one channel may get, of full scale, and how many m/s^2 full scale is."""
+    """Limits of one channel, relative to full scale, and the acceleration of full scale in m/s^2."""
 
     acceleration_per_unit: float = 20.0
     peak: float = 0.95
@@ -39,11 +40,11 @@ class Limits:
 
 
 SOUND = Limits(acceleration_per_unit=1.0)
-"""Those of the channel for ears, which is given in parts of its full scale."""
+"""Limits of the Sound channel, whose input is relative to full scale."""
 
 
 class SafetyMemory(NamedTuple):
-    """All that the kernel reads and writes beside what it is given, as `array_tables` hands it over."""
+    """All arrays that the kernel reads and writes besides its arguments, as `array_tables` passes them."""
 
     out: Annotated[np.ndarray, np.dtype(np.float32), 2]
     rows: Annotated[np.ndarray, ROW, 1]
@@ -53,10 +54,10 @@ class SafetyMemory(NamedTuple):
 
 
 class Safety:
-    """The last stage for `limits`, one for each row; writes float32 [frame, channel] into `out`.
+    """The safety stage with `limits` per row; writes float32 [frame, channel] into `out`.
 
-    `channels[row]` is the channel of a row, or -1 for a tile that has none; `sound_channel` is that of what is heard,
-    which no row may have, or -1.
+    `channels[row]` is the channel of a row, or -1 for a tile without one; `sound_channel` is that of Sound, which no
+    row may use, or -1.
     """
 
     def __init__(
@@ -66,9 +67,9 @@ class Safety:
         self.channels, self.sound_channel = np.array(channels, np.int64), sound_channel
         self._rows = _rows([*limits, SOUND], [*channels, sound_channel])
         self.peaks = self._rows["peak"][:-1]
-        """The largest sample of each row in the last tenth of a second, of full scale."""
+        """Peak of each row in the last tenth of a second, relative to full scale."""
         self.silent_since = self._rows["silent_frame"][:-1]
-        """The frame since which each row is silent, -1 while it is not."""
+        """Frame since which each row has been silent; -1 while it is not."""
         self._stage = np.zeros(1, STAGE)
         self._stage["dc_pole"] = math.exp(-2.0 * math.pi * DC_HZ / rate_hz)
         for name, seconds in (("burst", BURST_SECONDS), ("rms", RMS_SECONDS), ("release", RELEASE_SECONDS)):
@@ -82,14 +83,14 @@ class Safety:
         self._where = addresses(self._memory)
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
-        """Let full scale of a row be so many m/s^2, in a ramp of 10 ms from `frame` on."""
+        """Ramp the acceleration of a row's full scale to this value (m/s^2) within 10 ms from `frame` on."""
         _turn(self._rows["scale"][row : row + 1], 1.0 / acceleration_per_unit, frame, FADE)
 
     def level(self, gain: float, frame: int) -> None:
-        """Go to `gain`, 0 to 1, in a ramp from `frame` on; to silence if it is not a number.
+        """Ramp to `gain`, 0 to 1, from `frame` on; to silence if it is not a number.
 
-        While nothing is let out it is there at once, as if it had always been: what is opened in the same frame would
-        begin at the level before.
+        While the outputs are closed it is set at once: otherwise, outputs opened in the same frame would begin at the
+        old level.
         """
         gain = min(max(gain, 0.0), 1.0) if math.isfinite(gain) else 0.0
         if not self.closed(frame):
@@ -101,22 +102,22 @@ class Safety:
         self._level[0] = (gain, gain, frame, RAMP)
 
     def open(self, on: bool, frame: int) -> None:
-        """Let sound out, or close, in a ramp of 10 ms from `frame` on. What is closing goes on as it was."""
+        """Open or close the outputs, in a ramp of 10 ms from `frame` on. A closing ramp continues unchanged."""
         if on or self._opening["target"][0] != 0.0:
             _turn(self._opening, float(on), frame, FADE)
 
     def panic(self, frame: int) -> None:
-        """Close in a ramp of 1 ms from `frame` on."""
+        """Close the outputs in a ramp of 1 ms from `frame` on."""
         _turn(self._opening, 0.0, frame, PANIC)
 
     def closed(self, frame: int) -> bool:
-        """Whether nothing is let out from `frame` on."""
+        """Whether the outputs are closed from `frame` on."""
         _, target, begun, length = self._opening[0].item()
         return bool(target == 0.0 and frame >= begun + length)
 
     @property
     def sounding(self) -> int:
-        """How many rows were not silent throughout what was put out last."""
+        """Number of rows that were not silent throughout the last output."""
         return int(self._stage["sounding"][0])
 
     @property
@@ -126,16 +127,16 @@ class Safety:
 
     @property
     def faults(self) -> int:
-        """How many values that were not finite have been silenced."""
+        """Number of values silenced because they were not finite."""
         return int(self._stage["faults"][0])
 
     def apply(
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, at: int, n: int
     ) -> None:
-        """Turn `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
+        """Process `n` frames of acceleration, float64 [row, frame] in m/s^2, into `out` from its row `at` on.
 
-        A row behind those of the tiles is sound, of full scale. `zero_rows` marks rows that are zero throughout. Rows
-        on one channel add. Allocates nothing.
+        A row after those of the tiles is Sound, relative to full scale. `zero_rows` marks rows that are zero
+        throughout. Rows with the same channel are added. Allocates nothing.
         """
         _limit(self._where, acceleration, zero_rows, frame, at, n)
 
@@ -143,15 +144,16 @@ class Safety:
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
         at: int, n: int,
     ) -> None:  # fmt: skip
-        """What is asked of the tiles, m/s^2: as given to `apply`, but for level and opening; [frame, row] into `out`.
+        """Write the commanded acceleration of the tiles, m/s^2: the input of `apply` times level and opening; [frame,
+        row] into `out`.
 
-        Before an equaliser and without limits: what a tile that does what it is told measures. Allocates nothing.
+        It is taken before equaliser and limits: what an ideal tile would measure. Allocates nothing.
         """
         _command(acceleration, zero_rows, out, self._rows, self._stage, frame, at, n)
 
 
 def _rows(limits: list[Limits], channels: list[int]) -> NDArray[np.void]:
-    """Rows with these limits, at rest."""
+    """Return rows with these limits, at rest."""
     rows = np.zeros(len(limits), ROW)
     rows["channel"], rows["peak_gain"], rows["silent_frame"] = channels, 1.0, -1
     rows["adds"] = [channel in channels[:k] for k, channel in enumerate(channels)]
@@ -162,18 +164,18 @@ def _rows(limits: list[Limits], channels: list[int]) -> NDArray[np.void]:
 
 
 def _turn(ramp: NDArray[np.void], target: float, frame: int, frames: int) -> None:
-    """Let the one ramp in an array go to `target` from where it is at `frame`."""
+    """Ramp the single ramp in an array from its value at `frame` to `target`."""
     ramp[0] = (_at(ramp, frame), target, frame, frames)
 
 
 def _at(ramp: NDArray[np.void], frame: int) -> float:
-    """Where the one ramp in an array is."""
+    """Return the value of the single ramp in an array."""
     start, goal, begun, length = ramp[0].item()
     return float(start + (goal - start) * min(max((frame - begun) / length, 0.0), 1.0))
 
 
 def limited(signal: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
-    """A measuring signal (frames,), of full scale, as this stage lets it out: float64 (frames,).
+    """Return a measuring signal (frames,), relative to full scale, as this stage outputs it: float64 (frames,).
 
     >>> bool(np.abs(limited(np.full(4800, 5.0), 48000.0)).max() <= Limits().peak)
     True
@@ -191,7 +193,7 @@ _work_at = WORK.at
 
 @intrinsic
 def _memory_at(context: Any, where: Any) -> Any:
-    """The arrays at these addresses as `SafetyMemory`."""
+    """Return the arrays at these addresses as `SafetyMemory`."""
     return borrow(context, where, SafetyMemory)
 
 
@@ -204,7 +206,7 @@ def _limit(
     at: int,
     n: int,
 ) -> None:
-    """See `Safety.apply`. Rows are done in groups of neighbours, as far as they sound."""
+    """Implement `Safety.apply`: groups of neighbouring rows, those that are not silent."""
     m = _memory_at(where)
     out, rows, stages, members, work = m.out, m.rows, m.stage, m.members, _work_at(m.work, ())
     for i in range(at, at + n):

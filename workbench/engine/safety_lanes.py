@@ -1,4 +1,4 @@
-"""Eight rows of the last stage at a time: what a frame needs of the one before is waited for once, not eight times."""
+"""The safety stage for eight rows at a time, which hides the latency of dependencies between frames."""
 
 import math
 from typing import Any
@@ -12,9 +12,9 @@ from underfoot.lanes import all_eight, anywhere, chosen, eight, everywhere, magn
 from underfoot.layouts import Layout, Memory
 
 CHUNK = 64
-"""Frames that are done at once."""
+"""Frames processed at once."""
 ROWS = 8
-"""Rows that are done at once."""
+"""Rows processed at once."""
 
 _LANES = Layout(
     "safety_lanes",
@@ -28,7 +28,7 @@ _LANES = Layout(
     peak_gain=ROWS,
     peak=ROWS,
 )
-"""What `ROWS` rows are and keep, as `safety_rows.ROW` has it, a row after the other."""
+"""Limits and state of `ROWS` rows, as in `safety_rows.ROW`, side by side."""
 
 WORK = Layout(
     "safety_work",
@@ -39,8 +39,9 @@ WORK = Layout(
     before=CHUNK * ROWS,
     made=CHUNK * ROWS,
 )
-"""Where a chunk is worked on: its gains, and frame after frame what rows are given, find on their channels, and make.
-`before` is 0 but for rows that add."""
+"""Workspace of a chunk: its gains and, per frame, the input of the rows, the present values of their channels, and the
+results. `before` is 0 except for rows that add.
+"""
 
 
 @kernel
@@ -54,10 +55,10 @@ def limit_group(
     work: Memory,
     stretch: tuple[int, int, int],
 ) -> None:
-    """Add the frames of up to eight rows to their channels, no two of which are the same.
+    """Add the frames of up to eight rows to their channels, which must differ.
 
-    `members`: the rows, `count` of them, and room for as many. `stretch`: the session frame of the first frame, its row
-    in `out`, and how many frames there are.
+    `members`: the rows, `count` of them, and room for as many. `stretch`: the session frame of the first frame, its
+    row in `out`, and the number of frames.
     """
     frame, at, n = stretch
     for begin in range(0, n, CHUNK):
@@ -88,7 +89,7 @@ def _find_sounding(
     count: int,
     stretch: tuple[int, int, int],
 ) -> int:
-    """Write those of the members that are not silent throughout a stretch behind them; returns how many they are."""
+    """Append the members that are not silent throughout a stretch behind them; return their number."""
     frame, begin, frames = stretch
     sounding = 0
     for place in range(count):
@@ -99,14 +100,14 @@ def _find_sounding(
             continue
         members[1, sounding] = k
         sounding += 1
-    for place in range(sounding, ROWS):  # places that no row has are given what the last one has
+    for place in range(sounding, ROWS):  # unused places repeat the last row
         members[1, place] = members[1, max(sounding - 1, 0)]
     return sounding
 
 
 @inlined
 def _fill(ramp: np.record, frame: int, gains: Floats) -> None:
-    """Write where a ramp is from a session frame on."""
+    """Write the values of a ramp from a session frame on."""
     if frame >= ramp.frame + ramp.frames:
         gains[:] = along(ramp, frame)
         return
@@ -116,7 +117,7 @@ def _fill(ramp: np.record, frame: int, gains: Floats) -> None:
 
 @inlined
 def _are_steady(rows: NDArray[np.void], members: NDArray[np.int64], count: int, frame: int) -> bool:
-    """Whether all rows sound, at a scale that does not move."""
+    """Whether no row is silent and all scales are constant."""
     steady = True
     for place in range(count):
         row = rows[members[1, place]]
@@ -133,7 +134,7 @@ def _take(
     work: Memory,
     stretch: tuple[int, int],
 ) -> None:
-    """Put what rows are, keep, and find on their channels side by side."""
+    """Gather limits, state and channel values of the rows side by side."""
     at, frames = stretch
     lanes = work.lanes
     for place in range(ROWS):
@@ -149,7 +150,7 @@ def _take(
 
 @inlined
 def _transpose(acceleration: NDArray[np.float64], members: NDArray[np.int64], begin: int, to: Floats) -> None:
-    """Write what rows are to do from frame `begin` on side by side."""
+    """Transpose the rows' input from frame `begin` on."""
     length, square = acceleration.shape[1], ROWS * ROWS
     a, b, c, d = members[1, 0] * length, members[1, 1] * length, members[1, 2] * length, members[1, 3] * length
     e, f, g, h = members[1, 4] * length, members[1, 5] * length, members[1, 6] * length, members[1, 7] * length
@@ -173,7 +174,7 @@ def _give(
     work: Memory,
     stretch: tuple[int, int],
 ) -> None:
-    """Put what was made of each row to its channel, and keep its state."""
+    """Write the results to the rows' channels, and store their state."""
     at, frames = stretch
     lanes, first = work.lanes, rows[members[1, 0]].channel
     are_neighbours = count == ROWS
@@ -197,7 +198,7 @@ def _give(
 
 @kernel
 def _run(work: Memory, stage: np.record, n: int) -> int:
-    """What `limit_row` does, up to the first frame that finds a row silent, or not finite; returns that frame, or n."""
+    """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n."""
     lanes, zero, one, infinite = work.lanes, all_eight(0.0), all_eight(1.0), all_eight(math.inf)
     negligible, nearly_one, largest = all_eight(NEGLIGIBLE), all_eight(1.0 - NEGLIGIBLE), all_eight(LARGEST)
     burst_share, rms_share = all_eight(stage.burst_share), all_eight(stage.rms_share)
@@ -252,12 +253,12 @@ def _toward(mean: Any, value: Any, share: Any) -> Any:
 
 @inlined
 def _larger(a: Any, b: Any) -> Any:
-    """The larger of two as `max` has it, to the sign of a zero."""
+    """Return the larger of two values with the semantics of `max`, including the sign of zero."""
     return chosen(b > a, b, a)
 
 
 @inlined
 def _held(value: Any, most: Any) -> Any:
-    """What lies within -most to most of a value."""
+    """Clamp a value to -most to most."""
     value = _larger(value, all_eight(-1.0) * most)
     return chosen(most < value, most, value)

@@ -1,6 +1,6 @@
-"""One row of the last stage: what it keeps, and what is done to its samples.
+"""One row of the safety stage: its state, and the processing of its samples.
 
-`safety_lanes` does the same to eight rows at a time, to the bit.
+`safety_lanes` does the same for eight rows at a time, bit for bit.
 """
 
 import math
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from underfoot.kernels import Floats, inlined, kernel
 
 NEGLIGIBLE, LARGEST = 1e-12, 100.0
-"""A state below the one is 0; input beyond the other is held to it."""
+"""States below the first are set to 0; input is clamped to the second."""
 
 GAIN_RAMP = np.dtype(
     [("start", np.float64), ("target", np.float64), ("frame", np.float64), ("frames", np.float64)], align=True
 )
-"""A gain that goes straight from `start` to `target` in `frames` frames from session frame `frame` on."""
+"""A gain that ramps linearly from `start` to `target` in `frames` frames from session frame `frame` on."""
 
 ROW = np.dtype(
     [
@@ -35,11 +35,12 @@ ROW = np.dtype(
     ],
     align=True,
 )
-"""A tile's channel, and whether it adds to what a row before it puts there; its limits, of full scale, and its `scale`,
-full scale per m/s^2; then its state: the DC block's last input and output, the mean squares over `BURST_SECONDS` and
-`RMS_SECONDS`, the peak limiter's gain, a peak meter that falls by half in a tenth of a second, and the frame since
-which it has been silent: -1 while it sounds. In silence only the two means and the gain move, each along an
-exponential, and they are looked at when it sounds again."""
+"""A tile's channel, and whether it adds to an earlier row on that channel; its limits, relative to full scale, and its
+`scale`, full scale per m/s^2; then its state: the DC block's last input and output, the mean squares over
+`BURST_SECONDS` and `RMS_SECONDS`, the peak limiter's gain, a peak meter that halves in a tenth of a second, and the
+frame since which it has been silent (-1 while it sounds). During silence only the two means and the gain change,
+exponentially; they are updated when it sounds again.
+"""
 
 STAGE = np.dtype(
     [
@@ -55,21 +56,22 @@ STAGE = np.dtype(
     ],
     align=True,
 )
-"""What all rows share: the DC block's pole; what a frame adds to the two means and to a limited gain; level, opening,
-how many values were not finite, how many tiles of the last stretch were not silent throughout, and the largest
-peak of a tile."""
+"""Shared by all rows: the DC block's pole; the weights of a frame in the two means and in a limited gain; level,
+opening, the number of values that were not finite, the number of tiles not silent throughout the last stretch, and
+the largest peak of a tile.
+"""
 
 
 @inlined
 def along(ramp: np.record, frame: float) -> float:
-    """Where a ramp is at a session frame."""
+    """Return the value of a ramp at a session frame."""
     share = min(max((frame - ramp.frame) / ramp.frames, 0.0), 1.0)
     return ramp.start + (ramp.target - ramp.start) * share
 
 
 @inlined
 def is_still(row: np.record) -> bool:
-    """Whether nothing is left of what a row was given."""
+    """Whether a row's state has decayed to zero."""
     return row.dc_in == row.dc_out == 0.0
 
 
@@ -83,8 +85,8 @@ def limit_row(
     opening: Floats,
     frame: int,
 ) -> None:
-    """Add a row's frames, the first of them session frame `frame`, to its channel; `level` and `opening` are theirs."""
-    # What the loop reads and writes is held in variables: in a record it would go through memory in every frame.
+    """Add a row's frames, from session frame `frame` on, to its channel; `level` and `opening` are gains per frame."""
+    # Keep the loop's values in variables: in a record they would go through memory in every frame.
     channel, most, square = row.channel, row.peak_limit, row.rms_limit**2
     burst_share, rms_share, release_share = stage.burst_share, stage.rms_share, stage.release_share
     pole, spare = stage.dc_pole, stage.burst_share / stage.rms_share - 1.0
@@ -112,7 +114,7 @@ def limit_row(
         dc_in = now
         dc_out = y if abs(y) > NEGLIGIBLE else 0.0
         burst_square = _toward(burst_square, y * y, burst_share)
-        # What has not been used of the mean square may be spent in a burst, so that the mean itself keeps to it.
+        # The unused part of the mean square may be spent in a burst, so that the mean itself stays within its limit.
         allowed = square + max(square - mean_square, 0.0) * spare
         if burst_square > allowed:
             y *= math.sqrt(allowed / burst_square)
@@ -139,6 +141,6 @@ def _toward(mean: float, value: float, share: float) -> float:
 
 @inlined
 def _decayed(mean: float, share: float, frames: int) -> float:
-    """What so many frames of silence leave of a mean."""
+    """Return a mean after so many frames of silence."""
     left = mean * math.exp(frames * math.log1p(-share)) if mean != 0.0 else 0.0
     return left if left > NEGLIGIBLE else 0.0

@@ -1,4 +1,4 @@
-"""What the processes of a session share: the engine's status, and rings of forces and of what each tile is to do."""
+"""Memory shared by the processes of a session: the engine's status, and rings of forces and of each tile's output."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ from underfoot.engine.shared_blocks import remove_orphans
 from underfoot.engine.status import Status
 
 RING_S = 4.0
-"""How long rows stay in the rings."""
+"""Seconds that the rings hold."""
 _LEAST_FORCE_HZ = 2000.0
 
 
 @dataclass(frozen=True)
 class MemoryNames:
-    """What another process needs to find the memory of a session."""
+    """What another process needs to open the memory of a session."""
 
     status: str
     force: RingName
@@ -30,9 +30,9 @@ class MemoryNames:
 class SessionMemory:
     """Status and rings: `create` in the supervisor, `open` elsewhere.
 
-    `force` has float64 rows of stamp, arrival, and the corners tile after tile. The others have float32 rows of a value
-    for each tile: `vibration` is the drive, of full scale, `commanded` what was asked of the tile and `measured` what
-    its accelerometer says, both m/s^2. Where nothing measures, nothing is written to these two.
+    `force` has float64 rows of stamp, arrival, and the corners of each tile in turn. The others have float32 rows with
+    one value per tile: `vibration` is the drive, relative to full scale; `commanded` and `measured` (by the
+    accelerometer) are in m/s^2, and stay empty where nothing measures.
     """
 
     status: Status
@@ -44,7 +44,7 @@ class SessionMemory:
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """New memory for a floor of so many tiles; what killed programs left is removed."""
+        """Create memory for this number of tiles, and remove what killed programs left."""
         remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))
@@ -56,18 +56,18 @@ class SessionMemory:
 
     @staticmethod
     def open(names: MemoryNames) -> "SessionMemory":
-        """The memory that another process created."""
+        """Open the memory that another process created."""
         rings = (names.force, names.vibration, names.commanded, names.measured, names.scope)
         return SessionMemory(Status.open(names.status), *(Ring.open(name) for name in rings))
 
     @property
     def names(self) -> MemoryNames:
-        """Where it is found."""
+        """Names by which other processes open it."""
         return MemoryNames(self.status.name, *(ring.where for ring in self._rings))
 
     @property
     def recorded(self) -> dict[str, Ring]:
-        """The rings that a recording keeps, by the name of its table."""
+        """The rings that are recorded, by the name of their table."""
         return {
             "force": self.force,
             "vibration": self.vibration,
@@ -76,12 +76,12 @@ class SessionMemory:
         }
 
     def skip(self, frame: int) -> None:
-        """Go on at a session frame, where an engine begins."""
+        """Continue at a session frame, where an engine begins."""
         for ring in self._rings[1:]:
             ring.skip(frame)
 
     def close(self) -> None:
-        """Let go of it; the one who created it removes it."""
+        """Release it; its creator also removes it."""
         self.status.close()
         for ring in self._rings:
             ring.close()
@@ -92,18 +92,18 @@ class SessionMemory:
 
 
 class VibrationReader:
-    """A value a tile and frame: `read` gives the first new session frame, and float32 [frame, tile]."""
+    """Reads one value per tile and frame: `read` gives the first new session frame, and float32 [frame, tile]."""
 
     def __init__(self, ring: Ring) -> None:
         self._reader = Reader(ring)
 
     def read(self) -> tuple[int, NDArray[np.float32]]:
-        """What is new since the last read."""
+        """Return what is new since the last read."""
         return self._reader.read()
 
 
 class ResponseReader:
-    """What was commanded and what the tiles did, of the same session frames, however late the second is told."""
+    """Reads commanded and measured acceleration of the same session frames, however late the second arrives."""
 
     def __init__(self, commanded: Ring, measured: Ring) -> None:
         self._readers = Reader(commanded), Reader(measured)
@@ -115,7 +115,7 @@ class ResponseReader:
             first, rows = reader.read()
             begin, waiting = self._waiting[which]
             if len(rows):
-                follows = len(waiting) and begin + len(waiting) == first  # mostly nothing waits, nothing is copied
+                follows = len(waiting) and begin + len(waiting) == first  # usually nothing waits, and nothing is copied
                 self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
         (one, asked), (other, done) = self._waiting
         first = max(one, other)
@@ -127,12 +127,12 @@ class ResponseReader:
 
 
 class ForceReader:
-    """Force samples: `read` gives session frames, float64 [n], and corner forces, float64 [n, tile, 4], not tared."""
+    """Reads force samples: session frames, float64 [n], and corner forces, float64 [n, tile, 4], not tared."""
 
     def __init__(self, ring: Ring) -> None:
         self._reader = Reader(ring)
 
     def read(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """What is new since the last read."""
+        """Return what is new since the last read."""
         _, rows = self._reader.read()
         return rows[:, 0].copy(), rows[:, 2:].reshape(len(rows), rows.shape[1] // 4, 4).copy()

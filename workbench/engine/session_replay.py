@@ -1,4 +1,4 @@
-"""A recorded session, played again: the same patch, forces and commands at the same frames, and so the same bytes."""
+"""Replay of a recorded session: the same patch, forces and commands at the same frames, hence the same bytes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,7 +24,7 @@ from underfoot.records.recording import Recording
 
 
 class RecordedForce:
-    """The force samples of a recording, each handed over in the frame in which it came."""
+    """The force samples of a recording, each delivered in the frame in which it arrived."""
 
     def __init__(self, rows: NDArray[np.float64], floor: Floor, rate_hz: float) -> None:
         self.floor, self.rate_hz = floor, rate_hz
@@ -33,7 +33,7 @@ class RecordedForce:
         self._next = 0
 
     def pull(self, end: int) -> int:
-        """The samples that came before session frame `end`."""
+        """Read the samples that arrived before session frame `end`."""
         count = 0
         while count < MAX_SAMPLES and self._next < len(self._rows) and self._rows[self._next, 1] < end:
             row = self._rows[self._next]
@@ -46,21 +46,21 @@ class RecordedForce:
 
 @dataclass(frozen=True)
 class ReplayJob:
-    """A recording that is to be played again, as `replay` does it."""
+    """A recording to replay, as data for another process."""
 
     path: Path
     block: int = 1024
     plates: tuple[Heard, ...] = ()
 
     def run(self) -> Rendered:
-        """Play it."""
+        """Replay it."""
         return replay(self.path, installed_nodes(), self.block, self.plates)
 
 
 def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Heard, ...] = ()) -> Rendered:
-    """Play the recording again from its first frame to its last; `plates` as in `LoopOptions`.
+    """Replay the recording from its first frame to its last; `plates` as in `LoopOptions`.
 
-    `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
+    Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
     """
     with Recording(path) as recording:
         first, played = recording.vibration()
@@ -80,7 +80,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
 
 
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[Heard, ...]) -> Loop:
-    """The loop of the recorded session, as it was before its first frame."""
+    """Return the loop of the recorded session, as it was before its first frame."""
     about = recording.about
     _run_nodes(recording, about["patch"])
     source = RecordedForce(
@@ -103,7 +103,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
 
 
 def _run_nodes(recording: Recording, patch: bytes | str) -> None:
-    """Run the custom nodes of a patch that was played, if whoever started this process agreed to that."""
+    """Load the custom nodes of a recorded patch, if the user has agreed to run them."""
     folder = recording.about.get("folder")
     if folder:
         used = Patch.unchecked(patch, str(recording.path)).types.values()
@@ -112,7 +112,7 @@ def _run_nodes(recording: Recording, patch: bytes | str) -> None:
 
 @contextmanager
 def _readable(path: Path, what: str) -> Iterator[None]:
-    """Say in one line that something in a recording is damaged."""
+    """Turn errors of damaged data into a `BadFile` of one line."""
     try:
         yield
     except (msgspec.MsgspecError, ValueError, TypeError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""Blocks of shared memory that bear the number of the process that made them: nobody's can be told, and removed."""
+"""Shared memory blocks named after the process that made them, so that orphaned ones can be identified and removed."""
 
 import os
 import re
@@ -12,7 +12,7 @@ _NAME = re.compile(r"underfoot_(\d+)_[0-9a-f]+")
 
 
 def new_block(size: int) -> SharedMemory:
-    """A new block of this process, all zero."""
+    """Create a block of this process, all zero."""
     memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
     assert memory.buf is not None
     memory.buf[:] = bytes(memory.size)
@@ -20,9 +20,9 @@ def new_block(size: int) -> SharedMemory:
 
 
 def remove_orphans() -> None:
-    """Remove the blocks of processes that are gone: a whole group that was killed at once leaves them.
+    """Remove the blocks of processes that are gone, as remain when a whole group is killed at once.
 
-    Where blocks are no files, as on other systems than Linux, the system itself does so.
+    Where blocks are not files, on systems other than Linux, the system does so itself.
     """
     for path in _BLOCKS.iterdir() if _BLOCKS.is_dir() else ():
         named = _NAME.fullmatch(path.name)
@@ -37,5 +37,5 @@ def _lives(pid: int) -> bool:
     except ProcessLookupError:
         return False
     except OSError:
-        return True  # somebody else's
+        return True  # owned by somebody else
     return True

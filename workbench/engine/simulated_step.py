@@ -1,4 +1,4 @@
-"""An adult's step, as previews have it: its force on a tile, and how it is added to what a floor reads."""
+"""The adult step of previews: its force on a tile, and its addition to a floor's samples."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,14 @@ from underfoot.kernels import kernel
 from underfoot.models import gait
 
 STEP_S = 0.05
-"""When the foot comes down, from the start of a preview, and of what is played from its start."""
+"""Time at which the foot comes down, after the start of a preview or of a patch played from its start."""
 FORCE_HZ = 1000.0
 _LONGEST_S = 2.0
 
 
 def adult_step(tile: Tile, time_s: NDArray[np.float64], start_s: float) -> tuple[NDArray[np.float64], ...]:
-    """The force of a step straight over the middle of a tile at these times, N: of the foot (n,), of corners (n, 4).
+    """Return the force in N of a step straight over the middle of a tile at these times: of the foot (n,), of the
+    corners (n, 4).
 
     >>> from underfoot.floor.layout import default_floor
     >>> tile = default_floor().tiles[0]
@@ -32,7 +33,7 @@ def adult_step(tile: Tile, time_s: NDArray[np.float64], start_s: float) -> tuple
 
 
 def step_forces(tile: Tile) -> NDArray[np.float64]:
-    """The corners of `adult_step` from the moment at which the foot comes down, at 1 kHz, N (n, 4); 0 in the end."""
+    """Return the corner forces of `adult_step` from touchdown on, at 1 kHz, N (n, 4); the last is 0."""
     force_n, corners_n = adult_step(tile, np.arange(round(_LONGEST_S * FORCE_HZ)) / FORCE_HZ, 0.0)
     return np.ascontiguousarray(corners_n[: int(np.flatnonzero(force_n)[-1]) + 2])
 
@@ -46,7 +47,7 @@ class _Step:
 
 
 class StepAdder:
-    """Adds steps to the samples of a source, each from its frame on. A new one on a tile ends the one before."""
+    """Adds steps to the samples of a source, each from its frame on. A new one on a tile ends the previous one."""
 
     def __init__(self, rate_hz: float) -> None:
         self._period = rate_hz / FORCE_HZ
@@ -54,14 +55,14 @@ class StepAdder:
         _add(np.zeros((0, 1, 4)), np.zeros(0), 0, 0, 0.0, 0.0, self._period, np.zeros((1, 4)))
 
     def begin(self, row: int, frame: int, corners_n: NDArray[np.float64]) -> None:
-        """Let a step of `step_forces` begin at a frame."""
+        """Begin a step of `step_forces` at a frame."""
         for step in self._steps:
             if step.row == row:
                 step.end = min(step.end, float(frame))
         self._steps.append(_Step(row, float(frame), frame + len(corners_n) * self._period, corners_n))
 
     def add(self, stamps: NDArray[np.float64], forces: NDArray[np.float64], count: int) -> None:
-        """Add what is due to the first `count` samples: `stamps` in frames, `forces` in N [sample, tile, corner]."""
+        """Add the steps to the first `count` samples: `stamps` in frames, `forces` in N [sample, tile, corner]."""
         for step in self._steps:
             _add(forces, stamps, count, step.row, step.start, step.end, self._period, step.corners_n)
         while self._steps and stamps[0] >= self._steps[0].end:

@@ -1,6 +1,6 @@
-"""Rigs that shake: a sound card that plays to a shaker and records its accelerometer, or the simulated tile.
+"""Rigs with a shaker: a sound card that plays to a shaker and records its accelerometer, or the simulated tile.
 
-Both play what the engine's safety stage lets out, and nothing else: no sound reaches a shaker past it.
+Both play through the engine's safety stage only.
 """
 
 from typing import Any
@@ -20,8 +20,8 @@ _TAIL_S = 0.5
 class SoundCard:
     """A shaker on one channel of an output device, an accelerometer on one of an input device; channels from 0.
 
-    Names are parts of PortAudio's, "" the default device. Raises `DeviceError` in one line where PortAudio, the card or
-    the channel is not there.
+    Names are parts of PortAudio's device names, "" for the default device. Raises `DeviceError` if PortAudio, the card
+    or the channel is missing.
     """
 
     def __init__(self, output: str = "", input: str = "", channel: int = 0, heard_on: int = 0) -> None:
@@ -32,20 +32,21 @@ class SoundCard:
         self._exchange: Exchange | None = None
         self._channel, self._heard_on = channel, heard_on
         self._require_channel(input, "input", heard_on)
-        # Pairs of channels are opened: a server would spread a single one over all.
+        # Open pairs of channels: a server would spread a single one over all.
         self._channels = self._require_channel(output, "output", channel)
 
     def press(self, press: PressRequest | None) -> None:
-        """A person presses; this rig cannot."""
+        """Do nothing: this rig cannot press."""
 
     def read(self) -> Readings:
-        """No readings: there is no force on a sound card."""
+        """Return no readings: a sound card has no force sensors."""
         return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """Play through the shaker, past the limiter; the accelerometer's signal, of full scale, and half a second more.
+        """Play through limiter and shaker; return the accelerometer's signal, relative to full scale, with half a
+        second more.
 
-        Raises `DeviceError` where the device fails, `BadMeasurement` where samples were lost or `silence` was called.
+        Raises `DeviceError` if the device fails, `BadMeasurement` if samples were lost or `silence` was called.
         """
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
@@ -63,16 +64,16 @@ class SoundCard:
         return exchange.recorded[:, self._heard_on].astype(np.float64)
 
     def silence(self) -> None:
-        """Ramp down what plays, if anything does, and end it; from any thread. `play` raises `BadMeasurement`."""
+        """Ramp down and end what is playing, from any thread. `play` then raises `BadMeasurement`."""
         exchange = self._exchange
         if exchange is not None:
             exchange.silence()
 
     def close(self) -> None:
-        """Nothing sounds between two calls of `play`."""
+        """Do nothing: nothing plays between two calls of `play`."""
 
     def _require_channel(self, name: str, kind: str, wanted: int) -> int:
-        """How many channels a device has; `DeviceError` where the one that is wanted is not among them."""
+        """Return the number of channels of a device; raise `DeviceError` if the wanted one is missing."""
         try:
             found: Any = self._sounddevice.query_devices(name or None, kind)
         except (self._sounddevice.PortAudioError, ValueError) as error:
@@ -88,27 +89,29 @@ class SoundCard:
 
 
 def heard_of(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
-    """What the simulated accelerometer hears, of its full scale, of a sound through limiter and simulated shaker."""
+    """Return the simulated accelerometer's signal, relative to full scale, of a sound through limiter and simulated
+    shaker.
+    """
     signal = limited(sound.signal, sound.rate_hz)
     return tile.respond(signal, float(sound.rate_hz), sound.load) / tile.parameters.accelerometer.range_m_s2
 
 
 class SimulatedShaker:
-    """The simulated tile, heard by its accelerometer; it presses nothing."""
+    """The simulated tile with its accelerometer; it cannot press."""
 
     def __init__(self, tile: SimulatedTile) -> None:
         self._tile = tile
 
     def press(self, press: PressRequest | None) -> None:
-        """Nothing to press: loads come with the sounds."""
+        """Do nothing: loads come with the sounds."""
 
     def read(self) -> Readings:
         """No readings."""
         return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """The accelerometer's signal, of its full scale, under the load that the sound is for."""
+        """Return the accelerometer's signal, relative to full scale, under the load that the sound specifies."""
         return heard_of(self._tile, sound)
 
     def close(self) -> None:
-        """Nothing to let go."""
+        """Do nothing: nothing is open."""

@@ -1,4 +1,4 @@
-"""How the engine is, in shared memory: written at each block, read by anyone at any time; and the panic byte."""
+"""The engine's status in shared memory, written every block and readable at any time; and the panic byte."""
 
 from enum import IntEnum, auto
 from multiprocessing.shared_memory import SharedMemory
@@ -44,7 +44,7 @@ _WHOLE: dict[Field, type] = {
     Field.JUMPS: int,
 }
 _OF_HEALTH = tuple(field for field in Field if field < Field.REPORTED)
-_PANIC = 8 * len(Field)  # where the byte is
+_PANIC = 8 * len(Field)  # offset of the byte
 
 
 class Status:
@@ -57,23 +57,23 @@ class Status:
 
     @staticmethod
     def create() -> "Status":
-        """New memory, all zero."""
+        """Create memory, all zero."""
         memory = new_block(_PANIC + 8)
         return Status(memory, owned=True)
 
     @staticmethod
     def open(name: str) -> "Status":
-        """The memory that another process created."""
+        """Open the memory that another process created."""
         return Status(SharedMemory(name), owned=False)
 
     @property
     def name(self) -> str:
-        """Where another process finds it."""
+        """Name by which another process opens it."""
         return self._memory.name
 
     @property
     def panic(self) -> bool:
-        """Whether somebody asked for silence at once."""
+        """Whether somebody has asked for immediate silence."""
         return bool(self._panic[0])
 
     @panic.setter
@@ -93,12 +93,12 @@ class Status:
         self._numbers[[Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE]] = 0.0
 
     def health(self) -> Health:
-        """The numbers that are of interest outside."""
+        """Return the numbers that are of interest outside."""
         numbers = dict(zip(Field, self._numbers.tolist(), strict=True))
         return Health(**{field.name.lower(): _WHOLE.get(field, float)(numbers[field]) for field in _OF_HEALTH})
 
     def close(self) -> None:
-        """Let go of the memory; the one who created it removes it."""
+        """Release the memory; its creator also removes it."""
         del self._numbers, self._panic
         self._memory.close()
         if self._owned:

@@ -1,4 +1,4 @@
-"""A process that surveys a recording, for a window that goes on meanwhile."""
+"""Survey of a recording in a process of its own, while the window goes on."""
 
 import signal
 import time
@@ -12,24 +12,24 @@ from underfoot.records.recording import Recording
 from underfoot.records.survey import Survey, has_envelopes, keep_survey, make_envelopes, survey
 
 TELL_S = 0.5
-"""How often it says what there is so far."""
+"""Interval in seconds between partial results."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far it is: in words, and as a share."""
+    """Progress as a text and a share."""
 
     words: str
     share: float
 
 
 def run(connection: Connection, path: str) -> None:
-    """The process's main function: sends `Progress`, and `Survey` of what is new each time, the last one whole; or a
-    line on why it cannot.
+    """Send `Progress`, and a `Survey` of what is new each time, the last one whole; or a line with the reason of a
+    failure.
 
-    It ends when nobody listens any more.
+    The main function of the process. It ends when nobody listens any more.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the window
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     with suppress(OSError):
         try:
             with Recording(Path(path)) as recording:

@@ -1,4 +1,4 @@
-"""Where force comes from and vibration goes."""
+"""Target of a session: where force comes from and vibration goes."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ class Target:
 
     `kind` is "simulator", "replay" (of the force file `source`, or of seconds `stretch_s` of it), or a scheme of
     `TRANSPORTS` (of the address `source`). `sound` is None for no sound card, "" for the default one, else a device's
-    name. `latency_s` is what to ask of the sound device, 0 for its own low latency. `profiles` is a folder with the
-    tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, or who walks on it
-    ("people=2,path=crossing"), "" for ideal sensors; `sensor_hz` is how often tiles of hardware send. `accelerometers`
-    are on inputs of the sound device, where what is played comes back `round_trip_frames` later (0 for what the device
-    says of itself), or come over the link of tiles of hardware.
+    name. `latency_s` is requested of the sound device, 0 for its own low latency. `profiles` is a folder with the
+    tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, or its walkers
+    ("people=2,path=crossing"), "" for ideal sensors; `sensor_hz` is the sample rate of hardware tiles.
+    `accelerometers` are on inputs of the sound device, which lag the output by `round_trip_frames` (0 for what the
+    device reports), or come over the link of hardware tiles.
     """
 
     floor: Floor
@@ -46,7 +46,8 @@ class Target:
 
 
 def simulation_of(text: str) -> str | None:
-    """What commands say of a simulator: a parameter file or people, "" for neither; None for anything else.
+    """Return the simulation in a target's text: a parameter file or people, "" for neither; None for another kind of
+    target.
 
     >>> simulation_of("simulator"), simulation_of("simulator:people=2"), simulation_of("walk.csv")
     ('', 'people=2', None)
@@ -56,7 +57,7 @@ def simulation_of(text: str) -> str | None:
 
 
 def force_rate_hz(target: Target) -> float:
-    """Force samples a second of a target; `BadFile` where its file, `BadValue` where its address cannot be."""
+    """Return the force sample rate of a target; `BadFile` or `BadValue` if its file or address is invalid."""
     if target.kind == "replay":
         return _recorded(target).rate_hz
     if target.kind in TRANSPORTS:
@@ -66,10 +67,10 @@ def force_rate_hz(target: Target) -> float:
 
 
 def is_simulated(target: Target) -> bool:
-    """Whether its tiles are simulated: what they do is computed. Accelerometers on the card's inputs come first.
+    """Whether the tiles' response is simulated. Accelerometers on the card's inputs take precedence.
 
-    Tiles that are emulated behind a transport are, where `simulation` says what they are made of and the transport
-    brings no acceleration.
+    It is also simulated for emulated tiles behind a transport, if `simulation` gives their parameters and the
+    transport delivers no acceleration.
     """
     if target.kind in ("simulator", "replay"):
         return all(one.channel == LINK for one in target.accelerometers)
@@ -77,7 +78,9 @@ def is_simulated(target: Target) -> bool:
 
 
 def require_source(target: Target) -> None:
-    """Say before a session begins that a transport cannot be opened, `DeviceError`, or a file be read, `BadFile`."""
+    """Raise `DeviceError` if a transport cannot be opened, or `BadFile` if a file cannot be read, before a session
+    begins.
+    """
     simulation(target.simulation)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
@@ -86,7 +89,7 @@ def require_source(target: Target) -> None:
 
 
 def source_of(target: Target, frame: int = 0) -> ForceSource:
-    """What brings the force of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
+    """Return the force source of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
     if target.kind == "replay":
         return Replay(_recorded(target), target.floor, target.rate, start=frame, repeats=True)
     if target.kind in TRANSPORTS:

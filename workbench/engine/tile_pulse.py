@@ -1,4 +1,4 @@
-"""A short burst on one tile, which tells a person which tile is which."""
+"""Short bursts on single tiles, by which a person identifies them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from underfoot.kernels import kernel
 
 PULSE_HZ, PULSE_S, PULSE_M_S2 = 60.0, 0.25, 8.0
-"""Frequency, length and height of the burst, whose envelope is a squared sine."""
+"""Frequency, length and peak of the burst, whose envelope is a squared sine."""
 
 
 class TilePulse:
@@ -18,12 +18,14 @@ class TilePulse:
         _add_pulses(np.zeros((0, 1)), np.zeros(0, np.uint8), self._start_frames, 0, 0, rate_hz)  # loads the kernel
 
     def start(self, row: int, frame: int) -> None:
-        """Let a burst begin on a tile at `frame`."""
+        """Start a burst on a tile at `frame`."""
         self._start_frames[row] = frame
         self._end_frame = frame + round(PULSE_S * self._rate_hz) + 1
 
     def apply(self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> None:
-        """Add the bursts to `n` frames of float64 [row, frame], in m/s^2; clears the mark of rows that are not zero."""
+        """Add the bursts to `n` frames of float64 [row, frame], in m/s^2; clear the mark of rows that are no longer
+        zero.
+        """
         if frame < self._end_frame:
             _add_pulses(acceleration, zero_rows, self._start_frames, frame, n, self._rate_hz)
 

@@ -1,4 +1,4 @@
-"""Work on many things at once: a process a core, each started once, given one thing after the other."""
+"""A pool of worker processes, one per core, each of which is given one job after another."""
 
 import os
 import signal
@@ -14,15 +14,15 @@ from underfoot.engine.child_process import ChildProcess, wait_for_any
 from underfoot.errors import UnderfootError
 
 MOST_TRIES = 3
-"""A job whose process died is given to another one, so often."""
+"""Attempts at a job whose process dies."""
 _LOOK_S = 0.2
-"""How often it is asked whether to stop, where nothing comes."""
+"""Interval in seconds at which `is_stopped` is asked while no results come."""
 _LEAVE_S = 2.0
-"""How long a process may take to put away what it has begun, once nobody waits for it."""
+"""Seconds that a process may take to clean up once nobody waits for it."""
 
 
 def cores() -> int:
-    """How many processes can run at once here.
+    """Return the number of processes that can run at once.
 
     >>> cores() >= 1
     True
@@ -37,11 +37,12 @@ def in_parallel(
     tries: int = 1,
     is_stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Any]]:
-    """What `work` returns for each of `jobs`, with its number, as they become ready; or the `UnderfootError` it raised.
+    """Yield the number of each of `jobs` and what `work` returns for it, or the `UnderfootError` it raised, in order
+    of completion.
 
-    `work` is a function of a module; jobs and results can be pickled. Where a process dies another takes its place; a
-    job that was lost so `tries` times has that for its error. Where whoever asked stops (Ctrl-C), all do; once
-    `is_stopped` nothing more comes.
+    `work` is a function of a module; jobs and results can be pickled. A process that dies is replaced; a job lost
+    `tries` times has that as its error. Ctrl-C stops all processes; once `is_stopped` returns true, nothing more is
+    yielded.
     """
     waiting = deque(enumerate(jobs))
     lost: Counter[int] = Counter()
@@ -74,7 +75,7 @@ def in_parallel(
 
 
 def run(connection: Connection, work: Callable[[Any], Any]) -> None:
-    """The process's main function; returns when the connection ends, or at Ctrl-C, which goes to all processes."""
+    """Run jobs until the connection ends, or Ctrl-C, which goes to all processes; the process's main function."""
     with suppress(EOFError, OSError, KeyboardInterrupt):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         while True:
@@ -82,7 +83,7 @@ def run(connection: Connection, work: Callable[[Any], Any]) -> None:
 
 
 def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[ChildProcess, int]) -> None:
-    """Give a process the next job, or let it go where there is none."""
+    """Give a process the next job, or end it if there is none."""
     if waiting:
         busy[child], job = waiting.popleft()
         child.send(job)
@@ -92,10 +93,10 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[Child
 
 
 def _started(work: Callable[[Any], Any]) -> ChildProcess:
-    """A process that hears Ctrl-C once it can put away what it has begun; this one hears it when that is started."""
-    resource_tracker.ensure_running()  # which would let Ctrl-C through, the first time
+    """Start a process that receives Ctrl-C only once it can clean up; Ctrl-C is delayed here until then."""
+    resource_tracker.ensure_running()  # which would let Ctrl-C through the first time
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    stops: list[int] = []  # Ctrl-C may also come to another thread of this process, which is heard here
+    stops: list[int] = []  # Ctrl-C may also reach another thread of this process, and is then noticed here
     is_main = threading.current_thread() is threading.main_thread()
     handler = signal.signal(signal.SIGINT, lambda number, _: stops.append(number)) if is_main else None
     try:

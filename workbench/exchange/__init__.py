@@ -1,1 +1,1 @@
-"""Patches out to other programs and in from them. Each format is a file of `formats/`; `FORMATS` finds them all."""
+"""Exchange of patches with other programs. Each format is a file of `formats/`; `FORMATS` finds them all."""

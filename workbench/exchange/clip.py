@@ -1,4 +1,4 @@
-"""One channel as one oscillation: what formats of phones and controllers hold."""
+"""Reduction of an export to one channel and one oscillation, as formats of phones and controllers need it."""
 
 from dataclasses import dataclass
 
@@ -9,13 +9,12 @@ from underfoot.exchange.format import Export
 from underfoot.exchange.voices import AMPLITUDE, Array, Voice, analysed, envelope_error_db
 
 BURST_S, RISE_S = 22e-3, 2e-3
-"""How long a transient lasts and rises, as the reference player of MPEG haptics plays one."""
+"""Duration and rise time of a transient, as in the reference player of MPEG haptics."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """The tile that moves most: its id, its samples in m/s^2, and the analysed points, amplitudes as shares of
-    `full_m_s2`."""
+    """The tile that moves most: id, samples in m/s^2, and analysed points, with amplitudes relative to `full_m_s2`."""
 
     tile: str
     samples: Array
@@ -24,7 +23,7 @@ class Clip:
 
 
 def clip_of(export: Export) -> Clip:
-    """The one channel of what is to be written."""
+    """Return the single channel of an export."""
     tile, samples = export.loudest
     points = analysed(samples, RATE_HZ)
     full_m_s2 = float(points[:, AMPLITUDE].max())
@@ -33,7 +32,7 @@ def clip_of(export: Export) -> Clip:
 
 
 def told(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
-    """What is to be said of a file, whose voices were read from it again: how far the envelope is off."""
+    """Return the report on a written file, from its voices as read back: the error of the envelope."""
     written = np.sum([voice.samples(clip.samples.size, RATE_HZ) for voice in voices], axis=0) * clip.full_m_s2
     error_db = envelope_error_db(clip.samples, written, RATE_HZ)
     others = [tile for tile in export.played if tile != clip.tile]
@@ -44,12 +43,12 @@ def told(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
 
 
 def told_of(tile: str, frames: int, error_db: float) -> str:
-    """The line that says how far a tile's envelope is off."""
+    """Return the line on the error of a tile's envelope."""
     return f"{frames / RATE_HZ:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
 
 
 def bursts(transients: list[tuple[float, float, float]]) -> Voice:
-    """Transients, each a time, an amplitude and a frequency, as one voice of short tones; the next cuts one off."""
+    """Convert transients (time, amplitude, frequency) to one voice of short tones; each ends at the next."""
     rows: list[tuple[float, float, float]] = []
     transients = sorted(transients)
     for at, (time_s, amplitude, frequency_hz) in enumerate(transients):

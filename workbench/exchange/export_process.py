@@ -1,4 +1,4 @@
-"""A process that writes a patch in a format of another program, for a window that goes on meanwhile."""
+"""Export of a patch to another program's format in a process of its own, while the window goes on."""
 
 import signal
 from contextlib import suppress
@@ -13,7 +13,7 @@ from underfoot.exchange.formats import FORMATS
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """What is to be written, in which format, and where."""
+    """Patch, format, and output path."""
 
     export: Export
     format: str
@@ -21,8 +21,8 @@ class ExportRequest:
 
 
 def run(connection: Connection, request: ExportRequest) -> None:
-    """The process's main function: answers with what is to be said of the file, or with why there is none."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the window
+    """Send the report on the file, or the reason of a failure; the main function of the process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     write = FORMATS[request.format].write
     assert write is not None
     answer: tuple[str, ...] | str

@@ -1,6 +1,6 @@
-"""Documents of other programs: read into declared fields, with errors that name the place; and what is not read.
+"""Documents of other programs: reading into declared fields, with errors that name the place; and fields not read.
 
-A structure declares exactly the fields that become part of a patch, so that what else a file has is told by comparing.
+A structure declares exactly the fields that become part of a patch, so that a comparison yields the rest of the file.
 """
 
 import math
@@ -27,7 +27,7 @@ _SCALE = re.compile(r"1 is ([0-9.eE+-]+) m/s\^2")
 
 
 def scale_in_words(full_m_s2: float) -> str:
-    """How a file of ours says in its description what 1 is.
+    """Return the description with which our files state their scale.
 
     >>> scale_from_words(scale_in_words(7.25), 5.0)
     7.25
@@ -36,7 +36,7 @@ def scale_in_words(full_m_s2: float) -> str:
 
 
 def scale_from_words(description: str, otherwise: float) -> float:
-    """What 1 is, in m/s^2, where a description says so."""
+    """Return the scale in m/s^2 stated in a description, or `otherwise`."""
     found = _SCALE.search(description)
     try:
         value = float(found[1]) if found else otherwise
@@ -46,7 +46,7 @@ def scale_from_words(description: str, otherwise: float) -> float:
 
 
 def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
-    """The JSON in a file, behind `prefix` where it begins so; `BadFile` also for numbers that are not finite."""
+    """Read the JSON in a file, after an optional `prefix`; raise `BadFile` also for numbers that are not finite."""
     data = read_file(path)
     head = data[: len(prefix) + 16].lstrip()
     if prefix and head.startswith(prefix.encode()):
@@ -60,15 +60,15 @@ def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
 
 
 def convert(raw: Any, path: Path, kind: type[Document]) -> Document:
-    """The fields of a document; `BadFile` names the file, the place in it, the value and what is allowed."""
+    """Convert to a document; `BadFile` names the file, the place in it, the value and what is allowed."""
     with refusals(str(path), raw):
         return msgspec.convert(raw, kind)
 
 
 def unread(raw: Any, kind: Any, silent: frozenset[str] = frozenset()) -> tuple[str, ...]:
-    """The fields of a document that its structure `kind` does not declare: each once, as a path with its count.
+    """Return the fields of a document that its structure `kind` does not declare: each once, as a path with its count.
 
-    `silent` are names of fields that say nothing of a vibration, such as versions and ids.
+    `silent` are names of fields without effect on a vibration, such as versions and ids.
 
     >>> class Point(msgspec.Struct):
     ...     time: float
@@ -107,7 +107,7 @@ def _structures(kind: Any) -> list[type]:
 
 
 def _flat(kind: Any) -> list[Any]:
-    """The members of a union, or the type itself."""
+    """Return the members of a union, or the type itself."""
     if get_origin(kind) is Annotated:
         return _flat(get_args(kind)[0])
     if get_origin(kind) in (Union, types.UnionType):

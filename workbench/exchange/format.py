@@ -1,4 +1,4 @@
-"""What a format of another program is: whether it is written or read, and what it can carry."""
+"""Declaration of a format of another program: whether it is written or read, and what it preserves."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ from underfoot.patch.patch import Patch
 from underfoot.records.force_files import read_force_file
 
 QUIET = 1e-3
-"""What is softer than this share of the largest (-60 dB) is cut off before and behind what is written."""
+"""Samples below this share of the largest (-60 dB) are trimmed at both ends of an export."""
 
 
 @dataclass(frozen=True)
 class Export:
-    """What is to be written: a patch, and on which force it plays.
+    """An export: a patch, and the force on which it plays.
 
-    `folder` is where its files lie. Without `force` (a CSV file) and `floor` it plays one step over one tile, as the
-    preview does; with a floor alone, the seeded walker walks there. `seconds` is its length, by default as long as
-    something vibrates, at most 5 s. `tile` is the one that is written, "" for all, or, where a format has one channel,
-    for the one that moves most. `profiles` is the folder of the tiles' profiles, for formats that take them along.
+    `folder` holds its files. Without `force` (a CSV file) and `floor` it plays one step over one tile, like the
+    preview; with a floor alone, the seeded walker walks there. `seconds` is its length, by default as long as it
+    vibrates, at most 5 s. `tile` is the one to write, "" for all, or, for a format with one channel, for the one that
+    moves most. `profiles` is the folder of the tiles' profiles, for formats that include them.
     """
 
     patch: Patch
@@ -45,7 +45,7 @@ class Export:
 
     @cached_property
     def rendered(self) -> Rendered:
-        """The patch as it plays, whole."""
+        """The rendered patch, untrimmed."""
         seconds = DEFAULT_S if self.seconds is None else self.seconds
         source, length_s = self._source(seconds)
         options = LoopOptions(folder=self.folder, measures=True)
@@ -53,7 +53,7 @@ class Export:
 
     @cached_property
     def tiles(self) -> tuple[str, ...]:
-        """The ids of the tiles that it plays on, in order."""
+        """Ids of the tiles that it plays on, in order."""
         return self._source(1.0)[0].floor.ids
 
     def _source(self, seconds: float) -> tuple[ForceSource, float]:
@@ -66,9 +66,9 @@ class Export:
 
     @cached_property
     def played(self) -> dict[str, NDArray[np.float64]]:
-        """What each tile that is meant does, m/s^2, at `RATE_HZ`, without the silence before and behind.
+        """Return the measured acceleration of each chosen tile, m/s^2, at `RATE_HZ`, trimmed of silence at both ends.
 
-        `BadValue` where nothing is played.
+        Raises `BadValue` if nothing is played.
         """
         whole = self.rendered.tiles["commanded"].astype(np.float64)
         chosen = [self._column()] if self.tile else range(whole.shape[1])
@@ -80,12 +80,12 @@ class Export:
 
     @property
     def loudest(self) -> tuple[str, NDArray[np.float64]]:
-        """The tile that moves most, and what it does."""
+        """Return the tile that moves most, and its acceleration."""
         return max(self.played.items(), key=lambda item: float(np.square(item[1]).sum()))
 
     @property
     def samples(self) -> NDArray[np.float32]:
-        """What the card is sent, of full scale: float32 [frame, channel]; of the chosen tile alone where one is."""
+        """The drive, relative to full scale: float32 [frame, channel]; only of the chosen tile, if any."""
         whole = self.rendered.samples
         return whole[:, [self._column()]] if self.tile else whole
 
@@ -97,7 +97,7 @@ class Export:
 
 @dataclass(frozen=True)
 class Imported:
-    """What came out of a file: a patch that was checked, and what of the file is not in it, in words."""
+    """Result of an import: a checked patch, and descriptions of what the file has beyond it."""
 
     patch: Patch
     losses: tuple[str, ...] = ()
@@ -105,11 +105,11 @@ class Imported:
 
 @dataclass(frozen=True)
 class Format:
-    """A format, and how a patch gets into it and out of it.
+    """A format, with its functions to write and read.
 
-    `carries` are those of `losses.KEPT` that a file of it keeps; all others are its losses. `write` takes what is to
-    be written and the path, and returns what is to be said of the result, line by line. `read` takes the path.
-    `begins` is what tells its files from others of the same suffix.
+    `carries` are those of `losses.KEPT` that its files preserve; all others are lost. `write` takes the export and the
+    path, and returns the lines of a report. `read` takes the path. `begins` distinguishes its files from others of the
+    same suffix.
     """
 
     name: str
@@ -120,7 +120,7 @@ class Format:
     read: Callable[[Path], Imported] | None = None
     begins: tuple[bytes, ...] = ()
     note: str = ""
-    """What else a person should know before writing."""
+    """Remark for the user before writing."""
 
     def __post_init__(self) -> None:
         assert self.carries <= KEPT.keys(), self.carries - KEPT.keys()
@@ -131,7 +131,7 @@ class Format:
         return self.suffixes[0]
 
     def knows(self, path: Path) -> bool:
-        """Whether the file begins as files of this format do."""
+        """Whether the file begins like a file of this format."""
         try:
             with path.open("rb") as file:
                 head = b"".join(file.read(4096).split())
@@ -141,7 +141,7 @@ class Format:
 
 
 def read_through(format: Format, path: Path) -> Imported:
-    """The patch in a file of this format; `BadFile` in one line for a file that is none."""
+    """Read the patch in a file of this format; raise `BadFile` if the file is not one."""
     assert format.read is not None
     try:
         return format.read(path)

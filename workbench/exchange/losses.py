@@ -1,4 +1,4 @@
-"""What a patch has that a file of another program may not keep."""
+"""Features of a patch that a file of another program may not preserve."""
 
 import inspect
 from collections.abc import Iterable, Mapping
@@ -24,14 +24,14 @@ KEPT: Mapping[str, str] = {
     "onsets": "what is faster than 5 ms in the envelope",
     "parameters": "nodes, wires and parameters, so that it can be edited on",
 }
-"""What can be kept, and what it means when it is not."""
+"""Features that can be preserved, and what their loss means."""
 
 ALWAYS = ("unit", "waveform", "spectrum", "frequency", "onsets")
-"""What every patch has."""
+"""Features of every patch."""
 
 
 def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[str, ...]:
-    """What of a patch a format does not keep that carries these of `KEPT`: a line each, with the nodes it concerns.
+    """Return the losses of a patch in a format that carries these of `KEPT`: one line each, with the nodes concerned.
 
     >>> from underfoot.nodes import REGISTRY
     >>> losses(Patch().add("sound-output", REGISTRY), REGISTRY, KEPT.keys() - {"sound"})
@@ -43,7 +43,7 @@ def losses(patch: Patch, registry: Registry, carries: Iterable[str]) -> tuple[st
 
 
 def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
-    """Those of `KEPT` that a patch has, and the nodes that make it so; of parameters each node's with their names."""
+    """Return the features in `KEPT` that a patch has, with the nodes that have them, and the names of parameters."""
     found: dict[str, list[str]] = {name: [] for name in ALWAYS}
     for node in patch.nodes:
         type = registry[node.type]

@@ -1,4 +1,4 @@
-"""The patch that plays what a file of another program says: at each footfall, once."""
+"""Construction of a patch that plays an imported vibration once at each footfall."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 FULL_M_S2 = 5.0
-"""Acceleration at a file's full scale, where the file says nothing of it: that of a new tone."""
+"""Acceleration of full scale if the file does not state it: that of a new tone."""
 STEP_PX, ROW_PX = 304.0, 192.0
-"""From a node to the next, along the wires and beside them."""
+"""Distance between nodes along the wires, and across."""
 PARTIALS = 16
-"""Of a wave that is no sine."""
+"""Number of partials of a wave other than a sine."""
 MOST_VOICES = 64
 _MIX = ("a", "b", "c", "d")
 _LOWEST_HZ, _HIGHEST_HZ = 1.0, 5000.0  # of a tone
@@ -25,16 +25,16 @@ _MOST_POINTS = 4000
 
 @dataclass(frozen=True)
 class Channel:
-    """The voices of one channel; `tiles` says which tiles play it."""
+    """The voices of one channel; `tiles` selects the tiles that play it."""
 
     voices: Sequence[Voice]
     tiles: str = "all"
 
 
 def patch_of(channels: Sequence[Channel], title: str, full_m_s2: float = FULL_M_S2) -> Patch:
-    """A patch of tones, whose amplitude and frequency follow breakpoints from each footfall on; they add.
+    """Return a patch of tones that follow breakpoint envelopes from each footfall on, and are added.
 
-    Amplitudes of the voices are shares of `full_m_s2`. `BadValue` where there is nothing to be heard.
+    Amplitudes of the voices are relative to `full_m_s2`. Raises `BadValue` if there is nothing to play.
     """
     voices = sum(len(channel.voices) for channel in channels)
     if not voices:
@@ -56,7 +56,7 @@ def patch_of(channels: Sequence[Channel], title: str, full_m_s2: float = FULL_M_
 
 
 def player_of(file: Path, title: str) -> Patch:
-    """A patch that plays a sound file from each footfall on."""
+    """Return a patch that plays a sound file from each footfall on."""
     patch, start = _with_footfall(Patch(title=title[:200]))
     patch = patch.add(
         "wav-player", REGISTRY, (2 * STEP_PX, 0.0), file=str(file), mode="at events", amplitude=FULL_M_S2
@@ -86,7 +86,7 @@ def _with_voice(patch: Patch, voice: Voice, start: str, full_m_s2: float, y: flo
 
 
 def _points(voice: Voice, factor: float) -> list[tuple[float, float, float]]:
-    """The voice's points as the node takes them: in m/s^2, and within its ranges."""
+    """Return the voice's points for the node: in m/s^2, and within its ranges."""
     points = voice.points.copy()
     points[:, AMPLITUDE] = points[:, AMPLITUDE].clip(0.0) * factor
     if points[:, AMPLITUDE].max() > 100.0:
@@ -100,15 +100,15 @@ def _points(voice: Voice, factor: float) -> list[tuple[float, float, float]]:
 
 
 def _harmonics(voice: Voice) -> tuple[list[float], float]:
-    """The harmonics of a wave, and by what the tone's amplitude is larger than the wave's.
+    """Return the harmonics of a wave, and the ratio of the tone's amplitude to the wave's.
 
-    Fourier's series of waves between -1 and 1; a tone's amplitude is the bound of its sum.
+    Fourier series of waves between -1 and 1; a tone's amplitude is the bound of its sum.
     """
     numbers = range(1, PARTIALS + 1)
     if voice.wave == "sine":
         return [1.0], 1.0
     if voice.wave == "noise":
-        return [], 3.0**-0.5  # uniform between -1 and 1: the RMS, which is what the noise's amplitude is
+        return [], 3.0**-0.5  # uniform between -1 and 1: the RMS, by which noise is specified
     if voice.wave == "saw":
         series = [2.0 / (pi * k) for k in numbers]
     elif voice.wave == "triangle":
@@ -119,12 +119,14 @@ def _harmonics(voice: Voice) -> tuple[list[float], float]:
 
 
 def _rectangle(duty: float) -> list[float]:
-    """A rectangle that is high for a share `duty` of its period; for a half that is the square."""
+    """Return the harmonics of a rectangle that is high for a share `duty` of its period; a half gives the square."""
     return [4.0 / (pi * k) * abs(sin(pi * k * duty)) for k in range(1, PARTIALS + 1)]
 
 
 def _mixed(patch: Patch, outputs: list[str], y: float) -> tuple[Patch, str, float]:
-    """With nodes that add these outputs, four at a time; and the one output, and where the next node stands."""
+    """Add nodes that sum these outputs, four at a time; return the patch, the sum, and the position of the next
+    node.
+    """
     column = 4 * STEP_PX
     while len(outputs) > 1:
         added = []

@@ -1,4 +1,4 @@
-"""The curves from one key of an envelope to the next that Syntacts has: the easing functions of Penner (2001)."""
+"""Curves between the keys of a Syntacts envelope: the easing functions of Penner (2001)."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ Easing = Callable[[Array], Array]
 
 
 def shaped(name: str, share: Array) -> Array:
-    """The share of the way in value at a share of the way in time, 0 to 1, by a curve such as "Quadratic::Out".
+    """Return the share of the change in value at a share of the time, 0 to 1, on a curve such as "Quadratic::Out".
 
     >>> shaped("Quadratic::Out", np.array([0.0, 0.5, 1.0])).tolist()
     [0.0, 0.75, 1.0]
@@ -77,4 +77,4 @@ _OUT: dict[str, Easing] = {
     "Back": _back(1.70158),
     "Bounce": _bounce,
 }
-"""How each family eases out; the other ways are mirrored from it."""
+"""The "out" variant of each family; the others are its mirror images."""

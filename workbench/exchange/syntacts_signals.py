@@ -1,8 +1,9 @@
 """Signals of Syntacts (Pezent and others 2020) as functions of time, and as voices.
 
-A signal is a tree: oscillators of a phase, envelopes, sums, products, and what moves them in time. Here each is taken
-apart into terms: at most one oscillation times a level, both sampled over time. The product of two sines is the sum of
-two at the difference and the sum of their frequencies, which is exact; of other products the second counts as a level.
+A signal is a tree of oscillators with a phase, envelopes, sums, products, and time transformations. It is decomposed
+into terms: at most one oscillation times a level, both sampled over time. The product of two sines is the sum of two
+at the difference and the sum of their frequencies, which is exact; in other products the second factor counts as a
+level.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,11 +21,11 @@ Curve = Callable[[Array], Array]
 """Values at times."""
 
 LONGEST_S = 60.0
-"""Signals without an end are cut off here, as Syntacts does where it writes sound files."""
+"""Signals without an end are cut here, as Syntacts does when it writes sound files."""
 MOST_TERMS, DEEPEST = 2000, 60
 _STEP_S = 1e-3
 _NUMBER = 0x7FFFFFFF
-"""The bit above says that the name follows."""
+"""The bit above indicates that the name follows."""
 _OSCILLATORS = {"Sine": "sine", "Square": "square", "Saw": "saw", "Triangle": "triangle"}
 
 
@@ -40,7 +41,7 @@ class Term:
     duty: float = 0.5
 
     def moved(self, factor: float, shift_s: float) -> "Term":
-        """Played `factor` times as slowly, and later by `shift_s`. A factor below 0 plays it backwards."""
+        """Return the term stretched by `factor` and delayed by `shift_s`. A negative factor reverses it."""
 
         def then(curve: Curve) -> Curve:
             return lambda t: curve((t - shift_s) / factor)
@@ -53,16 +54,16 @@ class Term:
 
 @dataclass
 class Reading:
-    """One file's signals, read; `lost` collects what cannot be played."""
+    """The signals of one file; `lost` collects what cannot be played."""
 
     lost: dict[str, None]
     names: dict[int, str]
-    """Types by their numbers, as `types_in` finds them."""
+    """Types by their numbers, from `types_in`."""
 
     # --- the tree ---
 
     def parts(self, signal: Any) -> tuple[str, Any, float, float]:
-        """The type of a signal, its fields, its gain and its bias."""
+        """Return the type of a signal, its fields, its gain and its bias."""
         if not isinstance(signal, dict) or not isinstance(signal.get("m_ptr"), dict):
             raise BadValue("a signal has no m_ptr; allowed: what Syntacts exports as JSON")
         pointer = signal["m_ptr"]
@@ -76,7 +77,7 @@ class Reading:
         return kind, model, number_in(signal, "gain", 1.0), number_in(signal, "bias", 0.0)
 
     def terms(self, signal: Any, depth: int = 0) -> tuple[list[Term], float]:
-        """The terms of a signal, and how long it is in seconds."""
+        """Return the terms of a signal, and its length in seconds."""
         if depth > DEEPEST:
             raise BadValue(f"signals stand within one another more than {DEEPEST} deep")
         kind, model, gain, bias = self.parts(signal)
@@ -121,7 +122,7 @@ class Reading:
         return [Term(level, 0.0, length_s)], length_s
 
     def _product(self, a: Term, b: Term) -> Term:
-        """Two terms multiplied, of which one at most oscillates."""
+        """Multiply two terms, at most one of which oscillates."""
         carrier, other = (a, b) if a.wave else (b, a)
         if a.wave and b.wave:
             self.lost["products of two oscillators that are no sines: the second is left out"] = None
@@ -134,7 +135,7 @@ class Reading:
         )
 
     def _sum_of(self, signal: Any, depth: int) -> tuple[Curve, float]:
-        """A signal as a function of time, oscillators and all: for phases and envelopes."""
+        """Return a signal as a function of time, including oscillators: for phases and envelopes."""
         terms, length_s = self.terms(signal, depth + 1)
 
         def curve(t: Array) -> Array:
@@ -171,7 +172,7 @@ class Reading:
         ]
         return copies, length_s * count + delay_s * max(count - 1, 0)
 
-    # --- what does not oscillate ---
+    # --- signals without oscillation ---
 
     def _level(self, kind: str, model: Any, depth: int) -> tuple[Curve, float]:
         if kind == "Scalar":
@@ -232,7 +233,7 @@ class Reading:
         return name
 
     def _samples(self, model: Any) -> tuple[list[Term], float]:
-        """Samples, as the one oscillation that they are closest to."""
+        """Approximate samples by a single oscillation."""
         rate_hz = number_in(model, "m_sampleRate", 44_100.0)
         values = list_in(field_of(model, "m_samples", "ptr_wrapper"), "data")
         if not 100.0 <= rate_hz <= 192_000.0 or len(values) < 2 or not all(isinstance(v, int | float) for v in values):
@@ -246,7 +247,7 @@ class Reading:
 
 
 def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
-    """The voices of a signal; terms of one wave that follow one another are one voice."""
+    """Return the voices of a signal; successive terms of one wave form one voice."""
     terms, length_s = Reading(lost, types_in(signal)).terms(signal)
     if length_s > LONGEST_S:
         lost[f"what comes after {LONGEST_S:g} s"] = None
@@ -268,7 +269,9 @@ def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
 
 
 def types_in(raw: Any) -> dict[int, str]:
-    """Types by their numbers: each is named where it comes first in a file, and has its number alone from then on."""
+    """Return types by their numbers: a type is named at its first occurrence in a file, and has only its number
+    later.
+    """
     found: dict[int, str] = {}
     waiting = [raw]
     while waiting:
@@ -284,7 +287,7 @@ def types_in(raw: Any) -> dict[int, str]:
 
 
 def _points(term: Term, end_s: float) -> Array:
-    """A term's amplitude and frequency over time; nothing where it is silent."""
+    """Return a term's amplitude and frequency over time; empty where it is silent."""
     start_s = max(term.start_s, 0.0)
     if not start_s < end_s:
         return np.zeros((0, 3))
@@ -307,7 +310,9 @@ def _points(term: Term, end_s: float) -> Array:
 
 
 def _pairs(a: Term, b: Term) -> Iterable[tuple[Term, Term]]:
-    """The pairs whose products are the product of two terms: two for two sines, half the cosines of both phases."""
+    """Return the pairs whose products sum to the product of two terms: for two sines, two cosines of halved
+    amplitude.
+    """
     if not (a.wave == b.wave == "sine" and a.phase and b.phase):
         return ((a, b),)
     first, second = a.phase, b.phase
@@ -347,7 +352,7 @@ def _one(t: Array) -> Array:
 
 
 def _bezier(points: list[Any]) -> tuple[Curve, float]:
-    """Cubic Bezier curves from point to point, sampled finely and joined by straight lines."""
+    """Join cubic Bezier curves from point to point, sampled finely and interpolated linearly."""
     if len(points) < 2:
         return lambda t: np.zeros_like(t), 0.0
     u = np.linspace(0.0, 1.0, 16)
@@ -365,7 +370,7 @@ def _bezier(points: list[Any]) -> tuple[Curve, float]:
 
 
 def field_of(raw: Any, *names: str) -> Any:
-    """A field within fields; `BadValue` where it is not there, or no object."""
+    """Return a nested field; raise `BadValue` if it is missing, or not an object."""
     for name in names:
         if not isinstance(raw, dict) or not isinstance(raw.get(name), dict):
             raise BadValue(f"{name} is missing or no object")
@@ -374,7 +379,7 @@ def field_of(raw: Any, *names: str) -> Any:
 
 
 def list_in(raw: Any, name: str) -> list[Any]:
-    """A list by its name; `BadValue` where it is not there."""
+    """Return a list by its name; raise `BadValue` if it is missing."""
     value = raw.get(name) if isinstance(raw, dict) else None
     if not isinstance(value, list) or len(value) > 10_000_000:
         raise BadValue(f"{name} is missing or no list")
@@ -382,7 +387,7 @@ def list_in(raw: Any, name: str) -> list[Any]:
 
 
 def number_in(raw: Any, name: str, otherwise: float) -> float:
-    """A number by its name; `BadValue` for what is none."""
+    """Return a number by its name; raise `BadValue` if it is not one."""
     value = raw.get(name, otherwise) if isinstance(raw, dict) else otherwise
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e9:
         if value == np.inf:

@@ -1,9 +1,9 @@
-"""A vibration as a few oscillations, each with an amplitude and a frequency over time: what most formats hold.
+"""A vibration as a few oscillations with amplitude and frequency over time, which most formats store.
 
-Analysed from samples, the amplitude is that of a sine with the same power, through a window of 5 ms: |analytic
-signal|^2, smoothed. The frequency is the middle of the power spectrum there: Im(conj(a) da/dt) / |a|^2 / 2 pi, both
-smoothed alike over 20 ms. For one sine both are exact away from the ends; of several partials the frequency is the mean
-by power, and their beats are in the amplitude as far as 5 ms show them.
+Analysed from samples, the amplitude is that of a sine of the same power in a window of 5 ms: |analytic signal|^2,
+smoothed. The frequency is the centroid of the power spectrum there: Im(conj(a) da/dt) / |a|^2 / 2 pi, both smoothed
+over 20 ms. For one sine both are exact away from the ends; for several partials the frequency is the power-weighted
+mean, and the amplitude contains their beats as far as 5 ms resolve them.
 """
 
 from dataclasses import dataclass
@@ -17,21 +17,22 @@ from underfoot.models.signals.breakpoints import thinned
 Array = NDArray[np.float64]
 
 AMPLITUDE_S, FREQUENCY_S = 5e-3, 20e-3
-"""Lengths of the windows (Hann) through which amplitude and frequency are seen."""
+"""Lengths of the Hann windows over which amplitude and frequency are estimated."""
 HOP_S = 1e-3
-"""Amplitude and frequency are told so often, before points on straight lines are left out."""
+"""Interval in seconds between points, before points on straight lines are removed."""
 COMPARED_DB = 30.0
-"""Envelopes are compared where the original is within so many dB of its largest."""
+"""Envelopes are compared where the original is within this many dB of its largest."""
 
 TIME, AMPLITUDE, FREQUENCY = 0, 1, 2
-"""The columns of a voice's points."""
+"""Columns of a voice's points."""
 
 
 @dataclass(frozen=True)
 class Voice:
-    """One oscillation: `points` [point, 3] of seconds, amplitude and hertz, ascending, straight lines between.
+    """One oscillation: `points` [point, 3] of seconds, amplitude and hertz, ascending, linearly interpolated.
 
-    `wave` is "sine", "square", "triangle", "saw" or "noise"; `duty` is the share of a period that a square is high.
+    `wave` is "sine", "square", "triangle", "saw" or "noise"; `duty` is the share of a period for which a square is
+    high.
     """
 
     points: Array
@@ -39,23 +40,25 @@ class Voice:
     duty: float = 0.5
 
     def samples(self, frames: int, rate_hz: float) -> Array:
-        """The oscillation, from phase 0: shape (frames,). Square, triangle and saw count by their first partial."""
+        """Return the oscillation from phase 0 on: shape (frames,). Of square, triangle and saw, only the first
+        partial.
+        """
         time_s = np.arange(frames) / rate_hz
         return self.amplitude(time_s) * np.sin(2.0 * np.pi * np.cumsum(self.frequency(time_s)) / rate_hz)
 
     def amplitude(self, time_s: Array) -> Array:
-        """The amplitude at these times, 0 beyond the ends."""
+        """Return the amplitude at these times, 0 beyond the ends."""
         return np.interp(time_s, self.points[:, TIME], self.points[:, AMPLITUDE], 0.0, 0.0)
 
     def frequency(self, time_s: Array) -> Array:
-        """The frequency at these times."""
+        """Return the frequency at these times."""
         return np.interp(time_s, self.points[:, TIME], self.points[:, FREQUENCY])
 
 
 def analysed(samples: Array, rate_hz: float) -> Array:
-    """Amplitude and frequency of a vibration [frame], as points [point, 3] every `HOP_S`.
+    """Analyse a vibration [frame]: amplitude and frequency as points [point, 3] every `HOP_S`.
 
-    Where it is softer than 1 % of its largest amplitude, the frequency is that of the sound beside it.
+    Where its amplitude is below 1 % of the largest, the frequency is that of the nearest louder part.
 
     >>> sine = np.sin(2.0 * np.pi * 120.0 * np.arange(24_000) / 48_000.0)
     >>> analysed(2.0 * sine, 48_000.0)[250].round(2).tolist()
@@ -77,7 +80,7 @@ def analysed(samples: Array, rate_hz: float) -> Array:
 
 
 def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[Array]:
-    """The vibration in bands between these edges, which together are all of it between the first and the last."""
+    """Split a vibration into bands between these edges; their sum is the vibration from the first edge to the last."""
     spectrum = np.fft.rfft(samples)
     at_hz = np.fft.rfftfreq(samples.size, 1.0 / rate_hz)
     return [
@@ -87,14 +90,15 @@ def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[
 
 
 def lean(points: Array, amplitude: float, frequency: float, most: int = 4000) -> Array:
-    """Points that are off the straight line between others by no more than these are left out."""
+    """Remove points that deviate from the line between others by at most these amounts."""
     return thinned(points, np.array([amplitude, frequency]), most)
 
 
 def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
-    """By how many dB two envelopes differ (root mean square), where the original is within 30 dB of its largest.
+    """Return the difference of two envelopes in dB (root mean square), where the original is within 30 dB of its
+    largest.
 
-    Both are seen through a window of 5 ms. 1 dB is about the least that a person tells.
+    Both are estimated over 5 ms. About 1 dB is a just noticeable difference.
     """
     ours, theirs = (
         np.sqrt(smoothed(np.abs(_analytic(samples)) ** 2, round(AMPLITUDE_S * rate_hz)))
@@ -107,7 +111,7 @@ def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
 
 
 def smoothed(values: Array, frames: int) -> Array:
-    """The mean through a Hann window of so many frames; beyond the ends there is nothing."""
+    """Return the mean over a Hann window of this many frames; zeros beyond the ends."""
     window = np.hanning(max(frames, 1) + 2)[1:-1]
     size = values.size + window.size - 1
     length = 1 << (size - 1).bit_length()
@@ -118,7 +122,7 @@ def smoothed(values: Array, frames: int) -> Array:
 
 
 def _analytic(samples: Array) -> NDArray[np.complex128]:
-    """The analytic signal: what has no negative frequencies."""
+    """Return the analytic signal: without negative frequencies."""
     spectrum = np.fft.fft(samples)
     half = samples.size // 2
     spectrum[1 : half + samples.size % 2] *= 2.0

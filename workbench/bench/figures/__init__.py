@@ -1,6 +1,6 @@
-"""Figures of the thesis drawn anew, its numbers beside ours, and a sentence where they differ and why.
+"""Figures of the thesis reproduced, its numbers beside ours, with an explanation of differences.
 
-`FIGURES` is the list: each takes whether to be quick, and gives a `Figure`.
+`FIGURES` is the list: each function takes whether to be quick, and returns a `Figure`.
 """
 
 import html
@@ -50,7 +50,7 @@ def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) ->
 
 
 def text(figures: Sequence[Figure]) -> str:
-    """The thesis's numbers beside ours, as a table for a terminal."""
+    """Return the thesis's numbers beside ours, as a table for a terminal."""
     lines = []
     for figure in figures:
         lines.append(f"{figure.number}  {figure.title}")

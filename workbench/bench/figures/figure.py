@@ -1,4 +1,4 @@
-"""A figure of the thesis drawn anew, with its numbers beside ours; and how densities and slopes are read."""
+"""A reproduced figure of the thesis with its numbers beside ours; estimates of densities and slopes."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from underfoot.drawing import Drawing
 
 @dataclass(frozen=True)
 class Compared:
-    """One number: what it is, what the thesis says, and what came out here."""
+    """One number: its name, the thesis's value, and ours."""
 
     what: str
     thesis: str
@@ -20,7 +20,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Figure:
-    """What is to be seen and compared; `why` says in a sentence where the two differ, and why, or is empty."""
+    """Drawings and numbers to compare; `why` explains where the two differ, or is empty."""
 
     number: str
     title: str
@@ -29,7 +29,7 @@ class Figure:
     why: str = ""
 
     def data(self) -> dict[str, Any]:
-        """The figures as plain data, without the drawings."""
+        """Return the figure as plain data, without the drawings."""
         return {
             "number": self.number,
             "title": self.title,
@@ -41,7 +41,7 @@ class Figure:
 def density(
     values: NDArray[np.float64], edges: NDArray[np.float64], of: int | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where values lie: the middles of bins that hold some, and the share of all `of` values a unit of width there.
+    """Estimate a density: the centres of bins that are not empty, and the share of all `of` values per unit of width.
 
     >>> density(np.array([1.5, 1.6, 3.5]), np.array([1.0, 2.0, 3.0, 4.0]))[1].round(2)
     array([0.67, 0.33])
@@ -53,7 +53,7 @@ def density(
 
 
 def slope(values: NDArray[np.float64], low: float, high: float) -> float:
-    """The exponent of a power law through the density of values from `low` to `high`, in a dozen bins.
+    """Estimate the exponent of a power law from the density of values from `low` to `high`, in a dozen bins.
 
     >>> drawn = 1.0 / np.random.default_rng(1).random(100_000)  # of density 1 / x^2
     >>> bool(abs(slope(drawn, 1.0, 100.0) + 2.0) < 0.05)

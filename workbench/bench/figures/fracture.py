@@ -1,4 +1,4 @@
-"""Figures 7.5 to 7.8 and 7.15: bundles of fibres under ramps, their fluctuations, and one played in real time."""
+"""Figures 7.5 to 7.8 and 7.15: fibre bundles under ramps, their fluctuations, and one played in real time."""
 
 from collections.abc import Iterator, Sequence
 
@@ -14,22 +14,22 @@ from underfoot.models.modal import bank
 RATE = 48_000
 FIBRES, SCALE = 2000, 2.5
 WINDOW_S = 0.005
-"""Windows in which the thesis sums the energies of failures."""
+"""Windows in seconds over which the thesis sums the energies of failures."""
 _TIME_S = np.arange(RATE) / RATE
 _COLLAPSE_S = 0.68
-"""When the thesis's overloaded bundle collapses."""
+"""Time at which the thesis's overloaded bundle collapses."""
 _CRITICAL, _ABOVE = 2800.0, 2900.0
-"""The thesis's critical load of M, and one at which every bundle breaks."""
+"""The thesis's critical load of M, and a load at which every bundle breaks."""
 _MODELS = (("exact", "M", "vibration"), ("mean", "M-bar", "force"))
 
 
 def ramp(most: float, seconds: float = 1.0) -> NDArray[np.float64]:
-    """The load of 7.2.3: evenly up to `most` in 0.8 s, then held."""
+    """Return the load of 7.2.3: rising linearly to `most` in 0.8 s, then constant."""
     return most * np.minimum(np.arange(round(seconds * RATE)) / RATE / 0.8, 1.0)
 
 
 def responses(quick: bool) -> Figure:
-    """Figure 7.5: the fibres that survive, and strain and threshold, at three terminal loads."""
+    """Figure 7.5: the number of surviving fibres, and strain and threshold, at three terminal loads."""
     above = _load_that_collapses_at(_COLLAPSE_S)
     drawings = []
     left = np.ones(len(_TIME_S))
@@ -112,7 +112,7 @@ def intervals(quick: bool) -> Figure:
 
 
 def energies(quick: bool) -> Figure:
-    """Figure 7.8: the energy set free in windows of 5 ms."""
+    """Figure 7.8: the energy released in windows of 5 ms."""
     count = 40 if quick else 200
     lines, rows, one = [], [], None
     for model, name, colour in _MODELS:
@@ -140,7 +140,7 @@ def energies(quick: bool) -> Figure:
 
 
 def played(quick: bool) -> Figure:
-    """Figure 7.15: 350 fibres under a foot, heard through ten modes."""
+    """Figure 7.15: 350 fibres under a foot, played through ten modes."""
     walker = gait.Walker(variation=0.0)
     step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
     force = step.force_n(_TIME_S)
@@ -192,13 +192,13 @@ def played(quick: bool) -> Figure:
 
 
 def windows(result: Fracture) -> NDArray[np.float64]:
-    """The energy k_F x^2 set free in each window of 5 ms."""
+    """Return the energy k_F x^2 released in each window of 5 ms."""
     frames = round(WINDOW_S * RATE)
     return 2.0 * result.energy[: result.energy.size // frames * frames].reshape(-1, frames).sum(axis=1)
 
 
 def _load_that_collapses_at(time_s: float) -> float:
-    """The terminal load under which half of the fibres are gone after `time_s`."""
+    """Return the terminal load under which half of the fibres are broken after `time_s`."""
     low, high = _CRITICAL, 3.0 * _CRITICAL
     while high - low > 1.0:
         middle = 0.5 * (low + high)
@@ -208,7 +208,7 @@ def _load_that_collapses_at(time_s: float) -> float:
 
 
 def _stress_at(at: NDArray[np.float64], result: Fracture) -> NDArray[np.float64]:
-    """What the intact fibres bear when the strain first comes to each of `at`."""
+    """Return the stress on the bundle when the strain first reaches each of `at`."""
     intact = FIBRES - np.cumsum(result.failures)
     first = np.searchsorted(np.maximum.accumulate(result.strain), at)
     first = np.minimum(first, result.strain.size - 1)
@@ -216,7 +216,7 @@ def _stress_at(at: NDArray[np.float64], result: Fracture) -> NDArray[np.float64]
 
 
 def _critical(model: str, count: int) -> float:
-    """The terminal load at which half of the bundles, or the mean one, collapse within a second."""
+    """Return the terminal load at which half of the bundles, or the mean one, collapse within a second."""
     low, high, bundle = 2650.0, 2950.0, FibreBundle(FIBRES, model=model)
     if model == "exact":
         most = low + (high - low) * (np.arange(4 * count) + 0.5) / (4 * count)
@@ -230,7 +230,7 @@ def _critical(model: str, count: int) -> float:
 
 
 def _levels(heard: NDArray[np.float64], edges: Sequence[float]) -> Iterator[Series]:
-    """Levels in bands, each in windows of 10 ms, over the loudest."""
+    """Yield levels in bands, in windows of 10 ms, relative to the loudest."""
     frames = RATE // 100
     parts = heard[: heard.size // frames * frames].reshape(-1, frames) * np.hanning(frames)
     power = np.abs(np.fft.rfft(parts, axis=1)) ** 2

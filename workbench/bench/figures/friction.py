@@ -15,23 +15,23 @@ from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcros
 _8_4 = BlockOnBelt(w0=1.0, zeta=0.01, noise=0.0005, belt_velocity=1.0, x0=0.3, v0=0.95)
 _STEP_8_4_S = 0.001
 _LEFT_8_5 = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0)
-"""As captioned, as are the others; where x0 or v0 is not printed, 0.3 and 0."""
+"""As captioned, like the others; where x0 or v0 is not printed, 0.3 and 0."""
 _RIGHT_8_5 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.04, belt_velocity=1.3, x0=0.3, v0=0.0)
 _8_6 = _LEFT_8_5
 _LEFT_8_7 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.04, belt_velocity=1.0, x0=0.3, v0=0.0)
 _RIGHT_8_7 = BlockOnBelt(w0=1.0, zeta=0.125, noise=0.33, belt_velocity=1.0, x0=0.3, v0=0.0)
 _LEFT_8_8 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=1.0, x0=0.3, v0=0.0)
 _RIGHT_8_8 = _LEFT_8_7
-_8_9 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.01, belt_velocity=1.0, x0=0.1, v0=0.0)  # of the weakest noise
+_8_9 = BlockOnBelt(w0=1.0, zeta=0.11, noise=0.01, belt_velocity=1.0, x0=0.1, v0=0.0)  # with the weakest noise
 _8_10 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=0.45, x0=0.9, v0=0.0)
 _STEP_S = 0.002
-"""Of the thesis's simulations, over which white noise has an acceleration of variance 2 D / h."""
+"""Time step of the thesis's simulations, over which white noise is an acceleration of variance 2 D / h."""
 _COLOUR_S = 0.3
 """Correlation time of the noise for which the decoupled law exists."""
 
 
 def trajectories(quick: bool) -> Figure:
-    """Figure 8.4: two slips in the plane of place and velocity, one that ends within a period and one of two."""
+    """Figure 8.4: two slips in the phase plane, one that ends within a period and one that lasts two."""
     found: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
     for seed in range(400):
         x, v = _slip(np.random.default_rng(seed))
@@ -57,7 +57,7 @@ def trajectories(quick: bool) -> Figure:
 
 
 def _slip(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Place and velocity of one slip, by Euler and Maruyama as the thesis has it."""
+    """Return position and velocity of one slip, by Euler-Maruyama as in the thesis."""
     places, velocities = [_8_4.x0], [_8_4.v0]
     kick = math.sqrt(2.0 * _8_4.noise * _STEP_8_4_S)
     for noise in kick * rng.standard_normal(round(20.0 / _STEP_8_4_S)):
@@ -106,7 +106,7 @@ def upcrossings(quick: bool) -> Figure:
 
 
 def durations(quick: bool) -> Figure:
-    """Figure 8.6: the law of slip durations, and the two approximations of it."""
+    """Figure 8.6: the distribution of slip durations, and two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
     law = distribution.first_passage(_8_6, t_end=20.0)
     drawn = distribution.paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
@@ -155,7 +155,7 @@ def durations(quick: bool) -> Figure:
 
 
 def regimes(quick: bool) -> Figure:
-    """Figure 8.7: the decoupled law at little and much noise."""
+    """Figure 8.7: the decoupled law at weak and strong noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
         law = distribution.first_passage(values, t_end=4.0 * t_end)
@@ -191,7 +191,7 @@ def regimes(quick: bool) -> Figure:
 
 
 def periods(quick: bool) -> Figure:
-    """Figure 8.8: the law of stick-slip periods."""
+    """Figure 8.8: the distribution of stick-slip periods."""
     drawings, rows = [], []
     for name, values in (("left", _LEFT_8_8), ("right", _RIGHT_8_8)):
         law, lines = _periods(values, 40.0, 20_000 if quick else 200_000)
@@ -210,7 +210,7 @@ def periods(quick: bool) -> Figure:
 
 
 def resonance(quick: bool) -> Figure:
-    """Figure 8.9: periods that only noise makes possible."""
+    """Figure 8.9: periods that exist only because of noise."""
     lines, rows = [], []
     for noise, colour in ((0.01, "muted"), (0.02, "vibration"), (0.04, "events"), (0.08, "contact"), (0.16, "force")):
         law = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
@@ -228,7 +228,7 @@ def resonance(quick: bool) -> Figure:
 
 
 def distances(quick: bool) -> Figure:
-    """Figure 8.10: the law of slip distances."""
+    """Figure 8.10: the distribution of slip distances."""
     law = SlipDistribution.solve(_8_10, t_end=40.0, error=1e-4)
     drawn = distribution.paths(_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
     far = _8_10.x0 - drawn.position[np.isfinite(drawn.position)]
@@ -278,7 +278,7 @@ def _off(crossings: Upcrossings, law: Distribution) -> float:
 
 
 def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
-    """The largest CDF difference of the decoupled law in coloured noise from paths in the same noise."""
+    """Return the largest CDF difference between the decoupled law in coloured noise and paths in the same noise."""
     durations = np.empty(2_000 if quick else 50_000)
     _coloured_durations(values, t_end, 0.005, _COLOUR_S, np.random.default_rng(1), durations)
     times = np.linspace(0.02, t_end, 1000)
@@ -292,7 +292,9 @@ def _apart(durations: NDArray[np.float64], law: Distribution) -> float:
 
 
 def _late_s(law: Distribution) -> float:
-    """The mean time of an exponential end: from where a fifth to where a fiftieth of the slips last."""
+    """Return the time constant of an exponential tail, from the times at which a fifth and a fiftieth of the slips
+    last.
+    """
     some, few = np.interp([0.8, 0.98], law.cdf, law.points)
     return float((few - some) / math.log(10.0))
 
@@ -301,7 +303,7 @@ def _late_s(law: Distribution) -> float:
 def _count_upcrossings(
     block: BlockOnBelt, t_end: float, step: float, paths: int, generator: np.random.Generator, counts: Floats
 ) -> None:
-    # The thesis's simulation, without absorption: Euler and Maruyama's method, as it stands.
+    # Euler-Maruyama without absorption, as in the thesis.
     w0, zeta, noise, belt, x0, v0 = block
     kick = math.sqrt(2.0 * noise * step)
     steps = int(round(t_end / step))
@@ -323,7 +325,7 @@ def _coloured_durations(
     generator: np.random.Generator,
     durations: Floats,
 ) -> None:
-    # In noise with a memory the velocity is smooth, so that short steps see every crossing that matters.
+    # In coloured noise the velocity is smooth, so short steps resolve every crossing that matters.
     w0, zeta, noise, belt, x0, v0 = block
     level = math.sqrt(noise / correlation_time)
     keep = math.exp(-step / correlation_time)

@@ -10,8 +10,8 @@ from underfoot.models import gait
 from underfoot.models.fibre_bundle.bundle import FibreBundle, Fracture
 
 _TIME_S = np.arange(RATE) / RATE
-_FEW = 200  # chains of figure 7.13
-_LOAD = 1e5  # its load
+_FEW = 200  # chains in figure 7.13
+_LOAD = 1e5  # load in figure 7.13
 
 
 def stiffening(quick: bool) -> Figure:
@@ -130,7 +130,7 @@ def _positive(results: list[Fracture]) -> NDArray[np.float64]:
 
 
 def _steepness(strain: NDArray[np.float64], load: NDArray[np.float64]) -> float:
-    """The slope of stress over strain near the end of the ramp, over that near its beginning."""
+    """Return the slope of stress over strain near the end of the ramp, relative to that near its beginning."""
 
     def near(share: float) -> float:
         here = np.abs(load / load[-1] - share) < 0.02

@@ -1,4 +1,4 @@
-"""Figures 3.5 to 3.7 and 6.2, drawn from the presets: rhythms and waveforms of tactons, vibrations under a step."""
+"""Figures 3.5 to 3.7 and 6.2, from the presets: rhythms and waveforms of tactons, vibrations under a step."""
 
 import math
 from typing import Any
@@ -33,7 +33,7 @@ _TABLE_6_1 = dict(zip(_STIMULI, zip(_PEAKS, _RMS, strict=True), strict=True))
 
 
 def rhythms(quick: bool) -> Figure:
-    """Figure 3.5: the eight rhythms that both sets of tactons are built from."""
+    """Figure 3.5: the eight rhythms of both sets of tactons."""
     bars = [_values(f"tacton-ws{k}", "rhythm") for k in _EIGHT]
     same = sum(_values(f"tacton-it{k}", "rhythm") == bar for k, bar in zip(_EIGHT, bars, strict=True))
     lines = [line for k, bar in enumerate(bars) for line in _notes(bar["notes"], 8 - k)]
@@ -61,7 +61,7 @@ def rhythms(quick: bool) -> Figure:
 
 
 def waveforms(quick: bool) -> Figure:
-    """Figure 3.6: the waveforms that the tactons are made of, each the first note of a preset."""
+    """Figure 3.6: the waveforms of the tactons, each the first note of a preset."""
     notes = {f"WS{k}": _first(f"tacton-ws{k}", _NOTE_S) for k in _EIGHT}
     blows = {f"IT{k}": _first(f"tacton-it{k}", _BLOW_S) for k in _EIGHT}
     tones = [_values(f"tacton-ws{k}", "tone") for k in _EIGHT]
@@ -148,13 +148,15 @@ def _pair(peak_m_s2: float, rms_m_s2: float) -> str:
 
 
 def _values(preset: str, node: str) -> dict[str, Any]:
-    """All parameters of a node of a preset."""
+    """Return all parameters of a node of a preset."""
     placed = Patch.load(library.patches()[preset], REGISTRY).node(node)
     return REGISTRY[placed.type].values(placed.parameters)
 
 
 def _played(preset: str, seconds: float) -> tuple[NDArray[np.float64], ...]:
-    """Of a preset under one adult step: force, N, what is commanded, and what the tile does, m/s^2: (frames,) each."""
+    """Return force (N), commanded and measured acceleration (m/s^2) of a preset under one adult step: (frames,)
+    each.
+    """
     force_n, source = one_step("t1", seconds, float(RATE))
     patch = Patch.load(library.patches()[preset], REGISTRY)
     loop = Loop(patch, REGISTRY, source, LoopOptions(plates=("accelerometer",)))
@@ -164,7 +166,7 @@ def _played(preset: str, seconds: float) -> tuple[NDArray[np.float64], ...]:
 
 
 def _first(preset: str, seconds: float) -> tuple[NDArray[np.float64], float]:
-    """What a tacton commands in its first note, and the centre of the energy that is measured of it in hertz."""
+    """Return what a tacton commands in its first note, and the spectral centroid of its measured energy in hertz."""
     rhythm = _values(preset, "rhythm")
     length_s = rhythm["notes"][0][1] / STEPS * rhythm["bar"]
     _, commanded, measured = _played(preset, SECONDS)
@@ -180,7 +182,7 @@ def _between(centres: dict[str, float], family: str) -> str:
 
 
 def _missed(centres: dict[str, float]) -> str:
-    """Which of them miss 250 Hz, in words."""
+    """Return a sentence on which tactons miss 250 Hz."""
     missed = [f"{name} at {hz:.0f} Hz" for name, hz in centres.items() if abs(hz - _CENTRE_HZ) > _NEAR_HZ]
     if not missed:
         return f"All lie within {_NEAR_HZ:.0f} Hz of {_CENTRE_HZ:.0f} Hz."
@@ -191,7 +193,7 @@ def _missed(centres: dict[str, float]) -> str:
 
 
 def _notes(notes: Any, row: int) -> list[Series]:
-    """A rhythm on its row: each note as long as it is, and as high as its amplitude."""
+    """Draw a rhythm on its row: each note with its length, and its amplitude as height."""
     x: list[float] = []
     y: list[float] = []
     for step, length, amplitude in notes:
@@ -209,7 +211,7 @@ def _stacked(title: str, waves: dict[str, tuple[NDArray[np.float64], float]]) ->
 
 
 def _peak_s() -> float:
-    """When the dynamic envelope of a step of force peaks."""
+    """Return the time at which the dynamic envelope of a force step peaks."""
     out = np.empty(RATE // 10)
     coefficients = envelopes.STRAIN_COEFFICIENTS.zeros()
     layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG

@@ -11,7 +11,7 @@ from underfoot.models.tile.free_plate import FreeModes, free_modes
 _POINTS = 96
 _THESIS_HZ = 896.0, 1032.0
 _LIGHTER_KG = 0.45
-"""With this mass at the middle the ratio of both frequencies is the thesis's."""
+"""Mass at the middle with which the ratio of both frequencies is the thesis's."""
 
 
 def modes(quick: bool) -> Figure:
@@ -48,7 +48,7 @@ def _modes(parameters: TileParameters, side_m: float, middle_kg: float) -> FreeM
 
 
 def _cross_and_ring(found: FreeModes) -> tuple[int, int]:
-    """The numbers of the lowest mode that is odd along both axes, and of the lowest that is alike along both."""
+    """Return the index of the lowest mode odd along both axes, and of the lowest mode equal along both."""
     quarter = 0.25 * found.side_m
     places = [[quarter, 0.0], [0.0, quarter], [quarter, quarter], [-quarter, quarter]]
     cross = ring = -1

@@ -1,7 +1,7 @@
-"""The reach of every model: what it is asked to keep, what was measured, and whether it does.
+"""Requirements on every model: what is required, what was measured, and whether it is met.
 
-Each file here measures one family. Times are asked to stay near the best that was seen, scaled by how slow the
-processor is at that moment (`timing.Timed`).
+Each file here measures one family. Times must stay near the best one seen, scaled by how slow the processor is at that
+moment (`timing.Timed`).
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -20,10 +20,10 @@ FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
     "materials": materials.reaches,
     "friction": friction.reaches,
 }
-"""What measures each family, quick or in full."""
+"""The function that measures each family, quick or in full."""
 
 HERE = ("signals",)
-"""Families with a row that compares run times, so that they are never computed elsewhere."""
+"""Families with a row that compares run times; these are never computed on another machine."""
 
 TIMINGS: tuple[Callable[[], Iterable[Timing]], ...] = (
     impacts.timings,
@@ -32,11 +32,11 @@ TIMINGS: tuple[Callable[[], Iterable[Timing]], ...] = (
     friction.timings,
     starts.timings,
 )
-"""What has to be timed of them, by turns (`timing.timed_in_turn`)."""
+"""Timings of the families, measured by turns (`timing.timed_in_turn`)."""
 
 
 def timings() -> Iterator[Timing]:
-    """All that has to be timed."""
+    """Yield all timings."""
     for of_family in TIMINGS:
         yield from of_family()
 
@@ -44,7 +44,7 @@ def timings() -> Iterator[Timing]:
 def run(
     quick: bool = False, tell: Callable[[str], None] = lambda line: None, cluster: str | None = None
 ) -> list[Reach]:
-    """Measure every reach that is no time, here or, but for `HERE`, on the Dask cluster at this address.
+    """Measure every requirement that is not a time, here or, except `HERE`, on the Dask cluster at this address.
 
     The rows and their order are the same wherever they were computed. Raises what `on_cluster` does.
     """
@@ -64,6 +64,6 @@ def run(
 
 
 def measured(job: tuple[str, bool]) -> list[Reach]:
-    """The rows of a family, by its name; quick or in full."""
+    """Return the rows of a family, by its name; quick or in full."""
     name, quick = job
     return list(FAMILIES[name](quick))

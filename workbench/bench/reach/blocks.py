@@ -1,4 +1,4 @@
-"""The reach of whole blocks: what a large floor costs as the engine runs it, and what each preset costs."""
+"""Requirements on whole blocks: the cost of a large floor in the engine, and of each preset."""
 
 import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,15 +9,15 @@ from underfoot.bench.timing import Timed
 
 COARSE = "material-gravel-coarse"
 _TILES, _EVERY = 36, {64: 25.0, 1024: 80.0, 4096: 80.0}
-"""Times real time that are asked of so many tiles with a foot on each, by block; more tiles have their share of it."""
+"""Required speed (times real time) for this many tiles with a foot on each, by block; larger floors in proportion."""
 _SHARES = {2: 0.15, 0: 0.03}
-"""Of that cost with a foot on so many of those tiles, at most."""
+"""Largest share of that cost with a foot on this many of the tiles."""
 _PRESET, _MEDIAN_PRESET = 60.0, 200.0
-"""Times real time that are asked of each preset under a walker, and of their median."""
+"""Required speed of each preset under a walker, and of their median."""
 
 
 def floors(costs: Sequence[BlockCost]) -> Iterable[Reach]:
-    """Coarse gravel with a foot on each tile, on two and on none, read off `costs`."""
+    """Yield the rows for coarse gravel with a foot on each tile, on two and on none, from `costs`."""
     for cost in costs:
         if cost.patch != COARSE:
             continue
@@ -37,7 +37,7 @@ def floors(costs: Sequence[BlockCost]) -> Iterable[Reach]:
 
 
 def presets(took: Mapping[str, Timed]) -> Iterator[Reach]:
-    """Each preset under a walker on two by two tiles, read off what a second of each takes."""
+    """Yield the rows for each preset under a walker on two by two tiles, from the times of one second."""
     for name, one in took.items():
         low, beside = _PRESET / one.slowness, {"slowness": one.slowness, "spread": one.spread}
         yield Reach("whole block", f"preset {name}, walked on", 1.0 / one.seconds, SPEED, low, **beside)

@@ -1,4 +1,4 @@
-"""The reach of contacts: feet, sides and persons, against what simulated people did."""
+"""Requirements on contacts: feet, sides and persons, against simulated people."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,7 @@ _KINDS = ((1, "turn"), (1, "straight"), (1, "random"), (2, "crossing"), (4, "ran
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """The usual walker and drawn people on 6 x 6 tiles, for ten minutes each; quick: for half a one."""
+    """Evaluate the usual walker and drawn people on 6 x 6 tiles, for ten minutes each; quick: for half a minute."""
     floor, seconds = default_floor(6, 6), _QUICK_S if quick else _FULL_S
     yield from _alone(walk(floor, (), seconds))
     for count, path in _KINDS:

@@ -1,4 +1,6 @@
-"""The reach of stick-slip: the law of a slip's duration, its time, and the texture drawn from its table."""
+"""Requirements on stick-slip: the distribution of slip durations, its run time, and the texture drawn from its
+table.
+"""
 
 from collections.abc import Iterable, Iterator
 from functools import partial
@@ -21,14 +23,14 @@ _GRID = np.array(
         *(0.968434299, 0.984788666, 0.996321132, 0.999114084, 0.999975510, 0.999999327),
     ]
 )
-"""The CDF at `_TIMES` from the Fokker-Planck equation on a grid, extrapolated over four; the last two agree to 2e-9."""
+"""CDF at `_TIMES` from the Fokker-Planck equation on a grid, extrapolated over four; the last two agree to 2e-9."""
 
 _BEST_LAW_S, _BEST_LOOK_UP_NS = 0.072, 27.0
-"""The best times seen of the law at 1e-4, and of a slip that is looked up."""
+"""Best times seen of the law at 1e-4, and of one slip looked up."""
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """The law of figure 8.6, and what is drawn from tables."""
+    """Yield errors of the law of figure 8.6, and of draws from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
         law = distribution.first_passage(_BLOCK, _T_END_S, error=error)
         apart = float(np.abs(np.interp(_TIMES, law.points, law.cdf) - _GRID).max())
@@ -37,7 +39,7 @@ def reaches(quick: bool) -> Iterable[Reach]:
 
 
 def timings() -> Iterator[Timing]:
-    """What the law of figure 8.6 takes to solve, and a slip to be looked up."""
+    """Yield the timings of solving the law of figure 8.6, and of looking up a slip."""
     solve = Run(partial(distribution.first_passage, _BLOCK, _T_END_S, error=1e-4))
     yield Timing("friction", "the law of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_LAW_S)
     table, pairs = quantile_table.slip_table(0.4, 0.5, 2.0, error=1e-3), np.empty((100_000, 2))
@@ -46,7 +48,7 @@ def timings() -> Iterator[Timing]:
 
 
 def tables(count: int) -> Iterator[Reach]:
-    """Slips looked up at evenly spread chances, against the law that was solved ten times as exactly."""
+    """Compare slips looked up at evenly spread probabilities with the law solved ten times as exactly."""
     asked = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
         law = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * asked)
@@ -71,7 +73,7 @@ def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:
 
 @kernel
 def _look_up_evenly(table: Floats, out: Floats) -> None:
-    # Pairs of chances that fill the square evenly: the additive recurrence of the plastic number.
+    # Pairs of probabilities that fill the square evenly: the additive recurrence of the plastic number.
     first = second = 0.5
     for i in range(out.shape[0]):
         first = (first + 0.7548776662466927) % 1.0

@@ -1,4 +1,4 @@
-"""The reach of impacts: error, cost beside free ringing, and energy that is never made."""
+"""Requirements on impacts: error, cost relative to free ringing, and no gain of energy."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -20,14 +20,14 @@ CONTACTS = {"soft": (1e4, 1.5), "medium": (1e7, 1.5), "hard": (1e11, 1.8)}
 _ASKED = {"soft": 1e-5, "medium": 1e-5, "hard": 1e-3}
 _ERROR_OF_100 = 2.1e-6
 _BEST_NS = {(10, "soft"): 9.5, (10, "medium"): 3.6, (10, "hard"): 4.8, (100, "medium"): 17.5}
-"""The best times seen, ns a sample, of so many modes with a blow each 0.1 s at a contact."""
+"""Best times seen in ns per sample, for a number of modes with a blow every 0.1 s at a contact."""
 _BEST_FREE_NS, _BEST_LASTING_NS = {10: 2.3, 100: 10.0}, 37.0
-"""The same of ringing freely, by modes, and of a hammer of 100 N that stays on 10."""
+"""The same for free ringing, by modes, and for a hammer of 100 N resting on 10 modes."""
 _PASS = 32
 
 
 def drawn_modes(count: int) -> ModalObject:
-    """Frequencies, decays, masses and shapes of the struck object, slow decays first.
+    """Return frequencies, decays, masses and shapes of the struck object, slow decays first.
 
     >>> frequencies, decays, masses, shapes = drawn_modes(10)
     >>> bool((np.diff(decays) > 0.0).all()), frequencies.size
@@ -42,7 +42,7 @@ def drawn_modes(count: int) -> ModalObject:
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """Errors at 10 modes, the rigid wall, energy, and a standing load."""
+    """Yield errors at 10 modes, the rigid wall, energy, and a standing load."""
     yield from errors(0.02 if quick else 0.05)
     yield from rigid_wall()
     yield from energy(2_000 if quick else 100_000)
@@ -60,7 +60,7 @@ def errors(seconds: float) -> Iterator[Reach]:
 
 
 def timings() -> Iterator[Timing]:
-    """What a sample costs: with 10 blows a second, ringing freely, and with a hammer that stays where it is."""
+    """Yield the cost of a sample: with 10 blows a second, ringing freely, and with a resting hammer."""
     for (count, name), best_ns in _BEST_NS.items():
         second = _second_of(count, CONTACTS[name], _ASKED[name] if count == 10 else _ERROR_OF_100, 10)
         yield _a_sample(f"10 blows a second, {count} modes, {name}", second, best_ns)
@@ -78,7 +78,7 @@ def _a_sample(what: str, second: Callable[[], None], best_ns: float) -> Timing:
 def _second_of(
     count: int, contact: tuple[float, float], error: float, blows: int, load_n: float = 0.0
 ) -> Callable[[], None]:
-    """A second with so many blows, 0.1 s apart; with none, of what comes of one before."""
+    """Return a function that runs one second with this many blows, 0.1 s apart; with none, after an earlier blow."""
     stiffness, exponent = contact
     throws = [(k * RATE // 10, VELOCITY_M_S) for k in range(1 + blows)]
     numbers = {"mass": MASS_KG, "stiffness": stiffness, "exponent": exponent, "damping": DAMPING_S_M}
@@ -97,7 +97,7 @@ def _second_of(
 
 
 def rigid_wall() -> Iterator[Reach]:
-    """The speed out of a blow on a mass that does not give way: mu v - ln(1 + mu v) = -mu w - ln(1 - mu w)."""
+    """Test the rebound speed from a mass that does not yield: mu v - ln(1 + mu v) = -mu w - ln(1 - mu w)."""
     from scipy.optimize import brentq
 
     wall = ModalObject([1.0], [0.0], [1e12], [1.0])
@@ -109,7 +109,7 @@ def rigid_wall() -> Iterator[Reach]:
 
 
 def energy(sets: int) -> Iterator[Reach]:
-    """Random hammers on random objects: the largest gain of energy, of what the blow brought, and the least force."""
+    """Test random hammers on random objects: the largest gain of energy relative to the blow's, and the least force."""
     draw = np.random.default_rng(1)
     gained, least = -math.inf, math.inf
     for _ in range(sets):
@@ -132,7 +132,7 @@ def energy(sets: int) -> Iterator[Reach]:
 
 
 def _strike_energies(row: Memory, modes: ModalObject) -> tuple[float, float]:
-    """The largest rise of energy from one look to the next, of the blow's own, and the least force."""
+    """Return the largest rise of energy between two evaluations, relative to the blow's, and the least force."""
     force, acceleration = np.empty((2, _PASS))
     out, strikes = hammer.Response(force, acceleration, force[:0]), row.events
     first = last = 0.5 * row.hammer.mass * strikes.strength[0] ** 2
@@ -141,14 +141,14 @@ def _strike_energies(row: Memory, modes: ModalObject) -> tuple[float, float]:
         hammer.ring(strikes, row.hammer, _PASS * part, row.object, row.state, out)
         strikes.count = 0.0
         least = min(least, float(force.min()))
-        if row.state.in_contact or part % 2:  # else it is within a block, where its phasors are those of the end
+        if row.state.in_contact or part % 2:  # otherwise it is within a block, where its phasors are those of the end
             now = _energy_of(row.state, modes)
             gain, last = max(gain, (now - last) / first), now
     return gain, least
 
 
 def _energy_of(state: Memory, modes: ModalObject) -> float:
-    """Energy (J) of hammer, contact and object, read from a row's memory: what it puts out does not tell all of it."""
+    """Return the energy (J) of hammer, contact and object from a row's memory: its outputs do not contain all of it."""
     frequencies, decays, masses, shapes = (np.asarray(values, np.float64) for values in modes)
     touching = state.in_contact != 0.0
     phasor = state.z if touching else state.end

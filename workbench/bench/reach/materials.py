@@ -1,4 +1,4 @@
-"""The reach of materials: ground that slips, and bundles of fibres: their time, their statistics, their strengths."""
+"""Requirements on materials, slipping ground and fibre bundles: run time, statistics, strength."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -16,13 +16,13 @@ from underfoot.models.signals.random import stream_key
 
 RATE = 48_000
 SHAPE, SCALE = 4.0, 2.5
-"""The Weibull law of the thesis's thresholds."""
+"""Weibull parameters of the thesis's thresholds."""
 _BEST_MS = {2_000: 0.21, 100_000: 0.79, 10_000_000: 1.47}
-"""The best times seen of a second under a footstep, by the number of fibres."""
+"""Best times seen in ms of a second under a footstep, by the number of fibres."""
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """Those of elasto-plastic slip and of fibre bundles."""
+    """Yield the rows of elasto-plastic slip and of fibre bundles."""
     yield from slips()
     yield from thresholds()
     yield from quasi_static(400 if quick else 4000)
@@ -30,7 +30,7 @@ def reaches(quick: bool) -> Iterable[Reach]:
 
 
 def timings() -> Iterator[Timing]:
-    """What a second of a bundle costs under a foot."""
+    """Yield the cost of a second of a bundle under a foot."""
     for fibres, best_ms in _BEST_MS.items():
         second = Run(_second_of(fibres))
         yield Timing("bundles", f"a second under a foot, {fibres:.0e} fibres", second, "ms", 1e3, best_ms)
@@ -45,7 +45,7 @@ def slips() -> Iterator[Reach]:
     exact = signal.lsim(system, np.append(0.0, force), np.arange(force.size + 1) / RATE)[1][1:]
     apart = float(np.linalg.norm(moved - exact) / np.linalg.norm(exact))
     yield Reach("slip", "error of the motion between slips", apart, high=1e-9)
-    # The plastic unit holds more than the largest draw takes, and the ramp is so slow that no frame has two slips.
+    # The plastic unit holds more than the largest draw, and the ramp is so slow that no frame has two slips.
     least, most = 1e-5, 1e-3
     ramp = np.linspace(0.0, 1e3, 20 * RATE)
     energy = Ground(threshold_n=100.0, gamma=1.5, least_j=least, most_j=most).response(ramp, RATE).energy_j
@@ -55,7 +55,7 @@ def slips() -> Iterator[Reach]:
 
 
 def _second_of(fibres: int) -> Callable[[], None]:
-    """A second under a footstep whose peak comes near to the strength of the bundle."""
+    """Return a function that runs a second under a footstep whose peak is near the bundle's strength."""
     up = np.clip(np.arange(RATE) / RATE / 0.75, 0.0, 1.0)
     step = np.sin(np.pi * up) * (1.0 + 0.35 * np.cos(4.0 * np.pi * (up - 0.25))) * (up < 1.0)
     load = 1.30 * fibres * step / step.max()
@@ -73,7 +73,9 @@ def _second_of(fibres: int) -> Callable[[], None]:
 
 
 def thresholds() -> Iterator[Reach]:
-    """Loaded so slowly that nearly each frame breaks one fibre, the strains of failure are the sorted thresholds."""
+    """Test that under a load so slow that nearly each frame breaks one fibre, the strains at failure are the sorted
+    thresholds.
+    """
     from scipy import stats
 
     still = FibreBundle(10_000, SHAPE, SCALE, mass=0.0, damping=0.0)
@@ -87,7 +89,7 @@ def thresholds() -> Iterator[Reach]:
 
 def quasi_static(samples: int) -> Iterator[Reach]:
     yield Reach("bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55)
-    # So slowly near the end that what is added while a bundle collapses is less than 1.
+    # So slow near the end that less than 1 is added while a bundle collapses.
     slow = np.concatenate((np.linspace(0.0, 2620.0, 500, endpoint=False), np.arange(2620.0, 2920.0, 0.006)))
     found = np.empty(samples)
     for seed in range(samples):
@@ -100,14 +102,14 @@ def quasi_static(samples: int) -> Iterator[Reach]:
 
 
 def _dynamic(samples: int) -> Iterator[Reach]:
-    """The thesis's: the load up in 0.8 s of 1 s, m 1e-3, b_F 0.0065, b_R 0."""
+    """Test the thesis's ramp: 0.8 s of 1 s, m 1e-3, b_F 0.0065, b_R 0."""
     low, high = 2650.0, 2950.0
     most = low + (high - low) * (np.arange(samples) + 0.5) / samples
     broken = [_ramped(m, "exact", seed).failures.sum() == 2000 for seed, m in enumerate(most)]
     strength = low + (high - low) * (1.0 - np.mean(broken))
-    off = 6.0 + 4.0 * math.sqrt(18.0 * (high - low) / samples)  # 2804 is of 200 loads; 18: int p (1 - p)
+    off = 6.0 + 4.0 * math.sqrt(18.0 * (high - low) / samples)  # 2804 is from 200 loads; 18: integral of p (1 - p)
     yield Reach("bundles", "strength under the thesis's ramp, exact", float(strength), "", 2804.0 - off, 2804.0 + off)
-    while high - low > 0.25:  # the mean bundle never loses its last fibre: gone is what is far beyond its thresholds
+    while high - low > 0.25:  # the mean bundle keeps its last fibre: far beyond its thresholds it has collapsed
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _ramped(middle, "mean", 0).strain[-1] > 3.0 * SCALE else (middle, high)
     yield Reach("bundles", "strength under the thesis's ramp, mean", high, "", 2842.0, 2848.0)

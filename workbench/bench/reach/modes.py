@@ -1,4 +1,4 @@
-"""The reach of modal banks: time for each mode and frame, exactness after ten seconds, and states that end at 0."""
+"""Requirements on modal banks: time per mode and frame, error after ten seconds, and states that end at 0."""
 
 from collections.abc import Callable, Iterable, Iterator
 
@@ -10,11 +10,11 @@ from underfoot.bench.timing import Run
 
 RATE = 48_000
 _BEST_NS = {10: (0.31, 0.118), 64: (0.111, 0.088), 200: (0.094, 0.073)}
-"""The best times seen, ns a mode and frame, for so many modes: driven in every frame, and ringing freely."""
+"""Best times seen in ns per mode and frame, by number of modes: driven in every frame, and ringing freely."""
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """Errors after 10 s, and what is left in a bank that has died away."""
+    """Yield errors after 10 s, and what remains in a bank that has decayed."""
     yield from _errors()
     for driven in (True, False):
         what = f"numbers left in a bank after silence, {'driven' if driven else 'struck'}"
@@ -22,7 +22,7 @@ def reaches(quick: bool) -> Iterable[Reach]:
 
 
 def timings() -> Iterator[Timing]:
-    """What a mode costs in a frame: in a bank that is driven by noise, and in one that was struck once at first."""
+    """Yield the cost of a mode per frame: in a bank driven by noise, and in one struck once at the start."""
     for count, best in _BEST_NS.items():
         for driven, best_ns in zip((True, False), best, strict=True):
             what = f"{'driven in every frame' if driven else 'ringing freely'}, {count} modes"
@@ -54,7 +54,7 @@ def _errors() -> Iterator[Reach]:
 
 
 def left(driven: bool) -> int:
-    """Numbers that are not 0 in a bank of 64 modes 20 s after its last excitation."""
+    """Count the numbers that are not 0 in a bank of 64 modes 20 s after its last excitation."""
     frequencies, decays, amplitudes = accuracy.modes(64)
     modes = frequencies, np.maximum(decays, 5.0), amplitudes
     if driven:

@@ -1,4 +1,4 @@
-"""One line of the table of reaches, and what has to be timed for one."""
+"""A row of the table of requirements, and the timing for one."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -7,21 +7,21 @@ from typing import Any
 from underfoot.bench.timing import Run, Timed
 
 TO_COMPARE = "to compare"
-"""What is asked where nothing is: a figure that explains others."""
+"""Requirement of a figure that only serves comparison."""
 
 SPEED = "times real time"
-"""The unit of speeds: what is more is better."""
+"""Unit of speeds: more is better."""
 
 SLACK = 1.3
-"""Of the best time that was seen, so much is asked: above what two runs on a shared machine lie apart."""
+"""Allowed factor over the best time seen: more than the spread of two runs on a shared machine."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """What a model is asked to keep, from `low` to `high`, and what was measured.
+    """A requirement on a model, from `low` to `high`, and the measured value.
 
-    A time or a speed has the `slowness` of the processor meanwhile, which its bounds are scaled by, and the `spread` of
-    such measurements (`timing.Timed`); other figures have no spread.
+    A time or a speed has the `slowness` of the processor during the measurement, by which its bounds are scaled, and
+    the `spread` of such measurements (`timing.Timed`); other figures have no spread.
     """
 
     model: str
@@ -35,7 +35,7 @@ class Reach:
 
     @property
     def met(self) -> bool:
-        """Whether it is kept; what is not a number is not.
+        """Whether it is met; NaN is not.
 
         >>> Reach("tones", "error", 5e-16, high=1e-12).met
         True
@@ -44,7 +44,7 @@ class Reach:
 
     @property
     def asked(self) -> str:
-        """What is asked, in words.
+        """The requirement in words.
 
         >>> Reach("floors", "gravel", 47.0, "times real time", low=40.0).asked
         'at least 40'
@@ -58,7 +58,7 @@ class Reach:
         return f"at least {self.low:.4g}" if self.high == math.inf else f"{self.low:.5g} to {self.high:.5g}"
 
     def data(self) -> dict[str, Any]:
-        """As plain data; a bound that is not there is None."""
+        """Return it as plain data; an absent bound is None."""
         bounds = {
             name: value if math.isfinite(value) else None for name, value in (("low", self.low), ("high", self.high))
         }
@@ -67,9 +67,9 @@ class Reach:
 
 @dataclass(frozen=True)
 class Timing:
-    """A time to be measured, in `unit`, of which there are `a_second`.
+    """A time to be measured, in `unit`, of which there are `a_second` per second.
 
-    It is asked to be at most `SLACK` times `best`, the best that was seen, scaled by how slow the processor is.
+    It must be at most `SLACK` times `best`, the best time seen, scaled by how slow the processor is.
     """
 
     model: str
@@ -80,7 +80,7 @@ class Timing:
     best: float = math.inf
 
     def reach(self, took: Timed) -> Reach:
-        """The row of what it took.
+        """Return the row of a measured time.
 
         >>> Timing("modes", "10 modes", Run(print), "ns", 1e9, best=1.1).reach(Timed(2e-9, 1.5, 0.02)).asked
         'at most 2.145'

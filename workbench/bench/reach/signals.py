@@ -1,4 +1,4 @@
-"""The reach of tones, noise, texture, envelopes and rhythms."""
+"""Requirements on tones, noise, texture, envelopes and rhythms."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -19,7 +19,7 @@ _HOUR_S = 3600
 
 
 def reaches(quick: bool) -> Iterable[Reach]:
-    """Those of tones, of noise and texture, of envelopes and of rhythms."""
+    """Yield the rows of tones, noise and texture, envelopes, and rhythms."""
     yield from _tones()
     yield from of_noises(20 if quick else 200)
     yield from of_envelopes()
@@ -40,7 +40,7 @@ def _tones() -> Iterator[Reach]:
 
 
 def _phase_error() -> float:
-    """Of a tone of 31.7 Hz in the last tenth of a second of an hour, against an exactly reduced phase."""
+    """Return the error of a 31.7 Hz tone in the last tenth of a second of an hour, against an exactly reduced phase."""
     state, pitch, one = waveshaping.STATE.zeros(), np.array([31.7]), np.ones(1)
     heard = np.empty(RATE // 10)
     for _ in range(_HOUR_S * 10):
@@ -86,7 +86,7 @@ def _noise(frames: int, block: int) -> NDArray[np.float64]:
 
 
 def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    """The power that the texture's filter lets through at each frequency, from its answer to a single frame."""
+    """Return frequencies and power response of the texture's filter, from its impulse response."""
     from underfoot.models.filtering import second_order
 
     coefficients, answer = noise.TEXTURE_COEFFICIENTS.zeros(), np.eye(1, 4 * RATE)[0].copy()
@@ -104,7 +104,7 @@ def of_envelopes() -> Iterator[Reach]:
     envelopes.design_strain_rate(*layer, float(RATE), coefficients)
     step = np.full(RATE, envelopes.FULL_FORCE_N)
     envelopes.run_strain_rate(step, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
-    time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step comes between two frames
+    time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step is between two frames
     truth = math.e * w0 * time_s * np.exp(-w0 * time_s)
     yield Reach(
         "envelopes", "a step's response peaks after", 1e3 * (int(out.argmax()) + 0.5) / RATE, "ms", 12.71, 12.75
@@ -114,7 +114,7 @@ def of_envelopes() -> Iterator[Reach]:
 
 
 def of_rhythms() -> Iterator[Reach]:
-    """Where the notes of an hour fall, in one-second stretches."""
+    """Test the onsets of an hour of notes, in one-second stretches."""
     one = rhythm.RHYTHMS[4]
     table, bar, found = one.table(), one.bar_s * RATE, []
     for second in range(_HOUR_S):
@@ -133,7 +133,7 @@ def of_rhythms() -> Iterator[Reach]:
 
 
 def _expected(one: rhythm.Rhythm) -> int:
-    """How many of its notes begin within an hour, counted one by one."""
+    """Count the notes that begin within an hour, one by one."""
     return sum(
         0.25 + (bar + note.step / 24.0) * one.bar_s * RATE < _HOUR_S * RATE
         for bar in range(int(_HOUR_S / one.bar_s) + 2)

@@ -1,4 +1,4 @@
-"""The reach of starts: how long a person waits for a command, from its first letter to its last."""
+"""Requirements on start-up: the wall-clock time of a whole command."""
 
 import subprocess
 import sys
@@ -12,11 +12,11 @@ from underfoot.errors import UnderfootError
 from underfoot.patch import library
 
 _BEST_S = {"--help": 0.19, "render --seconds 1": 0.62}
-"""The best time seen of the first; of the second, what asks 0.8 s of it."""
+"""Best time seen of the first; for the second, the value that requires at most 0.8 s."""
 
 
 def timings() -> Iterator[Timing]:
-    """Whole processes, imports and all, by the wall clock; kernels are cached."""
+    """Yield timings of whole processes, including imports, by the wall clock; kernels are cached."""
     patch = str(library.patches()["gravel"])
     for words, arguments in (("--help", ["--help"]), ("render --seconds 1", ["render", patch, "--seconds", "1"])):
         run = Run(partial(started, [sys.executable, "-m", "underfoot", *arguments]), time.perf_counter)
@@ -24,7 +24,7 @@ def timings() -> Iterator[Timing]:
 
 
 def started(command: Sequence[str]) -> str:
-    """What a process prints, from its start to its end. `UnderfootError` where it ends with an error.
+    """Run a process to its end and return what it prints; raise `UnderfootError` if it fails.
 
     >>> started([sys.executable, "-c", "print(2)"])
     '2\\n'

@@ -1,1 +1,1 @@
-"""A tile's firmware without a tile, with the faults of real lines on request."""
+"""Emulation of a tile's firmware, with faults of real lines on request."""

@@ -1,8 +1,8 @@
-"""Tiles that are not there: what their firmware sends over a transport, with the faults of real connections.
+"""Emulated tiles: what their firmware sends over a transport, with the faults of real connections.
 
 A floor's tiles share one clock and one transport, as behind a hub. Where the transport powers them, as a serial port
-does, unplugging takes the power with it: when it is plugged in again the tiles count from 0 again. Elsewhere only the
-connection is cut: the tiles count on, and what they send is lost.
+does, unplugging cuts their power: when plugged in again, the tiles count from 0. Elsewhere only the connection is cut:
+the tiles continue to count, and what they send is lost.
 """
 
 import math
@@ -23,24 +23,24 @@ from underfoot.devices.transport import Sender
 from underfoot.errors import require
 
 _RATE = 48_000.0
-_AHEAD_S = 0.05  # so far ahead samples are made, for whoever is late with one would be late with the next
+_AHEAD_S = 0.05  # samples are computed this far ahead: a delay in sending one would otherwise delay the next
 
 
 @dataclass(frozen=True)
 class TileClock:
-    """The clock that emulated tiles share: what it shows first, and by how much it is slow."""
+    """The clock shared by emulated tiles: its initial value, and its drift."""
 
     start_us: int = 0
     drift_ppm: float = 0.0
 
 
 class Emulator:
-    """Sends what the tiles of `source` read, in a thread of its own from `start` to `close`.
+    """Sends the readings of the tiles of `source`, in a thread of its own from `start` to `close`.
 
-    `readings` turns newtons (n, tiles, 4) into counts. The tiles' numbers are their rows, from 0 on; `only` sends one
-    of them. Each sample goes out at its own time, and what is late by then goes with it. After `seconds` it ends by
-    itself; `over` is then true. `unheard` counts samples that did not go out whole. `acceleration` are readings (n,
-    tiles) of accelerometers, four for each sample of force, from the first on and over and over.
+    `readings` converts newtons (n, tiles, 4) to counts. The tiles' numbers are their rows, from 0; `only` selects one
+    of them. Each sample is sent at its own time, together with those already late. After `seconds` it ends by itself;
+    `over` is then true. `unheard` counts samples that were not sent whole. `acceleration` are readings (n, tiles) of
+    accelerometers, four for each sample of force, repeated from the first on.
     """
 
     def __init__(
@@ -77,12 +77,12 @@ class Emulator:
         self._thread = threading.Thread(target=self._run, name=f"emulates {sender.name}", daemon=True)
 
     def start(self) -> None:
-        """Begin to send."""
+        """Start sending."""
         self._thread.start()
 
     @property
     def over(self) -> bool:
-        """Whether the last sample was sent."""
+        """Whether the last sample has been sent."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
     def close(self) -> None:
@@ -93,10 +93,11 @@ class Emulator:
         self.sender.close()
 
     def samples(self, stamps: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.void]:
-        """What the tiles send of forces (n, tiles, 4) at these session frames (n,): records of `wire_format.SAMPLE`.
+        """Return the frames that tiles send for forces (n, tiles, 4) at these session frames (n,): records of
+        `wire_format.SAMPLE`.
 
-        There are n times the tiles, all tiles of a moment together; where there is acceleration, a frame of it behind
-        each.
+        There are n times the number of tiles, with all tiles of one instant together; with acceleration, each is
+        followed by a frame of it.
         """
         count, tiles = len(stamps), len(self._tiles)
         samples = np.zeros((count, tiles), SAMPLE)
@@ -116,7 +117,7 @@ class Emulator:
         return samples.reshape(-1)
 
     def _run(self) -> None:
-        self._send_until(1.0 / _RATE, -math.inf)  # which loads what the source needs, before time counts
+        self._send_until(1.0 / _RATE, -math.inf)  # loads the source's kernels before timing matters
         began, end = time.monotonic(), 0.0
         while end < self._seconds and self._wait_until(began + end - 0.5 * _AHEAD_S):
             cut = self._cuts[0][0] if self._cuts else math.inf
@@ -136,7 +137,7 @@ class Emulator:
             self._sequence, self._start_frame, self._start_us = 0, at_s * _RATE, 0
 
     def _send_until(self, end_s: float, began: float) -> None:
-        """Send the samples before `end_s`, each at its own time after `began`, which is by `time.monotonic`."""
+        """Send the samples before `end_s`, each at its own time after `began` (`time.monotonic`)."""
         while count := self._source.pull(int(end_s * _RATE)):
             due = began + self._source.stamps[:count] / _RATE
             samples = self.samples(self._source.stamps[:count], self._source.forces[:count]).reshape(count, -1)
@@ -149,10 +150,10 @@ class Emulator:
                 return
 
     def _wait_until(self, moment: float) -> bool:
-        """Wait until then, by `time.monotonic`; False where it is time to stop."""
+        """Wait until this time of `time.monotonic`; return False if it is time to stop."""
         wait = moment - time.monotonic()
         if wait > 0.0:
-            time.sleep(wait)  # which is nearer to the moment than the wait for an event
+            time.sleep(wait)  # more exact than waiting for an event
         return not self._stop.is_set()
 
     def _put(self, data: bytes, samples: int) -> None:

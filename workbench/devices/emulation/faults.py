@@ -1,4 +1,4 @@
-"""What goes wrong on the way, made on request and counted exactly: frames lost, doubled, reordered, corrupted, late."""
+"""Transmission faults, injected on request and counted exactly: frames lost, doubled, reordered, corrupted, late."""
 
 from dataclasses import dataclass
 
@@ -11,16 +11,16 @@ from underfoot.kernels import kernel
 from underfoot.models.signals.random import stream_key, uniform
 
 KINDS = ("lost", "doubled", "reordered", "corrupted", "late")
-"""The faults that befall single frames."""
+"""The faults of single frames."""
 _LOST, _DOUBLED, _REORDERED, _CORRUPTED, _LATE = (KINDS.index(kind) + 1 for kind in KINDS)  # 0: none
 
 
 @dataclass(frozen=True)
 class Faults:
-    """How likely each fault befalls a frame, 0 to 1, at most one each; and when the transport is unplugged.
+    """Probability of each fault of a frame, 0 to 1, at most one fault per frame; and when the transport is unplugged.
 
-    A reordered frame goes out behind the next of its tile, a late one behind `late_frames` more of its tile (at most
-    60, of which a parser can still tell that they are late). `unplugged` are stretches in seconds: from, and for.
+    A reordered frame is sent after the next one of its tile, a late one after `late_frames` more of its tile (at most
+    60, up to which a parser can still recognise it as late). `unplugged` are intervals in seconds: begin, and length.
     """
 
     lost: float = 0.0
@@ -43,7 +43,7 @@ class Faults:
 
 @dataclass
 class FaultCounts:
-    """What befell the frames that were given: a frame is in one of the last five, or else went out as it was."""
+    """Number of frames given, and of those with each fault; all others were sent unchanged."""
 
     frames: int = 0
     lost: int = 0
@@ -54,9 +54,9 @@ class FaultCounts:
 
 
 class FaultInjector:
-    """Encodes samples and lets faults befall their frames; the same for the same seed, however samples are split.
+    """Encodes samples and injects faults; the result depends on the seed, not on how samples are split.
 
-    `sent`, where it is a list, keeps what went out in order: tile, sequence, and 1 where intact or 0 where corrupted.
+    `sent`, if it is a list, records what was sent, in order: tile, sequence, and 1 if intact or 0 if corrupted.
 
     >>> from underfoot.devices.framing.wire_format import samples_of
     >>> injector = FaultInjector(Faults(lost=0.5), seed=3)
@@ -74,7 +74,7 @@ class FaultInjector:
         self._count = 0
 
     def send(self, samples: NDArray[np.void]) -> bytes:
-        """The bytes that go out when these samples, records of `wire_format.SAMPLE`, are sent."""
+        """Return the bytes sent for these samples, records of `wire_format.SAMPLE`."""
         kinds = np.zeros(len(samples), np.int64)
         if self._ends[-1] > 0.0:
             _draw(self._key, self._count, self._ends, kinds)
@@ -85,13 +85,13 @@ class FaultInjector:
         return self._encode(*self._order(samples, kinds))
 
     def end(self) -> bytes:
-        """What is still held back."""
+        """Return the bytes of frames still held back."""
         rest = [sample for waiting in self._held.values() for _, sample in waiting]
         self._held.clear()
         return self._encode(np.array(rest, SAMPLE), np.ones(len(rest), np.bool_))
 
     def _order(self, samples: NDArray[np.void], kinds: NDArray[np.int64]) -> tuple[NDArray[np.void], NDArray[np.bool_]]:
-        """Samples in the order in which they go out, and which of their frames are intact."""
+        """Return the samples in the order in which they are sent, and which of their frames are intact."""
         if not (self._held or np.isin(kinds, (_REORDERED, _LATE)).any()):
             times = np.where(kinds == _LOST, 0, np.where(kinds == _DOUBLED, 2, 1))
             return np.repeat(samples, times), np.repeat(kinds != _CORRUPTED, times)
@@ -131,10 +131,12 @@ class FaultInjector:
         return data.tobytes()
 
     def _corrupt(self, data: bytes) -> bytes:
-        """Change one to three bytes of a frame, anywhere, the delimiter too. In a line of text it shows."""
+        """Change one to three bytes of a frame, anywhere, including the delimiter. In a line of text the change is
+        detectable.
+        """
         corrupted = bytearray(data)
         key = stream_key(int(self._key), "spoil", data)
-        length = len(data) - (1 if self.csv else 0)  # without its end, a line would spoil the next
+        length = len(data) - (1 if self.csv else 0)  # without its newline, a line would damage the next one
         places = {int(uniform(key, 2 * i) * length) for i in range(1 + int(uniform(key, 99) * 3))}
         for i, place in enumerate(sorted(places)):
             corrupted[place] = ord("?") if self.csv else corrupted[place] ^ (1 + int(uniform(key, 2 * i + 1) * 255))
@@ -143,7 +145,7 @@ class FaultInjector:
 
 @kernel
 def _draw(key: np.uint64, first: int, ends: NDArray[np.float64], kinds: NDArray[np.int64]) -> None:
-    """Draw the fault of each frame: 0 for none, else one more than its place in `KINDS`."""
+    """Draw the fault of each frame: 0 for none, otherwise one plus its index in `KINDS`."""
     for i in range(len(kinds)):
         u = uniform(key, first + i)
         for kind in range(len(ends)):

@@ -1,4 +1,4 @@
-"""An emulated variable stiffness plate on a pseudo-terminal: it moves as the real one does, and says the same."""
+"""An emulated variable stiffness plate on a pseudo-terminal, with the real one's timing and replies."""
 
 import os
 import threading
@@ -11,7 +11,7 @@ from underfoot.errors import DeviceError
 class EmulatedPlate:
     """A plate at the serial port `name`, in a thread, until `close`.
 
-    `moves` has every move that was begun: from where, to where, and in how many seconds it was to be.
+    `moves` has every move that was begun: start, end, and duration in seconds.
     """
 
     def __init__(self) -> None:
@@ -33,19 +33,19 @@ class EmulatedPlate:
 
     @property
     def is_moving(self) -> bool:
-        """Whether it is on its way."""
+        """Whether it is moving."""
         return self._is_moving
 
     @property
     def position(self) -> float:
-        """Where the servo is now, 0 to 1."""
+        """Present position of the servo, 0 to 1."""
         if not self._is_moving or self._takes <= 0.0:
             return self._to
         along = min((time.monotonic() - self._began) / self._takes, 1.0)
         return self._from + (self._to - self._from) * along
 
     def close(self) -> None:
-        """Take the plate away."""
+        """Remove the plate."""
         self._ends.set()
         self._thread.join()
         for end in (self._master, self._slave):

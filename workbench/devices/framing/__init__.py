@@ -1,1 +1,1 @@
-"""What the bytes mean: the wire format, and the parser that finds samples in any stream of bytes."""
+"""Framing: the wire format, and the parser that finds samples in a stream of bytes."""

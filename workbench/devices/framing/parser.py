@@ -1,11 +1,11 @@
-"""The one parser of what tiles send: bytes from anywhere, in any pieces, to samples; and a count of what went wrong.
+"""The parser of tiles' data: turns bytes, in pieces of any size, into samples, and counts errors.
 
-It looks for stuffed frames and for lines of text at once, until the first valid one settles which of the two forms the
-stream has; when 4 KiB bring no valid one it looks for both again. So neither a boot message in front nor new firmware
-on the same port confuses it. A zero ends a frame and any line; newlines end lines.
+It searches for stuffed frames and for lines of text at once, until the first valid one settles the form of the stream;
+after 4 KiB without a valid one it searches for both again. So it recovers from boot messages and from new firmware on
+the same port. A zero ends a frame or a line; newlines end lines.
 
-After damage it is in step again with the next frame: a delimiter that was hit costs the frame that it ended, not the
-one behind it, because the last 22 bytes before a zero are tried, whatever stands in front of them.
+After damage it is in step again with the next frame: a damaged delimiter costs the frame that it ended, not the one
+after it, because the last 22 bytes before a zero are tried as a frame, whatever precedes them.
 """
 
 from dataclasses import dataclass
@@ -20,27 +20,27 @@ from underfoot.kernels import kernel
 
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
-"""A frame that comes behind one that is this much newer is too late to be told from an old one."""
+"""A frame that is older than the newest by this many cannot be told from an old one."""
 
 HELD_S = 1.0
-"""A tile belongs to the sender whose frames of it came last, until that has been silent for so long."""
+"""A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
 
 _BINARY, _CSV = FORMS.index("binary"), FORMS.index("csv")
-_PATIENCE_BYTES = 4096  # without a valid frame for this long, the form is open again
-_JUMP_US = 100_000  # a tile whose time and sequence disagree by more than this, and by half, has restarted
+_PATIENCE_BYTES = 4096  # after this many bytes without a valid frame, the form is open again
+_JUMP_US = 100_000  # a tile has restarted if its time and sequence disagree by more than this, and by half
 _HALF_TURN = 1 << 31
 _SEQUENCE, _MICROSECONDS = 1, 2  # columns of a line
 
 
 @dataclass(frozen=True)
 class FrameCounts:
-    """What became of frames.
+    """Counts of frames by outcome.
 
-    `accepted` were handed over. `lost` never came, or not whole, as the sequence tells: those that were corrupted are
-    among them. `corrupted` are pieces between delimiters that were no valid frame (one frame may leave two).
-    `doubled` came again, and `stale` more than 64 frames late: neither is handed over. `reordered` came behind a newer
-    one, and are handed over. `restarts` are tiles whose sequence began anew. `foreign` are of a tile that belongs to
-    another sender, and are not handed over.
+    `accepted` were handed over. `lost` did not arrive whole, by the sequence numbers: they include corrupted ones.
+    `corrupted` are pieces between delimiters that were not valid frames (one frame may leave two). `doubled` arrived
+    again, and `stale` more than 64 frames late: neither is handed over. `reordered` arrived after a newer one, and are
+    handed over. `restarts` are tiles whose sequence began again. `foreign` are of a tile that belongs to another
+    sender, and are not handed over.
     """
 
     accepted: int = 0
@@ -70,9 +70,10 @@ _SCANNER = np.dtype(
     ],
     align=True,
 )
-"""What the scanner is in the middle of. `since_valid` are bytes since the last valid frame; `in_step` says that the
-beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and how many there were. Of a
-line: the column, its digits so far, the numbers, whether it can be no sample any more, and its length."""
+"""State of the scanner. `since_valid` is the number of bytes since the last valid frame; `in_step` is true if the
+beginning of the present piece was read. Of a frame: its last bytes, `held` in a ring, and their number. Of a line:
+the column, its digits so far, the numbers, whether it is already invalid, and its length.
+"""
 _TILE = np.dtype(
     [
         *_COUNTS,
@@ -90,17 +91,18 @@ _TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile: its counts, the sequence number of its `newest` frame and that frame's unwrapped time. Bit i
-of `received` says that the frame i before the newest came; `age` is how many before it can be missing. `suspect` is the
-sequence number of a frame that did not fit, or -1. The tile belongs to `sender`, last heard at `heard_s`; `stranger` is
-the last other one that sent frames of it."""
+"""State of a tile: its counts, the sequence number of its `newest` frame, and that frame's unwrapped time. Bit i of
+`received` is set if the frame i before the newest arrived; `age` is how many frames before it can be missing.
+`suspect` is the sequence number of a frame that did not fit, or -1. The tile belongs to `sender`, last heard at
+`heard_s`; `stranger` is the last other sender of its frames.
+"""
 _ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
-"""Tiles that can be told apart. The table has them once for each kind of frame, forces first."""
+"""Number of tiles. The table has them once for each kind of frame, forces first."""
 
 
 class _State(NamedTuple):
-    """All that a parser keeps between two pieces; arrays of one record but for `tiles`."""
+    """State kept between two pieces; arrays of one record, except `tiles`."""
 
     open_form: int
     scanner: NDArray[np.void]
@@ -111,7 +113,7 @@ class _State(NamedTuple):
 
 
 class Parser:
-    """Samples from a stream of bytes; `form` is "binary", "csv", or "auto" for whichever comes.
+    """Extracts samples from a stream of bytes; `form` is "binary", "csv", or "auto" to detect it.
 
     >>> from underfoot.devices.framing.wire_format import encode
     >>> parser = Parser()
@@ -130,60 +132,61 @@ class Parser:
             sample=np.zeros(1, SAMPLE),
             stuffed=np.zeros(STUFFED_BYTES, np.uint8),
             total=np.zeros(1, _TOTAL),
-            tiles=np.zeros(2 * _TILES, _TILE),  # taken by the system only where a tile is heard of
+            tiles=np.zeros(2 * _TILES, _TILE),  # memory is allocated by the system only for tiles in use
         )
         self._parts = tuple(self._state)
         self._scanner = self._state.scanner[0]
         self._scanner["form"], self._scanner["in_step"] = self._state.open_form, True
         self._out = np.zeros(4096, SAMPLE)
         self.bytes = 0
-        """Bytes that were read."""
+        """Number of bytes read."""
 
     def feed(
         self, data: bytes | bytearray | memoryview, senders: NDArray[np.int64] | None = None, now_s: float = 0.0
     ) -> NDArray[np.void]:
-        """The valid frames that end in these bytes, but for doubled, stale and foreign ones: records of `SAMPLE` (n,).
+        """Return the valid frames that end in these bytes, except doubled, stale and foreign ones: records of `SAMPLE`
+        (n,).
 
-        `senders` (n, 2) says where the bytes of each sender end, and its number; they came at `now_s`. Without it, all
-        are of one sender. Microseconds are unwrapped. The array is the parser's own; the next call writes to it.
+        `senders` (n, 2) has the end of each sender's bytes, and its number; they arrived at `now_s`. Without it, all
+        are from one sender. Microseconds are unwrapped. The array belongs to the parser; the next call overwrites it.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)
-        if len(self._out) < len(given) // 13 + 1:  # the shortest line has 13 characters and an end
+        if len(self._out) < len(given) // 13 + 1:  # the shortest line has 13 characters and a newline
             self._out = np.zeros(2 * len(given) // 13 + 1, SAMPLE)
         ends = _ONE_SENDER if senders is None else senders
         return self._out[: _scan(given, ends, now_s, self._parts, self._out)]
 
     def resync(self) -> None:
-        """Forget the piece of a frame that is being read, and pass over the next up to its end.
+        """Discard the partial frame, and skip everything up to the end of the next.
 
-        For a connection that broke, or was joined in the middle. What is known of tiles stays.
+        For a connection that was interrupted, or joined in the middle. The state of tiles is kept.
         """
         for name in ("in_step", "held_count", "column", "digits", "is_bad", "line_length"):
             self._scanner[name] = 0
 
     @property
     def form(self) -> str:
-        """What the stream is made of: "binary" or "csv"; "auto" while that is open."""
+        """Form of the stream: "binary" or "csv"; "auto" until it is known."""
         return FORMS[self._scanner["form"]]
 
     @property
     def counts(self) -> FrameCounts:
-        """What became of all frames so far."""
+        """Counts of all frames so far."""
         return FrameCounts(*self._state.total[0].tolist())
 
     def period_us(self, tile: int) -> int:
-        """Microseconds between a tile's samples, by its own clock; 0 where that is not known yet."""
+        """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
         known = self._state.tiles[tile]
         return int(known["period_us"]) if known["accepted"] >= WINDOW else 0
 
     def counts_of(self, tile: int) -> FrameCounts:
-        """What became of one tile's frames; corrupted ones belong to no tile."""
+        """Return the counts of one tile's frames; corrupted ones belong to no tile."""
         known = self._state.tiles[tile]
         return FrameCounts(*(int(known[name]) for name, _ in _COUNTS))
 
     def senders_of(self, tile: int) -> tuple[int, int]:
-        """The number of the sender that a tile belongs to, and of the last other one that sent frames of it."""
+        """Return the number of the sender that a tile belongs to, and of the last other sender of its frames."""
         known = self._state.tiles[tile]
         return int(known["sender"]), int(known["stranger"])
 
@@ -192,9 +195,9 @@ class Parser:
 def _scan(
     data: NDArray[np.uint8], senders: NDArray[np.int64], now_s: float, parts: tuple[Any, ...], out: NDArray[np.void]
 ) -> int:
-    """Read bytes; returns how many samples were written to `out`.
+    """Read bytes; return the number of samples written to `out`.
 
-    `parts` are those of a `_State`: Numba allocates where it is given a named tuple.
+    `parts` are those of a `_State`: Numba allocates when it is given a named tuple.
     """
     state = _State(*parts)
     scanner, sample, total = state.scanner[0], state.sample[0], state.total[0]
@@ -227,7 +230,7 @@ def _scan(
 
 @kernel
 def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record, total: np.record) -> bool:
-    """Read a delimiter; returns whether the bytes in front of it are a valid frame, which is then in `sample`."""
+    """Read a delimiter; return whether the bytes before it are a valid frame, which is then in `sample`."""
     length = scanner.held_count
     scanner.held_count = 0
     if length == 0:
@@ -237,7 +240,7 @@ def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record
         for i in range(STUFFED_BYTES):
             stuffed[i] = scanner.held[(length + i) % STUFFED_BYTES]
         is_valid = unpack(stuffed, sample)
-    # What is read first may be the end of a frame whose beginning was never read.
+    # The first bytes read may be the end of a frame whose beginning was missed.
     if scanner.form == _BINARY and scanner.in_step and (not is_valid or length > STUFFED_BYTES):
         total.corrupted += 1
     scanner.in_step = True
@@ -248,7 +251,7 @@ def _end_frame(scanner: np.record, stuffed: NDArray[np.uint8], sample: np.record
 
 @kernel
 def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.record) -> bool:
-    """Read a character of a line; returns whether it ends a valid line, whose numbers are then in `sample`."""
+    """Read a character of a line; return whether it ends a valid line, whose numbers are then in `sample`."""
     if byte == 10 or byte == 0:
         return _end_line(scanner, sample, total)
     if byte == 13 or byte == 32:
@@ -260,7 +263,7 @@ def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.recor
     if 48 <= byte <= 57:
         scanner.values[column] = (scanner.values[column] * 10 if scanner.digits > 0 else 0) + byte - 48
         scanner.digits += 1
-        # A beginner's counter may be longer than sixteen bits.
+        # The counter of simple firmware may exceed sixteen bits.
         most = MAX_VALUES[_MICROSECONDS] if column == _SEQUENCE else MAX_VALUES[column]
         scanner.is_bad = scanner.values[column] > most
     elif byte == 44 and scanner.digits > 0 and column < 6:
@@ -273,7 +276,7 @@ def _read_text(byte: int, scanner: np.record, sample: np.record, total: np.recor
 
 @kernel
 def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
-    # Of a line that was joined in the middle, the first number may lack digits.
+    # In a line that was joined in the middle, the first number may lack digits.
     is_valid = scanner.column == 6 and scanner.digits > 0 and not scanner.is_bad and scanner.in_step
     if scanner.form == _CSV and scanner.in_step and not is_valid and scanner.line_length > 0:
         total.corrupted += 1
@@ -293,7 +296,7 @@ def _end_line(scanner: np.record, sample: np.record, total: np.record) -> bool:
 
 @kernel
 def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
-    """Complete a valid frame and count what its place in the sequence says; returns whether it is handed over."""
+    """Complete a valid frame, count it by its sequence number, and return whether it is handed over."""
     if not tile.is_known:
         tile.is_known = True
         return _begin(sample, tile, total)
@@ -301,9 +304,9 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
     passed_us = ((sample.microseconds - tile.time_us + _HALF_TURN) & 0xFFFF_FFFF) - _HALF_TURN
     expected_us = ahead * tile.period_us
     jumped = tile.period_us > 0 and abs(passed_us - expected_us) > max(_JUMP_US, abs(expected_us) // 2)
-    jumped |= ahead > 0 and passed_us <= -max(tile.period_us, 1)  # a later sample of an earlier time
+    jumped |= ahead > 0 and passed_us <= -max(tile.period_us, 1)  # a later sample with an earlier time
     if jumped or ahead <= -WINDOW:
-        # A tile that restarted goes on from there; a frame that was held up somewhere stays alone.
+        # A restarted tile continues from there; a frame that was held up stays alone.
         follows = 0 < ((sample.sequence - tile.suspect) & 0xFFFF) < WINDOW
         if tile.suspect >= 0 and follows:
             tile.epoch += 1
@@ -328,7 +331,7 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
 
 @kernel
 def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> bool:
-    """Whether a frame of a tile is of the sender that it belongs to, or of the first that is heard again."""
+    """Return whether a tile's frame is from the sender that it belongs to, or from the first one after a silence."""
     if tile.is_known and tile.sender != sender and now_s - tile.heard_s < HELD_S:
         tile.stranger = sender
         tile.foreign += 1
@@ -340,7 +343,7 @@ def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> boo
 
 @kernel
 def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
-    """Take the first frame of a tile, or of its new epoch."""
+    """Accept the first frame of a tile, or of its new epoch."""
     tile.newest, tile.time_us = sample.sequence, sample.microseconds
     tile.period_us = tile.age = 0
     tile.suspect = -1
@@ -353,7 +356,7 @@ def _begin(sample: np.record, tile: np.record, total: np.record) -> bool:
 
 @kernel
 def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, passed_us: int) -> None:
-    """Take a frame that is `ahead` of the newest; those between are lost, until they come."""
+    """Accept a frame that is `ahead` of the newest; those in between count as lost until they arrive."""
     tile.lost += ahead - 1
     total.lost += ahead - 1
     tile.received = (tile.received << np.uint64(ahead)) | np.uint64(1) if ahead < WINDOW else np.uint64(1)
@@ -366,7 +369,7 @@ def _advance(sample: np.record, tile: np.record, total: np.record, ahead: int, p
 
 @kernel
 def _fill(tile: np.record, total: np.record, behind: int) -> bool:
-    """Take a frame that is `behind` the newest; False where it came before."""
+    """Accept a frame that is `behind` the newest; return False if it arrived before."""
     mark = np.uint64(1) << np.uint64(behind)
     if tile.received & mark:
         tile.doubled += 1
@@ -375,7 +378,7 @@ def _fill(tile: np.record, total: np.record, behind: int) -> bool:
     tile.received |= mark
     tile.reordered += 1
     total.reordered += 1
-    # Only what lies behind the very first frame was counted as lost.
+    # Only frames after the very first one were counted as lost.
     earlier = behind - tile.age
     lost = earlier - 1 if earlier > 0 else -1
     tile.lost += lost

@@ -1,11 +1,11 @@
-"""The wire format of a tile (docs/contracts.md#wire-format): a sample on a serial port, in a datagram or over TCP.
+"""The wire format of a tile (docs/contracts.md#wire-format), for serial ports, datagrams and TCP.
 
 A frame holds 21 bytes, little-endian: kind (u8), tile (u16), sequence (u16, counted per tile and kind), device time in
-microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the 17 bytes before it. Kind 1 has
-what four force sensors read. Kind 2 has four samples of an accelerometer, 32768 at rest: the last was taken at the
-frame's time, the others evenly spaced since the frame before. Consistent
-overhead byte stuffing (Cheshire and Baker 1999) makes 22 bytes of it, none of them zero, and a zero ends it. The
-alternative for a first afternoon is a line of text, `tile,sequence,microseconds,r1,r2,r3,r4`, which has no checksum.
+microseconds (u32), four readings (u16), and the CRC-32 of zlib and Ethernet over the preceding 17 bytes. Kind 1 holds
+the readings of the four force sensors. Kind 2 holds four samples of an accelerometer, 32768 at rest: the last was
+taken at the frame's time, the others evenly spaced since the previous frame. Consistent overhead byte stuffing
+(Cheshire and Baker 1999) turns this into 22 bytes, none of them zero, followed by a zero. For first experiments there
+is a line of text, `tile,sequence,microseconds,r1,r2,r3,r4`, without checksum.
 
 In arrays a frame is a record of `SAMPLE`.
 """
@@ -21,7 +21,7 @@ from underfoot.kernels import kernel
 FORCES, ACCELERATION = 1, 2
 """The kinds of frames."""
 REST = 1 << 15
-"""What an accelerometer at rest reads; full scale lies so far from it, both ways."""
+"""Reading of an accelerometer at rest; full scale is this far from it in both directions."""
 SAMPLE = np.dtype(
     [
         ("tile", np.int64),
@@ -33,22 +33,22 @@ SAMPLE = np.dtype(
     ],
     align=True,
 )
-"""One frame of one tile. `epoch` counts the restarts of the tile's sequence; it is not sent, the parser sets it."""
+"""One frame of one tile. `epoch` counts the restarts of the tile's sequence; it is set by the parser, not sent."""
 COLUMNS = ("tile", "sequence", "microseconds", "r1", "r2", "r3", "r4")
 """The columns of a line of text."""
 MAX_VALUES = np.array([0xFFFF, 0xFFFF, 0xFFFF_FFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF], np.int64)
-"""The largest number that each column can carry."""
+"""Largest value of each column."""
 CHECKED_BYTES = 17
-"""Bytes that the checksum covers."""
+"""Bytes covered by the checksum."""
 STUFFED_BYTES = CHECKED_BYTES + 4 + 1
-"""Bytes of a stuffed frame; a zero follows."""
+"""Bytes of a stuffed frame, without the final zero."""
 FRAME_BYTES = STUFFED_BYTES + 1
 
 _CRC = np.array([zlib.crc32(bytes([i])) ^ zlib.crc32(b"\0") for i in range(256)], np.int64)
 
 
 def encode(rows: ArrayLike) -> bytes:
-    """Frames as a tile sends them: integers (n, 7) or one row, as `COLUMNS`. `BadValue` for what does not fit.
+    """Encode integers (n, 7), or one row, of `COLUMNS` as frames; raise `BadValue` for values out of range.
 
     >>> encode([3, 7, 1_000_000, 0, 1, 2, 65535]).hex(" ")
     '03 01 03 02 07 04 40 42 0f 01 01 02 01 02 02 07 ff ff 4e 61 73 92 00'
@@ -60,7 +60,7 @@ def encode(rows: ArrayLike) -> bytes:
 
 
 def csv_lines(rows: ArrayLike) -> bytes:
-    """The same samples as lines of text.
+    """Encode the same samples as lines of text.
 
     >>> csv_lines([3, 7, 1_000_000, 0, 1, 2, 65535])
     b'3,7,1000000,0,1,2,65535\\n'
@@ -69,7 +69,8 @@ def csv_lines(rows: ArrayLike) -> bytes:
 
 
 def samples_of(rows: ArrayLike) -> NDArray[np.void]:
-    """Records of `SAMPLE` (n,) from integers (n, 7) or one row, as `COLUMNS`. `BadValue` for what does not fit.
+    """Convert integers (n, 7), or one row, of `COLUMNS` to records of `SAMPLE` (n,); `BadValue` for values out of
+    range.
 
     >>> samples_of([3, 7, 1_000_000, 0, 1, 2, 65535])["readings"]
     array([[    0,     1,     2, 65535]])
@@ -83,7 +84,7 @@ def samples_of(rows: ArrayLike) -> NDArray[np.void]:
 
 
 def rows_of(samples: NDArray[np.void]) -> NDArray[np.int64]:
-    """Integers (n, 7) of records: what `samples_of` takes.
+    """Convert records to integers (n, 7): the inverse of `samples_of`.
 
     >>> rows_of(samples_of([3, 7, 1_000_000, 0, 1, 2, 65535])).tolist()
     [[3, 7, 1000000, 0, 1, 2, 65535]]
@@ -117,7 +118,7 @@ def pack(samples: NDArray[np.void], out: NDArray[np.uint8]) -> None:
         for sensor in range(4):
             _put(raw, 9 + 2 * sensor, sample.readings[sensor], 2)
         _put(raw, CHECKED_BYTES, _checksum(raw), 4)
-        # Every zero gives way to the distance to the next; the first of these distances stands in front.
+        # Each zero is replaced by the distance to the next; the first distance is put in front.
         code = begin
         for j in range(begin + 1, begin + STUFFED_BYTES):
             if out[j] == 0:
@@ -129,9 +130,9 @@ def pack(samples: NDArray[np.void], out: NDArray[np.uint8]) -> None:
 
 @kernel
 def unpack(stuffed: NDArray[np.uint8], sample: np.record) -> bool:
-    """Decode 22 bytes, which are overwritten, into a record of `SAMPLE`; False where they are no valid frame.
+    """Decode 22 bytes, which are overwritten, into a record of `SAMPLE`; return False if they are not a valid frame.
 
-    `epoch` is left as it is.
+    `epoch` is left unchanged.
     """
     code = np.int64(0)
     while code < STUFFED_BYTES:

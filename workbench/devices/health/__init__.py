@@ -1,1 +1,1 @@
-"""What the readings say about the sensors themselves."""
+"""Detection of sensor faults from readings."""

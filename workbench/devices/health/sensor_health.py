@@ -1,14 +1,14 @@
-"""Sensors that are dead, saturated or loose, told from what they read while people walk; swapped ones in
-`sensor_order`.
+"""Detection of dead, saturated or loose sensors while people walk; swapped ones are found by `sensor_order`.
 
-Four sensors that carry a rigid plate say one thing more than force and place: the two diagonals carry alike, or as the
-product of what lies along and across where a plate bends. So each sensor can be expected from the other three.
+Four sensors under a plate are redundant for force and centroid: on a rigid plate both diagonals carry the same load,
+on a flexible one they differ by the product of the load's positions along and across. So each sensor can be predicted
+from the other three.
 
 - *Dead*: it stays at rest while the other three carry a load of which it should have a part.
 - *Saturated*: it stays at one reading, at the top of the range or below it, while the load on its tile changes.
-- *Loose*: again and again it falls to rest from one sample to the next while the others go on, and comes back.
+- *Loose*: it repeatedly falls to rest from one sample to the next while the others do not, and recovers.
 
-A sensor is named when nothing else explains what was seen; a walk that shows too little names none.
+A sensor is reported only when nothing else explains the readings; a walk with too little evidence reports none.
 """
 
 from collections import deque
@@ -22,11 +22,13 @@ from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
-"""For how long a sensor must have been seen dead, which is to carry less than the one; the other is a sign of life."""
+"""Time for which a sensor must carry less than `DEAD_N` to be dead; `ALIVE_N` is a sign of life."""
 FLAT_S, FLAT_SAMPLES, FLAT_SHARE = 0.020, 8, 0.15
-"""One reading for this long, in this many samples, while the others' load changes by this share, is no chance."""
+"""A constant reading for this time and number of samples is a fault if the others' load changes by this share
+meanwhile.
+"""
 FALL_N, FALLS, WITHIN_S, BACK_S = 40.0, 3, 60.0, 0.3
-"""A loose sensor loses at least this much at once, and is back within `BACK_S`; so often within `WITHIN_S`."""
+"""A loose sensor loses at least `FALL_N` at once and recovers within `BACK_S`, `FALLS` times within `WITHIN_S`."""
 
 _DEAD, _SATURATED, _LOOSE = 1, 2, 4
 _REST_SHARE = 0.002
@@ -47,14 +49,15 @@ _SENSOR = np.dtype(
     ],
     align=True,
 )
-"""What is known of a sensor: its force at rest, its newest force and reading; for how long it has given one reading, in
-how many samples, and what the others carried as that began; how long it was seen dead; when it fell to rest last (-inf:
-it is back), from which load, how often, and when first."""
+"""State of a sensor: its force at rest, its newest force and reading; the time and samples of a constant reading, and
+the others' load when it began; the time for which it looked dead; its last fall to rest (-inf: it has recovered),
+from which load, how often, and when first.
+"""
 _TILE = np.dtype([("is_known", np.bool_), ("time_s", np.float64)], align=True)
 
 
 class _Samples(NamedTuple):
-    """Samples of tiles, in the order in which they came."""
+    """Samples of tiles, in order of arrival."""
 
     tiles: NDArray[np.int64]  # (n,)
     time_s: NDArray[np.float64]  # (n,)
@@ -64,17 +67,17 @@ class _Samples(NamedTuple):
 
 
 class _State(NamedTuple):
-    """What is known of a floor's sensors."""
+    """State of a floor's sensors."""
 
     period_s: float
     sensors: NDArray[np.void]  # (tiles, 4)
     tiles: NDArray[np.void]  # (tiles,)
-    balance: NDArray[np.float64]  # (tiles, 4): the combination of forces that is 0 on a rigid plate
-    found: NDArray[np.int64]  # (tiles, 4): faults, as bits
+    balance: NDArray[np.float64]  # (tiles, 4): the linear combination of forces that is 0 on a rigid plate
+    found: NDArray[np.int64]  # (tiles, 4): faults as bits
 
 
 class SensorHealth:
-    """Watches the sensors of `floor`, each tile of which sends about `rate_hz` samples a second.
+    """Monitors the sensors of `floor`, whose tiles send about `rate_hz` samples per second.
 
     >>> from underfoot.floor.layout import default_floor
     >>> health = SensorHealth(default_floor(1, 1), 1000.0)
@@ -108,7 +111,9 @@ class SensorHealth:
         readings: NDArray[np.int64],
         force_n: NDArray[np.float64],
     ) -> None:
-        """The next samples: the tile's row (n,), its own time (n,), readings (n, 4) and what they are in newtons."""
+        """Process the next samples: tile rows (n,), the tiles' own times (n,), readings (n, 4) and their forces in
+        newtons.
+        """
         load_n = np.empty((len(tiles), 4))
         samples = _Samples(np.ascontiguousarray(tiles), time_s, np.ascontiguousarray(readings), force_n, load_n)
         at = 0
@@ -119,18 +124,18 @@ class SensorHealth:
             self._name(int(tiles[at - 1]), load_n[at - 1])
         self._order.feed(samples.tiles, time_s, load_n)
         for row, line in self._order.take_found():
-            if not self._state.found[row].any():  # a sensor that is dead looks like much else
+            if not self._state.found[row].any():  # a dead sensor resembles other faults
                 self._notices.append(f"tile {self.floor.tiles[row].id}: {line}")
 
     def take_notices(self) -> list[str]:
-        """What was found since the last call, one line a sensor."""
+        """Return the faults found since the last call, one line per sensor."""
         notices = []
         while self._notices:
             notices.append(self._notices.popleft())
         return notices
 
     def _name(self, row: int, load_n: NDArray[np.float64]) -> None:
-        """Say what was found with the newest sample of a tile."""
+        """Report what was found with the newest sample of a tile."""
         found = self._state.found[row]
         for sensor in range(4):
             known = self._state.sensors[row, sensor]
@@ -147,7 +152,7 @@ class SensorHealth:
 
 
 def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
-    """The combination of four forces on a plane plate that is always 0: (1, -1, 1, -1) round a rectangle."""
+    """Return the combination of four forces that is 0 on a rigid plate: (1, -1, 1, -1) around a rectangle."""
     places = np.array([[1.0, x, y] for x, y in sensors_m]).T
     null = np.linalg.svd(places)[2][-1]
     return null / np.abs(null).max()
@@ -155,7 +160,7 @@ def _balance(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 
 @kernel
 def _watch(samples: _Samples, first: int, state: _State) -> int:
-    """Follow samples from number `first` on, up to one that shows something new; returns how many were followed."""
+    """Process samples from number `first` on, up to one with a new finding; return how many were processed."""
     at = first
     while at < len(samples.tiles):
         k = samples.tiles[at]
@@ -187,7 +192,9 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
 def _weigh(
     tile: np.record, sensors: NDArray[np.void], force_n: NDArray[np.float64], load_n: NDArray[np.float64]
 ) -> float:
-    """What a tile's sensors carry above their rest, and the sum; off contact, the rest follows what they read."""
+    """Compute the load of a tile's sensors above rest, and return the sum; while unloaded, the rest follows the
+    readings.
+    """
     total_n = 0.0
     for j in range(4):
         if not tile.is_known:
@@ -195,7 +202,7 @@ def _weigh(
         load_n[j] = force_n[j] - sensors[j].rest_n
         total_n += load_n[j]
     if total_n < CONTACT_N:
-        share = _REST_SHARE if total_n > -CONTACT_N else 1.0  # it was loaded when its rest was taken
+        share = _REST_SHARE if total_n > -CONTACT_N else 1.0  # the tile was loaded when its rest was measured
         for j in range(4):
             sensors[j].rest_n += share * load_n[j]
     return total_n
@@ -210,7 +217,7 @@ def _find_dead(
     step_s: float,
     found: NDArray[np.int64],
 ) -> None:
-    """Count the time in which a sensor carries nothing of a load of which the other three say it has a part."""
+    """Accumulate the time for which a sensor carries nothing of a load of which it should have a part."""
     for j in range(4):
         plane, product, across = 0.0, 1.0, 1.0
         for i in range(4):
@@ -232,7 +239,7 @@ def _find_dead(
 
 @kernel
 def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float) -> bool:
-    """Whether a sensor has given one reading for long while the others' load changed."""
+    """Whether a sensor's reading has been constant for long while the others' load changed."""
     if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
         sensor.flat_samples = 0
         sensor.flat_s = 0.0
@@ -246,7 +253,7 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
 
 @kernel
 def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: float, j: int) -> bool:
-    """Whether sensor j has fallen to rest and come back, alone, often enough."""
+    """Whether sensor j alone has fallen to rest and recovered often enough."""
     own = sensors[j]
     moved_n, others_n = force_n[j] - own.force_n, 0.0
     for i in range(4):

@@ -1,13 +1,13 @@
-"""Sensors whose wires are swapped, told from the footsteps on a tile.
+"""Detection of sensors with swapped wires, from the footsteps on a tile.
 
-Of a tile's load, let u be the share that lies along x, v that along y (each -1 to 1), and d what one diagonal carries
-more than the other. A load at one point of a plate gives d = 0 where the plate is stiff, d = u v where it bends: every
-tile lies between the two. Where two sensors beside each other are swapped, u or v trades places with d, which then lies
-far from there, while the trade undone fits. That leaves two pairs, which mirror each other. Where two sensors across
-from each other are swapped, all fits, mirrored at a diagonal.
+Of a tile's load, let u be the imbalance along x, v that along y (each -1 to 1), and d that between the diagonals. A
+load at one point gives d = 0 on a rigid plate and d = u v on a flexible one: every tile is between the two. If two
+adjacent sensors are swapped, u or v is exchanged with d, which is then far from that range; undoing the exchange fits.
+That leaves two pairs, which are mirror images. If two opposite sensors are swapped, everything fits, mirrored at a
+diagonal.
 
-What is mirrored is told by the direction in which feet roll: from the tile before towards the tile behind. So it takes
-walks over three tiles; on a tile of its own two pairs are named, and a swap across is not found.
+The direction in which feet roll resolves the mirror images: from the previous tile towards the next one. This needs
+walks over three tiles; on a single tile two pairs are reported, and an opposite swap is not found.
 """
 
 from collections import deque
@@ -22,17 +22,19 @@ from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
 
 CONTACT_N, LOADED_N = 20.0, 100.0
-"""A contact lasts while a tile carries the one; its shares are taken above the other."""
+"""Least load of a contact, and least load at which its shares are evaluated."""
 CONTACTS, MISFIT, BETTER = 4, 0.15, 3.0
-"""From so many contacts on; the diagonals must be so far off, and the swap undone so many times better."""
+"""Least number of contacts; least misfit of the diagonals; least factor by which undoing the swap improves the fit."""
 WALKS, RIGHT, WRONG = 6, 0.75, 0.4
-"""From so many steps between two other tiles on; the mean cosine between roll and direction if right, and if not."""
+"""Least number of steps between two other tiles; mean cosine between roll and walking direction above which it is
+right, and below which wrong.
+"""
 APART_S = 1.5
-"""Steps further apart are of different walks."""
+"""Steps further apart in seconds belong to different walks."""
 
 _PAIRS = ((0, 1), (2, 3), (1, 2), (0, 3), (0, 2), (1, 3))
 _AS_IS, _TRADED_X, _TRADED_Y = 0, 1, 2
-_CONTACTS = 64  # that can end in one piece of a stream, before they are looked at
+_CONTACTS = 64  # most contacts that can end in one piece of a stream
 
 _SUMS = np.dtype(
     [
@@ -52,11 +54,12 @@ _SUMS = np.dtype(
     align=True,
 )
 """Sums of a tile. Over the present contact, of the time above the load: time (w), time times time since it began (wt),
-its square (wtt), and so of each sensor's share. Over all contacts: how many there were, the time, and misfits of the
-diagonals with their squares, as it is, with x traded, and with y traded."""
+its square (wtt), and the same of each sensor's share. Over all contacts: their number, the time, and the misfits of
+the diagonals with their squares: as is, with x exchanged, and with y exchanged.
+"""
 
 _CONTACT = np.dtype([("tile", np.int64), ("began_s", np.float64), ("trend", np.float64, (4,))], align=True)
-"""A contact that is over; `trend` is how each sensor's share of the load changes in a second."""
+"""A completed contact; `trend` is the rate of change of each sensor's share of the load, per second."""
 
 
 @dataclass(frozen=True)
@@ -67,15 +70,15 @@ class _Contact:
 
 
 class _State(NamedTuple):
-    """What is known of a floor's tiles."""
+    """State of a floor's tiles."""
 
     sums: NDArray[np.void]  # (tiles,)
-    corners: NDArray[np.float64]  # (tiles, 2, 4): on which side of the middle each sensor is, along x and y
-    ended: NDArray[np.void]  # contacts that ended in the stretch that was followed last
+    corners: NDArray[np.float64]  # (tiles, 2, 4): side of the centre on which each sensor is, along x and y
+    ended: NDArray[np.void]  # contacts that ended in the last stretch
 
 
 class SensorOrder:
-    """Watches whether the sensors of `floor` are where its layout says."""
+    """Monitors whether the sensors of `floor` are where its layout says."""
 
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
@@ -92,7 +95,7 @@ class SensorOrder:
         self._found = np.zeros(count, np.bool_)
 
     def feed(self, tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64]) -> None:
-        """The next samples: the tile's row (n,), its own time (n,), and what its sensors carry (n, 4)."""
+        """Process the next samples: tile rows (n,), the tiles' own times (n,), and the sensors' loads (n, 4)."""
         at = 0
         while True:
             at, ended = _follow(tiles, time_s, load_n, at, self._state)
@@ -102,7 +105,7 @@ class SensorOrder:
                 break
 
     def take_found(self) -> Iterator[tuple[int, str]]:
-        """Tiles whose sensors are swapped, and which: each once."""
+        """Yield tiles with swapped sensors, and which ones; each tile once."""
         for row in np.flatnonzero(~self._found & (self._state.sums["contacts"] >= CONTACTS)):
             pairs = self._swapped(int(row))
             if pairs:
@@ -115,7 +118,7 @@ class SensorOrder:
         return bool(self._found[row])
 
     def _take(self, contact: _Contact) -> None:
-        """Take a contact that is over; the one before it lies between two others by now."""
+        """Process a completed contact; the previous one is now between two others."""
         if self._steps and contact.row == self._steps[-1].row:
             self._steps.clear()
         self._steps.append(contact)
@@ -138,11 +141,11 @@ class SensorOrder:
         self._walks[middle.row] += 1
 
     def _swapped(self, row: int) -> list[tuple[int, int]]:
-        """The pairs of which one must be swapped; none where all is well, or where that cannot be told."""
+        """Return the pairs one of which must be swapped; empty if all is well, or if it cannot be decided."""
         corners, sums = self._state.corners[row], self._state.sums[row]
         if not corners.any():
             return []
-        # Sensors of unlike gain are off by much the same all the time; where two are swapped, misfits vary.
+        # The misfit of sensors with unequal gains is nearly constant; that of swapped ones varies.
         mean, square = sums["misfit"] / sums["time_s"], sums["misfit_squared"] / sums["time_s"]
         as_is, traded_x, traded_y = np.sqrt(np.maximum(square - mean * mean, 0.0))
         walked = self._walks[row] >= WALKS
@@ -164,14 +167,16 @@ class SensorOrder:
 
 
 def _corners(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
-    """On which side of the middle each sensor is, along x and y: (2, 4); zeros where they are not in corners."""
+    """Return the side of the centre on which each sensor is, along x and y: (2, 4); zeros if they are not in
+    corners.
+    """
     places = np.array(sensors_m).T
     sides = np.sign(places - places.mean(axis=1, keepdims=True))
     return sides if len({*map(tuple, sides.T)} - {(0.0, 0.0)}) == 4 and sides.all() else np.zeros((2, 4))
 
 
 def _axes_apart(corners: NDArray[np.float64], pair: tuple[int, int]) -> str:
-    """Along which axes two sensors lie apart: "x", "y" or "xy"."""
+    """Return the axes along which two sensors are apart: "x", "y" or "xy"."""
     apart = corners[:, pair[0]] != corners[:, pair[1]]
     return ("x" if apart[0] else "") + ("y" if apart[1] else "")
 
@@ -180,7 +185,7 @@ def _axes_apart(corners: NDArray[np.float64], pair: tuple[int, int]) -> str:
 def _follow(
     tiles: NDArray[np.int64], time_s: NDArray[np.float64], load_n: NDArray[np.float64], first: int, state: _State
 ) -> tuple[int, int]:
-    """Follow samples from number `first` on; returns how many were followed in all, and how many contacts ended."""
+    """Process samples from number `first` on; return how many were processed in all, and how many contacts ended."""
     at, count = first, 0
     while at < len(tiles) and count < len(state.ended):
         k, now_s = tiles[at], time_s[at]
@@ -228,7 +233,7 @@ def _add(
     time_s: float,
     step_s: float,
 ) -> None:
-    """Add a sample of a contact, `time_s` after it began, to the sums."""
+    """Add a sample of a contact, `time_s` after its beginning, to the sums."""
     u, v, d = 0.0, 0.0, 0.0
     sums.w += step_s
     sums.wt += step_s * time_s
@@ -254,5 +259,5 @@ def _add_misfit(sums: np.record, kind: int, misfit: float, step_s: float) -> Non
 
 @kernel
 def _beyond(value: float, end: float) -> float:
-    """How far a value is from the range between 0 and `end`."""
+    """Return the distance of a value from the range between 0 and `end`."""
     return value - min(max(value, min(end, 0.0)), max(end, 0.0))

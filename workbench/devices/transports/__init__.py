@@ -1,4 +1,4 @@
-"""How tiles are reached. Each transport is one file; `TRANSPORTS` finds them all."""
+"""The transports to tiles, one file each; `TRANSPORTS` finds them all."""
 
 import importlib
 import inspect
@@ -13,7 +13,7 @@ from underfoot.plugins import declared, refuse
 
 
 def discover() -> dict[str, type[Transport]]:
-    """Every transport that the modules of this folder and plug-ins declare, by its scheme.
+    """Return every transport that the modules of this folder and plug-ins declare, by its scheme.
 
     >>> "udp" in discover()
     True
@@ -51,7 +51,7 @@ TRANSPORTS: Mapping[str, type[Transport]] = discover()
 
 
 def target_forms(described: bool = False) -> str:
-    """How a target of each transport is written, `described` with what it is.
+    """Return the text form of each transport's targets; if `described`, with descriptions.
 
     >>> "udp:HOST:PORT" in target_forms().split(", ")
     True
@@ -61,7 +61,7 @@ def target_forms(described: bool = False) -> str:
 
 
 def split_target(text: str) -> tuple[str, str] | None:
-    """Scheme and address of a target, as commands name it; None for a target that is reached by no transport.
+    """Split a target into scheme and address; None for a target that uses no transport.
 
     >>> split_target("udp:127.0.0.1:9000"), split_target("walk.csv")
     (('udp', '127.0.0.1:9000'), None)
@@ -71,7 +71,7 @@ def split_target(text: str) -> tuple[str, str] | None:
 
 
 def transport_of(scheme: str, address: str) -> Transport:
-    """The transport of a scheme and an address, not open yet; `BadValue` where there is none."""
+    """Create the transport of a scheme and an address, not open yet; raise `BadValue` if there is none."""
     if scheme not in TRANSPORTS:
         raise BadValue(f"transport is {scheme!r}; allowed: {', '.join(TRANSPORTS)}")
     return TRANSPORTS[scheme].of(address)

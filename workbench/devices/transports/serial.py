@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from serial import Serial
 
 BAUD = 1_000_000
-"""Exact on the usual microcontrollers, and four times what a tile at 1 kHz needs; boards with USB of their own do not
-care."""
+"""Default baud rate: exact on common microcontrollers, and four times what a tile at 1 kHz needs; ignored by native
+USB.
+"""
 _PATIENCE_S = 0.05
 
 
 class PtySender(Sender):
-    """A pseudo-terminal under a name that stays, as a real port's does when it is plugged in again."""
+    """A pseudo-terminal with a fixed name, as a real port keeps when it is plugged in again."""
 
     option, option_value = "pty", ""
     help = "Use a pseudo-terminal, and print its name."
@@ -43,11 +44,11 @@ class PtySender(Sender):
 
     @classmethod
     def of(cls, value: str) -> Self:
-        """A new pseudo-terminal; there is nothing to choose."""
+        """Create a pseudo-terminal; the value is empty."""
         return cls()
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
-        """Wait a moment for a reader that is behind; where none reads, the data is lost, as on a wire."""
+        """Send, waiting briefly for a slow reader; without a reader the data is lost, as on a wire."""
         if self._ends is None:
             return False
         rest = memoryview(data)
@@ -64,7 +65,7 @@ class PtySender(Sender):
         return True
 
     def unplug(self) -> None:
-        """Take the port away, name and all."""
+        """Remove the port and its name."""
         if self._ends is not None:
             Path(self.name).unlink()
             for end in self._ends:
@@ -83,13 +84,13 @@ class PtySender(Sender):
         os.symlink(os.ttyname(self._ends[1]), self.name)
 
     def close(self) -> None:
-        """Take the port away for good."""
+        """Remove the port for good."""
         self.unplug()
         self._folder.cleanup()
 
 
 class SerialTransport(Transport):
-    """The port at `path`, opened by nobody else.
+    """The port at `path`, opened exclusively.
 
     >>> SerialTransport.of("/dev/ttyUSB0@115200").baud
     115200
@@ -107,7 +108,7 @@ class SerialTransport(Transport):
     def __init__(self, path: str, baud: int = BAUD) -> None:
         require(bool(path), "port", path, "a port's name, as /dev/ttyACM0 or COM3")
         require(50 <= baud <= 20_000_000, "baud", baud, "50 to 20000000")
-        import serial  # here, for commands that need no port; and not in `open`, where a session is running already
+        import serial  # here: not all commands need a port; and not in `open`, when a session is already running
 
         self._pyserial = serial
         self.path, self.baud = path, baud
@@ -116,7 +117,7 @@ class SerialTransport(Transport):
 
     @classmethod
     def of(cls, address: str) -> Self:
-        """The port of `PORT` or `PORT@BAUD`."""
+        """Parse `PORT` or `PORT@BAUD`."""
         path, at, baud = address.rpartition("@")
         if not at:
             return cls(address)
@@ -132,10 +133,10 @@ class SerialTransport(Transport):
         return [port.device for port in comports()]
 
     def open(self) -> None:
-        """Open it and drop what lies in its buffer, which is of before; `DeviceError` where it is not there."""
+        """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
         try:
             self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
-            if sys.platform == "linux":  # elsewhere pyserial cannot ask for it
+            if sys.platform == "linux":  # pyserial supports it only there
                 with suppress(ValueError):  # chips without that timer refuse
                     self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
             self._serial.reset_input_buffer()
@@ -144,18 +145,18 @@ class SerialTransport(Transport):
             raise DeviceError(f"{self.name} cannot be opened: {_reason(error)}") from None
 
     def read(self) -> bytes:
-        """What came, at the latest after a tenth of a second; `DeviceError` where the port has gone away."""
+        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
         port = self._serial
         if port is None:
             raise DeviceError(f"{self.name} is not open")
         try:
-            first = port.read(max(1, port.in_waiting))  # to ask for more would wait for it
-            return first + port.read(port.in_waiting)  # else the rest would wait until the next read
+            first = port.read(max(1, port.in_waiting))  # requesting more would wait for it
+            return first + port.read(port.in_waiting)  # otherwise the rest would wait until the next read
         except (OSError, TypeError) as error:
             raise DeviceError(f"{self.name} went away: {_reason(error)}") from None
 
     def close(self) -> None:
-        """Let others open it."""
+        """Release the port."""
         if self._serial is not None:
             with suppress(OSError):
                 self._serial.close()
@@ -170,6 +171,6 @@ def _reason(error: Exception) -> str:
         13: "it may not be opened; is the user in the group dialout?",
         16: "another program has it",
     }
-    if "returned no data" in text:  # how pyserial says that it is ready for ever and never gives anything
+    if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
         return known[5]
     return known.get(getattr(error, "errno", None) or 0, text)

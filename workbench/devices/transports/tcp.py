@@ -1,4 +1,4 @@
-"""A TCP connection to a hub that listens, as a tile on Wi-Fi does: one stream of the frames or lines of its tiles."""
+"""A TCP connection to a listening hub or a tile on Wi-Fi: one stream of the frames or lines of its tiles."""
 
 import os
 import socket
@@ -10,15 +10,15 @@ from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_
 from underfoot.errors import DeviceError
 
 CONNECT_TIMEOUT_S = 1.0
-"""How long it is waited for a hub to answer."""
+"""Seconds to wait for a hub's answer."""
 SEND_TIMEOUT_S = 0.5
-"""The emulator lets go of a reader that takes nothing for this long."""
+"""Seconds after which the emulator drops a reader that takes nothing."""
 _READ_BYTES = 1 << 18
 _KEEPALIVE = (("TCP_KEEPIDLE", 2), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 3))  # seconds, seconds, probes
 
 
 class TcpSender(Sender):
-    """Listens at `host` (empty: for this machine alone) and `port`, and sends to whoever connected last."""
+    """Listens at `host` (empty: this machine only) and `port`, and sends to the client that connected last."""
 
     option, option_value = "tcp", "[HOST:]PORT"
     help = "To whoever connects to this port, from this machine alone by default."
@@ -37,19 +37,19 @@ class TcpSender(Sender):
         return cls(*host_and_port(value))
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
-        """Send to the reader; where there is none, the data is lost."""
+        """Send to the reader; without one, the data is lost."""
         self._accept()
         if self._reader is None:
             return False
         try:
             self._reader.sendall(data)
-        except OSError:  # it has gone away, or takes nothing
+        except OSError:  # it is gone, or takes nothing
             self._drop_reader()
             return False
         return True
 
     def unplug(self) -> None:
-        """End the connection, and refuse others."""
+        """Close the connection, and refuse others."""
         self._accept()
         self._drop_reader()
         if self._listener is not None:
@@ -57,11 +57,11 @@ class TcpSender(Sender):
             self._listener = None
 
     def plug(self) -> None:
-        """Listen again; `DeviceError` where that cannot be."""
+        """Listen again; raise `DeviceError` if that fails."""
         self.unplug()
         try:
             self._listener = socket.socket(socket.AF_INET6 if ":" in self._at[0] else socket.AF_INET)
-            if os.name == "posix":  # elsewhere it would let two listen at once
+            if os.name == "posix":  # elsewhere it would allow two listeners
                 self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._listener.bind(self._at)
             self._listener.listen()
@@ -71,11 +71,11 @@ class TcpSender(Sender):
             raise DeviceError(f"tcp:{self.name} cannot be listened at: {reason(error)}") from None
 
     def close(self) -> None:
-        """Send no more, and listen no more."""
+        """Stop sending and listening."""
         self.unplug()
 
     def _accept(self) -> None:
-        """Take the connections that wait. Each takes the place of the one before, which may be dead without a sign."""
+        """Accept waiting connections. Each replaces the previous one, which may be dead without notice."""
         while self._listener is not None:
             try:
                 reader, _ = self._listener.accept()
@@ -83,7 +83,7 @@ class TcpSender(Sender):
                 return
             self._drop_reader()
             reader.settimeout(SEND_TIMEOUT_S)
-            reader.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else samples wait for those before
+            reader.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # otherwise samples wait for earlier ones
             self._reader = reader
 
     def _drop_reader(self) -> None:
@@ -119,26 +119,28 @@ class TcpTransport(Transport):
         return ["127.0.0.1:9001"]
 
     def open(self) -> None:
-        """Connect; `DeviceError` where nobody answers."""
+        """Connect; raise `DeviceError` if nobody answers."""
         try:
             self._socket = socket.create_connection((self.host or "127.0.0.1", self.port), CONNECT_TIMEOUT_S)
         except (OSError, ValueError) as error:
             raise DeviceError(f"{self.name} cannot be connected to: {reason(error)}") from None
         self._socket.settimeout(READ_TIMEOUT_S)
-        # Who only reads never learns that a hub has lost its power, unless the system asks it now and then.
+        # A pure reader never learns that a hub has lost power, unless the system probes it.
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         for name, value in _KEEPALIVE:
-            with suppress(AttributeError, OSError):  # not every system lets it be set
+            with suppress(AttributeError, OSError):  # not every system supports it
                 self._socket.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
     def read(self) -> memoryview:
-        """What came, at the latest after a tenth of a second; `DeviceError` where the connection has ended."""
+        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the connection has
+        ended.
+        """
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         try:
             count = self._socket.recv_into(self._data)
         except TimeoutError as error:
-            if error.errno is not None:  # not ours: keepalive was not answered
+            if error.errno is not None:  # from the system: keepalive was not answered
                 raise DeviceError(f"{self.name} went away: {reason(error)}") from None
             return self._data[:0]
         except OSError as error:
@@ -148,7 +150,7 @@ class TcpTransport(Transport):
         return self._data[:count]
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -1,4 +1,4 @@
-"""A UDP port at which tiles' datagrams arrive. Each holds whole frames or lines, one or many, of any tiles."""
+"""A UDP port that receives tiles' datagrams. Each holds whole frames or lines, one or more, of any tiles."""
 
 import socket
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_
 from underfoot.errors import DeviceError
 
 DATAGRAM_BYTES = 1400
-"""Bytes that a datagram of the emulator holds at most: what an Ethernet frame carries."""
+"""Largest datagram of the emulator in bytes: what an Ethernet frame carries."""
 _BUFFER_BYTES = 1 << 18
 _LARGEST_BYTES = 1 << 16
 _SYSTEM_BUFFER_BYTES = 1 << 22
@@ -19,7 +19,7 @@ _MOST_NAMES = 256
 
 
 class UdpSender(Sender):
-    """Datagrams to `host` (empty: this machine) and `port`, each of whole frames."""
+    """Sends datagrams of whole frames to `host` (empty: this machine) and `port`."""
 
     option, option_value = "udp", "[HOST:]PORT"
     help = "Datagrams to this port, of this machine by default."
@@ -40,36 +40,36 @@ class UdpSender(Sender):
         return cls(*host_and_port(value))
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
-        """Send datagrams that end where frames end, as many frames in each as it holds."""
+        """Send datagrams of whole frames, as many frames in each as fit."""
         if not self._is_plugged:
             return False
         begin = end = 0
         for place in (*ends, None):
             if place is None or (place - begin > DATAGRAM_BYTES and end > begin):
-                with suppress(OSError):  # nobody listens, which a tile does not mind
+                with suppress(OSError):  # nobody listens, as is allowed
                     self._socket.sendto(data[begin:end], self._to[4])
                 begin = end
             end = end if place is None else place
         return True
 
     def unplug(self) -> None:
-        """Let no datagrams through."""
+        """Drop datagrams from now on."""
         self._is_plugged = False
 
     def plug(self) -> None:
-        """Let datagrams through again."""
+        """Send datagrams again."""
         self._is_plugged = True
 
     def close(self) -> None:
-        """Send no more."""
+        """Close the socket."""
         self._socket.close()
 
 
 class UdpTransport(Transport):
-    """Listens at `host` (empty: at every address of this machine) and `port`.
+    """Listens at `host` (empty: every address of this machine) and `port`.
 
-    Anybody on the network can send to it. Each address that datagrams come from is a sender of its own, and a tile
-    belongs to one sender at a time (`framing.parser`).
+    Anybody on the network can send to it. Each source address is a sender of its own, and a tile belongs to one sender
+    at a time (`framing.parser`).
     """
 
     scheme, address_form = "udp", "HOST:PORT"
@@ -93,11 +93,11 @@ class UdpTransport(Transport):
 
     @classmethod
     def suggestions(cls) -> list[str]:
-        """All networks of this machine."""
+        """Suggest all networks of this machine."""
         return ["0.0.0.0:9000"]
 
     def open(self) -> None:
-        """Listen; `DeviceError` where that cannot be."""
+        """Listen; raise `DeviceError` if that fails."""
         try:
             family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
@@ -108,7 +108,7 @@ class UdpTransport(Transport):
             raise DeviceError(f"{self.name} cannot be listened at: {reason(error)}") from None
 
     def read(self) -> memoryview:
-        """The datagrams that came, a zero behind each, so that a piece of a frame ends with its datagram."""
+        """Return the datagrams received, each followed by a zero, so that a partial frame ends with its datagram."""
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         at = 0
@@ -123,18 +123,18 @@ class UdpTransport(Transport):
                 ends.append((at, self._number(address)))
                 self._socket.settimeout(0.0)
         except (TimeoutError, BlockingIOError, ConnectionResetError):
-            pass  # that was all; or a port that was written to from here is not there, which nobody minds
+            pass  # no more datagrams; or an unreachable port that was written to from here, which does not matter
         except OSError as error:
             raise DeviceError(f"{self.name} went away: {reason(error)}") from None
         self.senders = np.array([*ends, (_BUFFER_BYTES, 0)], np.int64)
         return self._data[:at]
 
     def sender_name(self, number: int) -> str:
-        """Address and port, while it is known; there may be any number of them."""
+        """Return address and port, if remembered; their number is limited."""
         return self._names.get(number, "another address")
 
     def _number(self, address: tuple[str, int]) -> int:
-        """A number for an address, the same whenever it is heard, that nobody else can choose for theirs."""
+        """Return a number for an address that is stable, and that nobody else can choose."""
         number = hash(address[:2])
         if number not in self._names and len(self._names) < _MOST_NAMES:
             self._names[number] = f"{address[0]}:{address[1]}"

@@ -1,4 +1,4 @@
-"""The formats that there are: each is one file here that declares a `Format`. `FORMATS` finds them all."""
+"""The formats: each is one file here that declares a `Format`. `FORMATS` finds them all."""
 
 import importlib
 import pkgutil
@@ -9,7 +9,7 @@ from underfoot.exchange.format import Format
 
 
 def discover() -> dict[str, Format]:
-    """Every format that the modules of this folder declare, by its name.
+    """Return every format that the modules of this folder declare, by its name.
 
     >>> discover()["haptic"].suffix
     '.haptic'
@@ -30,12 +30,12 @@ WRITTEN = tuple(one for one in FORMATS.values() if one.write is not None)
 
 
 def to_write(path: Path, name: str = "") -> Format:
-    """The format of a file to be written: the one of this name, else the one of the path's suffix."""
+    """Return the format of a file to write: the one of this name, else the one of the path's suffix."""
     return _one(path, name, WRITTEN, "written")
 
 
 def to_read(path: Path, name: str = "") -> Format:
-    """The format of a file to be read. Where several share the suffix, the one that knows what the file begins with."""
+    """Return the format of a file to read. If several share the suffix, the one that matches the file's beginning."""
     return _one(path, name, READ, "read")
 
 

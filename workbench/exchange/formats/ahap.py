@@ -1,4 +1,4 @@
-"""AHAP 1.0, of Apple's Core Haptics: events with parameters, and curves that move all of them."""
+"""AHAP 1.0, of Apple's Core Haptics: events with parameters, and curves that scale all of them."""
 
 import json
 from pathlib import Path
@@ -16,16 +16,19 @@ from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Array, Voice,
 from underfoot.files import write_file
 
 LOW_HZ, HIGH_HZ = 65.0, 300.0
-"""What sharpness 0 and 1 are: as the reference encoder of MPEG haptics reads AHAP."""
+"""Frequencies of sharpness 0 and 1, as in the reference encoder of MPEG haptics."""
 LONGEST_S, CURVE_POINTS = 30.0, 16
-"""A continuous event lasts at most so long, and a curve has at most so many points."""
+"""Longest continuous event, and most points of a curve."""
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5, "AttackTime": 0.0, "DecayTime": 0.0, "ReleaseTime": 0.0}
-"""What parameters of an event are that it does not give; Sustained is 1."""
+"""Defaults of an event's parameters; Sustained is 1."""
 LEAST_IMPACT, SHARE_FELT, ATTACK_S, REBOUND = 0.1, 0.1, 8e-3, 0.1
-"""An impact is so strong at least; it is looked at down to this share of its top, is there so soon, and then falls."""
+"""Criteria of an impact: least peak, share of the peak above which it is evaluated, longest rise, and ratio of a
+rebound.
+"""
 SHORTEST_S, LONGEST_IMPACT_S = 12e-3, 30e-3
-"""It is about as long as the 22 ms of a transient, which cannot say how long it is; for so long nothing is felt before
-it, and nothing else from where it begins."""
+"""Its length is about the 22 ms of a transient, which has no length of its own; for the longest length nothing is felt
+before it, and nothing else after its beginning.
+"""
 _FINE_S = 5e-3
 _SILENT = frozenset(("Version", "Created"))
 _CURVES = {"HapticIntensityControl": 1.0, "HapticSharpnessControl": 0.0}
@@ -42,7 +45,7 @@ class Parameter(msgspec.Struct, frozen=True, rename="pascal"):
 
 
 class Event(msgspec.Struct, frozen=True, rename="pascal"):
-    """Something that is felt."""
+    """A haptic event."""
 
     time: Seconds
     event_type: str
@@ -51,14 +54,14 @@ class Event(msgspec.Struct, frozen=True, rename="pascal"):
 
 
 class Point(msgspec.Struct, frozen=True, rename="pascal"):
-    """A point of a curve, its time from the curve's own."""
+    """A point of a curve, its time relative to the curve's."""
 
     time: Annotated[float, msgspec.Meta(ge=-3600.0, le=3600.0)]
     parameter_value: Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
 
 
 class Curve(msgspec.Struct, frozen=True, rename="pascal"):
-    """What moves the parameters of all events."""
+    """A curve that changes a parameter of all events."""
 
     time: Seconds
     parameter_curve_control_points: Annotated[list[Point], msgspec.Meta(min_length=1, max_length=_MOST)]
@@ -66,14 +69,14 @@ class Curve(msgspec.Struct, frozen=True, rename="pascal"):
 
 
 class Entry(msgspec.Struct, frozen=True, rename="pascal"):
-    """One line of the pattern."""
+    """One entry of the pattern."""
 
     event: Event | None = None
     parameter_curve: Curve | None = None
 
 
 class Metadata(msgspec.Struct, frozen=True, rename="pascal"):
-    """What is kept of the text beside it."""
+    """The metadata that are kept."""
 
     project: str = ""
     description: str = ""
@@ -87,14 +90,14 @@ class Ahap(msgspec.Struct, frozen=True, rename="pascal"):
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write what the tile that moves most does: transients for short impacts, continuous events for all else.
+    """Write the tile that moves most: transients for short impacts, continuous events for the rest.
 
-    Curves of intensity and sharpness move both.
+    Curves of intensity and sharpness modulate both.
     """
     clip = clip_of(export)
     points, impacts = clip.points.copy(), _impacts(clip.points)
     for first, last in impacts:
-        # A transient is as strong as the curves are where it begins, so these stand still there.
+        # A transient takes its strength from the curves at its beginning, so they are constant there.
         points[first:last, 1:] = points[first + int(points[first:last, AMPLITUDE].argmax()), 1:]
     points[:, AMPLITUDE] = np.sqrt(points[:, AMPLITUDE].clip(0.0, 1.0))
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
@@ -114,10 +117,10 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 
 def _impacts(points: Array) -> list[tuple[int, int]]:
-    """Where short impacts are: the first point of each, and the one behind its last.
+    """Find short impacts: the index of the first point of each, and one after its last.
 
-    Each is one hump of the envelope, as far as that is above a tenth of its top, and stands alone: a transient would
-    cover what is near, as it does between grains of gravel.
+    Each is one isolated hump of the envelope, where that is above a tenth of its peak: a transient would mask anything
+    near it, such as neighbouring grains of gravel.
     """
     amplitude, apart = points[:, AMPLITUDE], round(BURST_S / HOP_S)
     found: list[tuple[int, int]] = []
@@ -136,7 +139,7 @@ def _impacts(points: Array) -> list[tuple[int, int]]:
 
 
 def _rests(time_s: Array, impacts: list[tuple[int, int]]) -> list[tuple[float, float]]:
-    """Beginning and end of what lies between the impacts."""
+    """Return beginning and end of the intervals between impacts."""
     edges = [0.0, *(float(time_s[min(at, time_s.size - 1)]) for impact in impacts for at in impact)]
     edges.append(max(float(time_s[-1]), HOP_S))
     return [(start, end) for start, end in zip(edges[::2], edges[1::2], strict=True) if end > start]
@@ -153,7 +156,7 @@ def _parameter(name: str, value: float) -> dict[str, Any]:
 
 
 def _curves(name: str, points: Array) -> list[dict[str, Any]]:
-    """The points as curves of at most `CURVE_POINTS`, each from the last point of the one before, in its own time."""
+    """Split points into curves of at most `CURVE_POINTS`, each from the previous one's last point, in its own time."""
     found = []
     for first in range(0, max(len(points) - 1, 1), CURVE_POINTS - 1):
         part = points[first : first + CURVE_POINTS]
@@ -165,7 +168,7 @@ def _curves(name: str, points: Array) -> list[dict[str, Any]]:
 
 
 def read(path: Path) -> Imported:
-    """The patch that plays the file: a tone for the continuous events, and one for the transients."""
+    """Read a file as a patch: a tone for the continuous events, and one for the transients."""
     raw = read_json(path)
     document = convert(raw, path, Ahap)
     voices, lost = _voices(document, path)
@@ -175,7 +178,7 @@ def read(path: Path) -> Imported:
 
 
 def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
-    """What is to be felt, events that overlap in voices of their own; and what is left out."""
+    """Return the voices, with overlapping events in separate voices; and what is left out."""
     curves = {name: _curve(document, name, otherwise) for name, otherwise in _CURVES.items()}
     lost: dict[str, None] = {}
     transients: list[tuple[float, float, float]] = []
@@ -205,7 +208,7 @@ def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
 
 
 def _curve(document: Ahap, name: str, otherwise: float) -> Array:
-    """All curves of a parameter as one, points [point, 2]: before the first it is `otherwise`, behind one it stays."""
+    """Join all curves of a parameter, points [point, 2]: `otherwise` before the first, constant after each."""
     curves = [
         e.parameter_curve for e in document.pattern if e.parameter_curve and e.parameter_curve.parameter_id == name
     ]
@@ -219,7 +222,7 @@ def _curve(document: Ahap, name: str, otherwise: float) -> Array:
 
 
 def _felt(time_s: Array, given: dict[str, float], curves: dict[str, Array]) -> tuple[Array, Array]:
-    """Amplitude and frequency of an event at these times: amplitude is intensity squared."""
+    """Return amplitude and frequency of an event at these times: amplitude is intensity squared."""
     intensity, sharpness = (given.get(name, DEFAULTS[name]) for name in ("HapticIntensity", "HapticSharpness"))
     loud = intensity * _at(curves["HapticIntensityControl"], time_s)
     sharp = sharpness + _at(curves["HapticSharpnessControl"], time_s)
@@ -231,7 +234,7 @@ def _at(curve: Array, time_s: Array) -> Array:
 
 
 def _continuous(event: Event, given: dict[str, float], curves: dict[str, Array]) -> Array:
-    """The points of a continuous event, fine enough that straight lines follow the square."""
+    """Return the points of a continuous event, dense enough for linear interpolation of the square."""
     attack, decay, release = (given.get(name, 0.0) for name in ("AttackTime", "DecayTime", "ReleaseTime"))
     begin, end = event.time, event.time + (event.event_duration or 0.0)
     sustained = given.get("Sustained", 1.0) >= 0.5

@@ -16,7 +16,7 @@ from underfoot.exchange.voices import FREQUENCY, Array, Voice, lean
 from underfoot.files import write_file
 
 LOW_HZ, HIGH_HZ = 55.0, 200.0
-"""What frequencies 0 and 1 are: the format leaves it to the player; these are those of its own example player."""
+"""Frequencies of the format's 0 and 1, which it leaves to the player; these are those of its own example player."""
 _SILENT = frozenset(("version", "editor"))
 _MOST_POINTS = 4000
 
@@ -51,19 +51,19 @@ class Envelopes(msgspec.Struct, frozen=True):
 
 
 class Continuous(msgspec.Struct, frozen=True):
-    """The one signal."""
+    """The continuous signal."""
 
     envelopes: Envelopes
 
 
 class Signals(msgspec.Struct, frozen=True):
-    """What there is to be felt."""
+    """The signals of a file."""
 
     continuous: Continuous
 
 
 class Metadata(msgspec.Struct, frozen=True):
-    """What is kept of the text beside it."""
+    """The metadata that are kept."""
 
     project: str = ""
     description: str = ""
@@ -77,7 +77,7 @@ class Haptic(msgspec.Struct, frozen=True):
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write what the tile that moves most does."""
+    """Write the tile that moves most."""
     clip = clip_of(export)
     points = clip.points.copy()
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
@@ -103,7 +103,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 
 def read(path: Path) -> Imported:
-    """The patch that plays the file: one tone, and another for what is emphasised."""
+    """Read a file as a patch: one tone, and another for emphasis."""
     raw = read_json(path)
     _require_version(raw, path)
     document = convert(raw, path, Haptic)
@@ -129,7 +129,7 @@ def _require_version(raw: Any, path: Path) -> None:
 
 
 def _voice(envelopes: Envelopes, path: Path) -> Voice:
-    """Amplitude and frequency on the times of both curves; a curve that is not there stays in the middle."""
+    """Return amplitude and frequency at the times of both curves; a missing curve is constant at the middle."""
     times = np.array([point.time for point in envelopes.amplitude])
     amplitudes = np.array([point.amplitude for point in envelopes.amplitude])
     pitches = [(point.time, _hz(point.frequency)) for point in envelopes.frequency or ()]

@@ -1,4 +1,4 @@
-"""HJIF, the readable form of MPEG haptics (ISO/IEC 23090-31): a channel a tile, three bands, an oscillation each."""
+"""HJIF, the readable form of MPEG haptics (ISO/IEC 23090-31): a channel per tile, three bands, an oscillation each."""
 
 import datetime
 import json
@@ -29,14 +29,15 @@ from underfoot.files import write_file
 from underfoot.parameters import IDENTIFIER
 
 EDGES_HZ = (20, 143, 389, 1000)
-"""Bands that are written: more of them follow the spectrum closer, and the envelope less, since their phases are lost.
-The edges lie between round frequencies: a tone on an edge would be in two bands."""
+"""Edges of the bands to write. More bands follow the spectrum more closely and the envelope less, since their phases
+are lost. The edges avoid round frequencies: a tone on an edge would be in two bands.
+"""
 TICKS = 1000
-"""A second: the reference player reads ticks as milliseconds where a frequency moves."""
+"""Ticks per second: the reference player reads ticks as milliseconds where a frequency changes."""
 TRANSIENT_HZ = 2.0 / 22e-3
 """A transient plays as two cycles in 22 ms."""
 QUIET = 1e-3
-"""A band that never comes above this share of full scale is left out."""
+"""Bands whose peak is below this share of full scale are omitted."""
 _WAVES = {"Sine": "sine", "Square": "square", "Triangle": "triangle", "SawToothUp": "saw", "SawToothDown": "saw"}
 _SILENT = frozenset(
     ("version", "profile", "level", "date", "id", "avatar_id", "body_part_mask", "mixing_coefficient", "phase")
@@ -49,7 +50,7 @@ Hertz = Annotated[float, msgspec.Meta(ge=0.0, le=20_000.0)]
 
 
 class Keyframe(msgspec.Struct, frozen=True):
-    """A point of an effect, its time from the effect's own."""
+    """A point of an effect, its time relative to the effect's."""
 
     relative_position: Tick = 0
     amplitude_modulation: Level | None = None
@@ -67,7 +68,7 @@ class Effect(msgspec.Struct, frozen=True):
 
 
 class Band(msgspec.Struct, frozen=True):
-    """Effects one after the other."""
+    """Successive effects."""
 
     band_type: str
     lower_frequency_limit: Hertz = 0.0
@@ -76,7 +77,7 @@ class Band(msgspec.Struct, frozen=True):
 
 
 class HapticChannel(msgspec.Struct, frozen=True):
-    """What one actuator plays: its bands add."""
+    """Channel of one actuator: its bands are added."""
 
     description: str = ""
     gain: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 1.0
@@ -100,7 +101,7 @@ class Hjif(msgspec.Struct, frozen=True):
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write what every tile does, a channel each."""
+    """Write every tile, one channel each."""
     edges = tuple(float(edge) for edge in EDGES_HZ)
     found = {
         tile: [analysed(band, RATE_HZ) for band in banded(samples, RATE_HZ, edges)]
@@ -152,7 +153,7 @@ def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[s
 
 def _band(low: int, high: int, points: Array) -> dict[str, Any]:
     ticks = np.round(points[:, 0] * TICKS).astype(int)
-    last = np.append(np.diff(ticks) > 0, True)  # of points on one tick the last
+    last = np.append(np.diff(ticks) > 0, True)  # the last of several points on one tick
     keyframes = [
         {
             "relative_position": int(tick),
@@ -171,7 +172,7 @@ def _band(low: int, high: int, points: Array) -> dict[str, Any]:
 
 
 def _told(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
-    """How far the envelope of each tile is off, once the file's voices sound again."""
+    """Return the error of each tile's envelope, from the file's voices as read back."""
     lines = []
     channels, _ = _channels(document, path)
     for channel, (tile, samples) in zip(channels, export.played.items(), strict=True):
@@ -183,7 +184,7 @@ def _told(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple
 
 
 def read(path: Path) -> Imported:
-    """The patch that plays the file, a group of tones for each channel."""
+    """Read a file as a patch, with a group of tones for each channel."""
     raw = read_json(path)
     document = convert(raw, path, Hjif)
     channels, lost = _channels(document, path)
@@ -193,7 +194,7 @@ def read(path: Path) -> Imported:
 
 
 def _channels(document: Hjif, path: Path) -> tuple[list[Channel], tuple[str, ...]]:
-    """The channels with their voices; those of several go to tiles, where they are called so."""
+    """Return the channels with their voices; if there are several, each goes to the tile of its name."""
     lost: dict[str, None] = {}
     found: list[tuple[str, list[Voice]]] = []
     for perception in document.perceptions:
@@ -220,7 +221,7 @@ def _channels(document: Hjif, path: Path) -> tuple[list[Channel], tuple[str, ...
 def _voices(
     band: Band, ticks: int, library: dict[int, Effect], gain: float, lost: dict[str, None], path: Path
 ) -> list[Voice]:
-    """The voices of a band: one for each wave in it; effects of one wave follow one another."""
+    """Return the voices of a band: one for each wave in it, with effects of one wave in succession."""
     if band.band_type not in ("VectorialWave", "Transient"):
         lost[f"bands of type {band.band_type}"] = None
         return []
@@ -252,7 +253,7 @@ def _voices(
 
 
 def _points(position: int, effect: Effect, band: Band, ticks: int) -> Array:
-    """The points of an effect, in seconds; silent before the first and behind the last."""
+    """Return the points of an effect, in seconds; silent before the first and after the last."""
     keys = sorted(effect.keyframes, key=lambda key: key.relative_position)
     if not keys:
         return np.zeros((0, 3))
@@ -267,7 +268,7 @@ def _points(position: int, effect: Effect, band: Band, ticks: int) -> Array:
 
 
 def _known(times: Array, values: list[float | None], otherwise: float) -> Array:
-    """Values at all times, straight between those that are given."""
+    """Return values at all times, linearly interpolated between the given ones."""
     given = [at for at, value in enumerate(values) if value is not None]
     if not given:
         return np.full(times.size, otherwise)
@@ -275,7 +276,7 @@ def _known(times: Array, values: list[float | None], otherwise: float) -> Array:
 
 
 def _in_order(parts: list[Array]) -> Array:
-    """Effects one after the other: one that the next overtakes ends there, as the reference player has it."""
+    """Join successive effects: one that overlaps the next ends there, as in the reference player."""
     kept = []
     for part, following in zip(parts, [*parts[1:], None], strict=True):
         if following is not None and part[-1, 0] > following[0, 0]:

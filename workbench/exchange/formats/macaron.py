@@ -1,4 +1,4 @@
-"""Macaron, the vibrotactile editor in a browser (Schneider and others 2015): amplitude and frequency by keyframes."""
+"""Macaron, a vibrotactile editor for browsers (Schneider and others 2015): amplitude and frequency by keyframes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +13,7 @@ from underfoot.exchange.patches import Channel, patch_of
 from underfoot.exchange.voices import Array, Voice
 
 PREFIX = "data:text/json;charset=utf8, "
-"""What the editor writes before the document."""
+"""Text that the editor writes before the document."""
 _SILENT = frozenset(("id", "selected", "selectedTimeRange", "valueScale"))
 
 Milliseconds = Annotated[float, msgspec.Meta(ge=0.0, le=3.6e6)]
@@ -60,7 +60,7 @@ class Icon(msgspec.Struct, frozen=True):
 
 
 def read(path: Path) -> Imported:
-    """The patch that plays the icon: one tone. Before the first keyframe and behind the last it stays as there."""
+    """Read an icon as a patch: one tone, constant before the first keyframe and after the last."""
     raw = read_json(path, prefix=PREFIX.strip())
     icon = convert(raw, path, Icon)
     end_s = 1e-3 * icon.duration

@@ -1,4 +1,4 @@
-"""SVG: a picture of what each tile does over time."""
+"""SVG: a plot of each tile's acceleration over time."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 
 def waveforms(export: Export) -> Drawing:
-    """What each tile does, m/s^2 over ms."""
+    """Return a drawing of each tile's acceleration, m/s^2 over ms."""
     played = export.played
     colours = ["vibration", *(name for name in COLOURS if name != "vibration")]
     lines = tuple(

@@ -1,4 +1,4 @@
-"""A folder to be handed on, or the same as a zip: the patch, the files that it plays, the floor and its profiles."""
+"""A folder or zip to pass on: the patch, the files that it plays, the floor and its profiles."""
 
 import os
 import tempfile
@@ -18,7 +18,7 @@ from underfoot.patch.file_paths import files_of
 PATCH, FLOOR, README = "patch.json", "floor.json", "README.txt"
 FILES, PROFILES = "files", "profiles"
 _BEGAN = (1980, 1, 1, 0, 0, 0)
-"""The time of all files in a zip: the same patch gives the same bytes."""
+"""Time stamp of all files in a zip: the same patch gives the same bytes."""
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
@@ -37,7 +37,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 
 def _write_folder(parts: dict[str, bytes], path: Path) -> None:
-    """Beside its place, and moved there once it is whole."""
+    """Write to a temporary place, and move the folder when it is complete."""
     with written(path):
         if os.path.exists(path) and (not path.is_dir() or any(path.iterdir())):
             raise BadFile(f"{path} is there already; allowed: a new or an empty folder")
@@ -51,7 +51,7 @@ def _write_folder(parts: dict[str, bytes], path: Path) -> None:
 
 
 def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
-    """Each file by its path in the folder."""
+    """Yield each file's path in the folder, and its content."""
     patch = export.patch
     names: dict[Path, str] = {}
     for id, parameter, named in list(files_of(patch, REGISTRY)):
@@ -79,7 +79,7 @@ def _parts(export: Export) -> Iterator[tuple[str, bytes]]:
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """A path in the folder of files that no other file has."""
+    """Return a path in the folder of files that is not taken."""
     stem, suffix = Path(name).stem, Path(name).suffix
     candidates = (f"{FILES}/{stem}{f'-{k}' if k else ''}{suffix}" for k in range(10_000))
     return next(path for path in candidates if path not in taken)

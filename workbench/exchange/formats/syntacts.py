@@ -1,4 +1,4 @@
-"""Syntacts: the JSON that it exports, a tree of signals (Pezent and others 2020)."""
+"""Syntacts: its exported JSON, a tree of signals (Pezent and others 2020)."""
 
 from pathlib import Path
 
@@ -9,11 +9,11 @@ from underfoot.exchange.patches import Channel, patch_of
 from underfoot.exchange.syntacts_signals import field_of, voices_of
 
 DEEPEST = 600
-"""Levels of lists and objects: a signal within a signal takes some seven."""
+"""Levels of lists and objects: a nested signal takes some seven."""
 
 
 def read(path: Path) -> Imported:
-    """The patch that plays the signal: a tone or noise for each oscillation in it."""
+    """Read a signal as a patch: a tone or noise for each oscillation in it."""
     if path.suffix.lower() == ".sig":
         raise BadFile(f"{path} is Syntacts' binary form; allowed: its JSON (Export, .json)")
     raw = read_json(path, DEEPEST)

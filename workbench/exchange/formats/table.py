@@ -1,4 +1,4 @@
-"""CSV: what each tile does over time, in m/s^2."""
+"""CSV: each tile's acceleration over time, in m/s^2."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from underfoot.files import write_file
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write a line a frame: the time in seconds, and a column a tile."""
+    """Write one line per frame: the time in seconds, and a column per tile."""
     played = export.played
     frames = len(next(iter(played.values())))
     rows = np.column_stack([np.arange(frames) / RATE_HZ, *played.values()])

@@ -1,4 +1,4 @@
-"""WAV: what the card is sent, of full scale, one channel a tile."""
+"""WAV: the drive, relative to full scale, one channel per tile."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from underfoot.records.wav import write_wav
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
-    """Write the samples that `underfoot render` writes: of all tiles, or of one."""
+    """Write the same samples as `underfoot render`: of all tiles, or of one."""
     samples = export.samples
     write_wav(path, samples, export.rendered.rate_hz)
     seconds, channels = len(samples) / export.rendered.rate_hz, samples.shape[1]
@@ -18,10 +18,10 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 
 def read(path: Path) -> Imported:
-    """A patch that plays the file, which stays where it is."""
+    """Read a file as a patch that plays it; the file stays where it is."""
     import soundfile
 
-    read_file(path)  # one that is not there is said as everywhere
+    read_file(path)  # reports a missing file in the usual way
     try:
         with soundfile.SoundFile(path) as file:
             channels, frames = file.channels, file.frames

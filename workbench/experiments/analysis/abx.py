@@ -1,4 +1,4 @@
-"""Blind comparisons of two patches (ABX): how many answers are right, and whether that can be chance."""
+"""Blind comparisons of two patches (ABX): the rate of right answers, and whether it can be chance."""
 
 from collections.abc import Sequence
 
@@ -10,12 +10,12 @@ from underfoot.experiments.table import Row, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: the rate of right answers."""
+    """Estimate one person's rate of right answers."""
     return [_rate(rows)]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """For each person and pair of patches, and over all: how many are right, and p of so many or more by chance."""
+    """Count right answers for each person and pair of patches, and over all, with p of at least as many by chance."""
     found = Findings("Blind comparison")
     lines = []
     for (person, a, b), part in grouped(rows, "participant", "a", "b").items():

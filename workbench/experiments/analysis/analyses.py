@@ -1,4 +1,4 @@
-"""Which analysis is for which method, and all of them for a table of trials."""
+"""Selection of the analysis for each method, and analysis of a table of trials."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -16,19 +16,19 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, grouped
 
 LEAST_PEOPLE = 5
-"""With fewer people nothing is correlated."""
+"""Least number of people for correlations."""
 MOST_ESTIMATES = 6
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """What one person's rows estimate, what those of all say, and the columns that both need."""
+    """Estimates from one person's rows, findings from all rows, and the columns that both need."""
 
     estimates: Callable[[Sequence[Row], Settings], list[Estimate]]
     findings: Callable[[Sequence[Row], Settings], Findings]
     needs: tuple[str, ...]
     name: str = ""
-    """What it is called where no protocol has the method."""
+    """Name used if no protocol has the method."""
 
 
 ANALYSES: Mapping[str, Analysis] = {
@@ -46,7 +46,7 @@ ANALYSES: Mapping[str, Analysis] = {
 
 
 def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Settings:
-    """The settings with the parameters of the method of a stage; the methods' own without a protocol."""
+    """Return the settings with the parameters of a stage's method; the method's own without a protocol."""
     if protocol is None:
         return settings
     use = protocol.stage(stage).method
@@ -58,9 +58,9 @@ def settings_of(protocol: Protocol | None, stage: str, settings: Settings) -> Se
 
 
 def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings) -> list[Findings]:
-    """The findings of every stage of trials that counts. `BadMeasurement` where no trial counts.
+    """Return the findings of every stage that counts. Raises `BadMeasurement` if no trial counts.
 
-    `BadValue` for a method that there is not, or a column that it needs and no row has.
+    Raises `BadValue` for an unknown method, or a missing column.
     """
     found = []
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
@@ -79,7 +79,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
 
 
 def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
-    """Add rank correlations of each estimate with the numbers that participants gave of themselves."""
+    """Add rank correlations of each estimate with the numbers that participants gave about themselves."""
     people = grouped(rows, "participant")
     names = [name for name in columns_of(rows) if name.startswith(OF_PERSON)]
     kept: dict[str, list[float]] = {}

@@ -1,4 +1,4 @@
-"""The adaptive Bayesian method: what is believed of threshold and spread after all answers."""
+"""The adaptive Bayesian method: the posterior of threshold and spread after all answers."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from underfoot.experiments.table import Row, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: threshold and spread, in dB re the stimulus's level, with 95 % of what is believed."""
+    """Estimate one person's threshold and spread, in dB re the stimulus's level, with 95 % credible intervals."""
     given = {name: parameter.default for name, parameter in Bayesian.parameters.items()} | dict(settings.given)
     quest = quest_of(given)
     followed = [row for row in rows if not row.get("catch")]
@@ -30,15 +30,16 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
         believed = np.asarray(quest.marginal_posterior[parameter], np.float64)
         if parameter == "mean":
             value, low, high = _believed(values, believed)
-        else:  # the spreads that are thought of grow by the same factor from one to the next
+        else:  # the grid of spreads is geometric
             value, low, high = (math.exp(one) for one in _believed(np.log(values), believed))
         found.append(Estimate(estimate, value, low, high, "dB"))
     return found
 
 
 def _believed(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float, float]:
-    """The mean of a belief, and between what 95 % of it lies; a value stands for all from half way to the one before to
-    half way to the next."""
+    """Return the mean of a posterior, and its central 95 % interval; each grid value stands for all values half way to
+    its neighbours.
+    """
     half = 0.5 * np.diff(values)
     edges = np.concatenate([[values[0] - half[0]], values[:-1] + half, [values[-1] + half[-1]]])
     below = np.concatenate([[0.0], np.cumsum(believed)])
@@ -47,7 +48,7 @@ def _believed(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tup
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: thresholds, and the levels that were chosen."""
+    """Report over people: thresholds, and the chosen levels."""
     found = Findings("Adaptive, Bayesian")
     people = grouped(rows, "participant")
     lines = [(str(person), one) for (person,), part in people.items() for one in estimates(part, settings)]

@@ -1,4 +1,4 @@
-"""Tests between conditions, by SciPy and statsmodels: what each takes, and the figures that a paper prints."""
+"""Tests between conditions, by SciPy and statsmodels, with the figures that a paper reports."""
 
 import math
 import warnings
@@ -16,9 +16,9 @@ from underfoot.experiments.analysis.libraries import statsmodels
 
 @dataclass(frozen=True)
 class Test:
-    """One test: of what, its statistic by name, degrees of freedom, p, and the size of the effect by name."""
+    """A test: its subject, statistic by name, degrees of freedom, p, and effect size by name."""
 
-    __test__ = False  # no test of pytest
+    __test__ = False  # not a pytest class
 
     name: str
     statistic: str
@@ -30,7 +30,7 @@ class Test:
 
 
 def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
-    """Do the means of groups of different people differ?
+    """Test whether the means of groups of different people differ.
 
     >>> found = one_way_anova("set", [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
     >>> found.df, found.value, round(found.p, 3)
@@ -51,7 +51,7 @@ def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
 
 
 def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, factors: Sequence[str]) -> list[Test]:
-    """Effects of factors within people, and of their interactions, with partial eta squared (statsmodels' AnovaRM).
+    """Test effects of within-subject factors and their interactions, with partial eta squared (statsmodels' AnovaRM).
 
     `table` has rows with `participant`, the factors and `value`; several rows of one cell are averaged. Each person
     must have every cell.
@@ -67,7 +67,7 @@ def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, fact
         raise BadMeasurement("somebody lacks a condition: the analysis of variance needs all of them from each person")
     anova = statsmodels("stats.anova").AnovaRM
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of pandas, inside statsmodels
+        warnings.simplefilter("ignore")  # from pandas, inside statsmodels
         model = anova(frame, value, "participant", within=list(factors), aggregate_func="mean")
         rows = model.fit().anova_table
     found = []
@@ -82,7 +82,7 @@ _PARTIAL = "partial eta squared"
 
 
 def friedman(name: str, conditions: Sequence[ArrayLike]) -> Test:
-    """Do three or more conditions differ, each measured on the same people, by ranks?"""
+    """Test whether three or more conditions, each measured on the same people, differ in rank."""
     from scipy import stats
 
     values = [np.asarray(condition, np.float64) for condition in conditions]
@@ -96,7 +96,7 @@ def friedman(name: str, conditions: Sequence[ArrayLike]) -> Test:
 
 
 def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Test]:
-    """Paired t tests of conditions measured on the same people, all pairs, or each `against` one; p by Bonferroni."""
+    """Paired t tests of conditions measured on the same people: all pairs, or each `against` one; p by Bonferroni."""
     from scipy import stats
 
     values = {name: np.asarray(v, np.float64) for name, v in conditions.items()}
@@ -120,7 +120,7 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
 
 
 def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
-    """Does one thing rise with another, by ranks?"""
+    """Test the rank correlation of two variables."""
     from scipy import stats
 
     values = [np.asarray(x, np.float64), np.asarray(y, np.float64)]
@@ -131,7 +131,7 @@ def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
 
 
 def fisher(name: str, counts: ArrayLike) -> Test:
-    """Fisher's exact test of a table of two by two counts; the effect is the odds ratio.
+    """Fisher's exact test of a table of two by two counts; the effect size is the odds ratio.
 
     >>> found = fisher("tea", [[3, 1], [1, 3]])
     >>> round(found.p, 4), found.size
@@ -145,9 +145,9 @@ def fisher(name: str, counts: ArrayLike) -> Test:
 
 
 def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) -> list[Test]:
-    """How success depends on numbers: a coefficient a factor, with Wald's z and its p; `size` is the coefficient.
+    """Regress success on numeric factors: one coefficient each, with Wald's z and its p; `size` is the coefficient.
 
-    `BadMeasurement` where a factor tells success from failure without a mistake, or all are alike.
+    Raises `BadMeasurement` if a factor separates success from failure perfectly, or all trials are alike.
     """
     outcome = np.asarray(success, np.float64)
     columns = [np.asarray(values, np.float64) for values in factors.values()]
@@ -173,7 +173,7 @@ def _require_groups(name: str, values: Sequence[Any], least: int) -> None:
 
 
 def _pandas() -> Any:
-    statsmodels("api")  # which needs it, and says so in one line where it is missing
+    statsmodels("api")  # a requirement; reports in one line if it is missing
     import pandas
 
     return pandas

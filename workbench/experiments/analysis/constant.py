@@ -1,4 +1,4 @@
-"""Constant stimuli: psychometric curves by condition, and how they differ (thesis figure 6.7, tables 6.2, 6.3)."""
+"""Constant stimuli: psychometric curves by condition, and their differences (thesis figure 6.7, tables 6.2, 6.3)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ _COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
 def judged_more(row: Row) -> bool:
-    """Whether the comparison of a trial was judged to have more of what its factor counts.
+    """Whether the comparison of a trial was judged greater in its factor.
 
     >>> judged_more({"interval": "first", "comparison_at": "second", "judged_more": "not chosen"})
     True
@@ -34,7 +34,9 @@ def judged_more(row: Row) -> bool:
 
 
 def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
-    """The factor along which curves go: the one of most different numbers; and what tells curves apart, or ""."""
+    """Return the factor that is the curves' axis, the numeric one with most values, and the one that separates curves,
+    or "".
+    """
     values = {name: {row[name] for row in rows if name in row} for name in factors_of(rows)}
     numbers = [name for name, found in values.items() if all(isinstance(v, int | float) for v in found)]
     if not numbers:
@@ -44,7 +46,7 @@ def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
 
 
 def axis_label(factor: str) -> str:
-    """What an axis of this factor says.
+    """Return the axis label of this factor.
 
     >>> axis_label("stiffness_n_mm"), axis_label("loudness")
     ('stiffness, N/mm', 'loudness')
@@ -53,16 +55,16 @@ def axis_label(factor: str) -> str:
 
 
 def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list[int]]:
-    """Levels along the axis, how often more was judged at each, and of how many."""
+    """Return levels along the axis, the number of "greater" judgements at each, and the number of trials."""
     parts = sorted(grouped(rows, axis).items())
     yes = [sum(judged_more(row) for row in part) for _, part in parts]
     return [float(level) for (level,), _ in parts], yes, [len(part) for _, part in parts]
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: PSE, slope and intercept of each condition's curve; NaN for one that cannot be fitted.
+    """Estimate one person's PSE, slope and intercept for each condition's curve; NaN if it cannot be fitted.
 
-    Without a factor that is a number: the share of each stimulus.
+    Without a numeric factor, estimate the share of each stimulus.
     """
     try:
         axis, condition = axis_and_condition(rows)
@@ -80,7 +82,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
+    """Report over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
     try:
         axis, condition = axis_and_condition(rows)
     except BadMeasurement as error:
@@ -163,7 +165,7 @@ def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
 
 
 def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
-    """Shares with the curve of all people together; the thesis's shares beside where the levels are its own."""
+    """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
     parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
     for colour, ((value,), part) in zip(_COLOURS, parts, strict=False):

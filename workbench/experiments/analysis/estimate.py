@@ -1,4 +1,4 @@
-"""An estimate with its interval, and what many of them say beside a truth that is known."""
+"""Estimates with intervals, of means and shares."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value of `name`, in `unit`, with the ends of its 95 % interval; NaN for what there is not."""
+    """A value of `name`, in `unit`, with the ends of its 95 % interval; NaN if missing."""
 
     name: str
     value: float
@@ -16,12 +16,12 @@ class Estimate:
     unit: str = ""
 
     def covers(self, truth: float) -> bool:
-        """Whether the interval holds a value."""
+        """Whether the interval contains a value."""
         return self.low <= truth <= self.high
 
 
 def mean_interval(name: str, values: Sequence[float], unit: str = "") -> Estimate:
-    """The mean of values with Student's 95 % interval; without one for fewer than two.
+    """Return the mean of values with Student's 95 % interval; no interval for fewer than two.
 
     >>> found = mean_interval("x", [1.0, 2.0, 3.0])
     >>> found.value, round(found.low, 3)
@@ -40,8 +40,8 @@ def mean_interval(name: str, values: Sequence[float], unit: str = "") -> Estimat
 
 
 def mixed_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estimate:
-    """A share over parts that have shares of their own, each (count, of): such a sum varies less than Wilson's interval
-    takes it to. Wilson's intervals of the parts, put together (Zou and Donner, Statistics in Medicine 27, 2008).
+    """Return the mean of a share over parts with shares of their own, each (count, of). It varies less than Wilson's
+    interval assumes, so the parts' Wilson intervals are combined (Zou and Donner, Statistics in Medicine 27, 2008).
 
     >>> one = mixed_share_interval("x", [(30, 40)])
     >>> whole, parts = share_interval("x", 30, 40), mixed_share_interval("x", [(20, 20), (10, 20)])
@@ -56,7 +56,7 @@ def mixed_share_interval(name: str, shares: Sequence[tuple[int, int]]) -> Estima
 
 
 def share_interval(name: str, count: int, of: int) -> Estimate:
-    """A share with Wilson's 95 % interval (SciPy)."""
+    """Return a share with Wilson's 95 % interval (SciPy)."""
     if of == 0:
         return Estimate(name, math.nan)
     from scipy.stats import binomtest

@@ -1,4 +1,4 @@
-"""What an analysis gives: tables and pictures, and sentences of what could not be computed."""
+"""Results of an analysis: tables and drawings, and remarks on what could not be computed."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,7 +14,7 @@ Cell = str | float | int
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells under `columns`; NaN is a cell that there is not. `note` says what is not seen at a glance."""
+    """Rows of cells under `columns`; NaN is an empty cell. `note` explains the table."""
 
     title: str
     columns: tuple[str, ...]
@@ -24,7 +24,7 @@ class Table:
 
 @dataclass
 class Findings:
-    """What came of the trials of one stage: `tables`, `drawings`, and `remarks` on what could not be computed."""
+    """Results of one stage: `tables`, `drawings`, and `remarks` on what could not be computed."""
 
     title: str
     tables: list[Table] = field(default_factory=list)
@@ -32,7 +32,7 @@ class Findings:
     remarks: list[str] = field(default_factory=list)
 
     def add_tests(self, title: str, make: Callable[[], Sequence[Test]], note: str = "") -> None:
-        """Add a table of tests; a remark where they cannot be made of these data."""
+        """Add a table of tests, or a remark if they cannot be computed from these data."""
         try:
             tests = make()
         except BadMeasurement as error:
@@ -42,7 +42,7 @@ class Findings:
 
 
 def estimates_table(title: str, first: str, rows: Sequence[tuple[str, Estimate]], note: str = "") -> Table:
-    """A table of estimates with their intervals; `first` is what the words of its first column are."""
+    """Return a table of estimates with their intervals; `first` is the heading of the first column."""
     return Table(
         title,
         (first, "estimate", "value", "95 % from", "to", "unit"),
@@ -52,7 +52,7 @@ def estimates_table(title: str, first: str, rows: Sequence[tuple[str, Estimate]]
 
 
 def table_of_tests(title: str, tests: Sequence[Test], note: str = "") -> Table:
-    """A table of tests."""
+    """Return a table of tests."""
     rows = []
     for test in tests:
         df = ", ".join(f"{value:g}" for value in test.df)
@@ -61,7 +61,7 @@ def table_of_tests(title: str, tests: Sequence[Test], note: str = "") -> Table:
 
 
 def cell_text(cell: Cell) -> str:
-    """A cell as people read it.
+    """Format a cell for display.
 
     >>> cell_text(0.00001234), cell_text(12.3456), cell_text(math.nan), cell_text("F")
     ('1.23e-05', '12.35', '', 'F')

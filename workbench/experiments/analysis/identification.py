@@ -16,14 +16,14 @@ from underfoot.experiments.table import Row, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: the rate of right answers, of all sessions and of each, and the information transmitted."""
+    """Estimate one person's rate of right answers, over all sessions and each, and the transmitted information."""
     found = [_rate("rate", rows)]
     found += [_rate(f"rate in session {block}", part) for (block,), part in grouped(rows, "block").items()]
     return [*found, information(confusion(rows)[1])]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: rates by person and set, learning, confusions, and tests between sets."""
+    """Report over people: rates by person and set, learning, confusions, and tests between sets."""
     found = Findings("Absolute identification")
     people = grouped(rows, "participant")
     by_person = [(f"{person}{_set_of(part)}", _rate("rate", part)) for (person,), part in people.items()]
@@ -55,7 +55,7 @@ _THESIS = (
 
 
 def confusion(rows: Sequence[Row]) -> tuple[list[str], NDArray[np.int64]]:
-    """The stimuli by number, and counts of answers: [presented, answered], each from number 1 on."""
+    """Return the stimuli by number, and counts of answers: [presented, answered], each from number 1 on."""
     names = {int(row["correct"]): str(row.get("stimulus", row["correct"])) for row in rows}
     most = max([*names, *(int(row["number"]) for row in rows)])
     counts = np.zeros((most, most), np.int64)

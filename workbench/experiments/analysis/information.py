@@ -1,8 +1,8 @@
-"""Transmitted information of a confusion matrix, corrected for few trials.
+"""Transmitted information of a confusion matrix, corrected for the bias of few trials.
 
-The share of each cell is known badly from few trials, and noise looks like structure: the plug-in estimate of 96
-trials over eight stimuli is two fifths of a bit too high. Here each entropy is estimated by Grassberger's method
-(Entropy estimates from insufficient samplings, arXiv physics/0307138, 2003), which takes most of the bias away.
+With few trials the cells' probabilities are uncertain, and noise resembles structure: the plug-in estimate of 96
+trials over eight stimuli is two fifths of a bit too high. Each entropy is estimated by Grassberger's method (Entropy
+estimates from insufficient samplings, arXiv physics/0307138, 2003), which removes most of the bias.
 """
 
 import math
@@ -17,7 +17,7 @@ from underfoot.experiments.analysis.estimate import Estimate
 
 
 def transmitted_bits(counts: ArrayLike, corrected: bool = True) -> float:
-    """Information in bits that answers (columns) carry of stimuli (rows); never below 0.
+    """Return the information in bits that answers (columns) carry about stimuli (rows); at least 0.
 
     >>> transmitted_bits(12 * np.eye(8), corrected=False)
     3.0
@@ -26,10 +26,10 @@ def transmitted_bits(counts: ArrayLike, corrected: bool = True) -> float:
 
 
 def information(counts: ArrayLike) -> Estimate:
-    """The corrected information with a 95 % interval of the jackknife over trials.
+    """Return the corrected information with a 95 % jackknife interval over trials.
 
-    The correction itself jumps as a count goes from odd to even, which the jackknife would take for spread; it is done
-    without that term.
+    The correction has a term that alternates between odd and even counts, which the jackknife would take for spread;
+    it is omitted there.
 
     >>> found = information(12 * np.eye(8))
     >>> round(found.value, 1)

@@ -1,4 +1,4 @@
-"""Free labels: the words, and how often labels of each sort were given to each set (thesis 3.4.2)."""
+"""Free labels: the words, and the frequency of each sort of label in each set (thesis 3.4.2)."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from underfoot.experiments.table import Row, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person, or of all: the share of the first sort among the labels of each set that were sorted."""
+    """Estimate the share of the first sort among the sorted labels of each set, for one person or all."""
     sorts = _sorts(rows, settings)
     found = []
     for (name,), part in sorted(grouped(rows, "set").items()):
@@ -24,7 +24,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: labels of each stimulus, shares of sorts, and Fisher's test between two sets."""
+    """Report over people: labels of each stimulus, shares of sorts, and Fisher's test between two sets."""
     found = Findings("Free labels")
     words = []
     for (name,), part in sorted(grouped(rows, "stimulus").items()):
@@ -48,7 +48,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
 
 
 def _sorts(rows: Sequence[Row], settings: Settings) -> list[str]:
-    """The sorts, in the order of the protocol, or as they come in the table."""
+    """Return the sorts, in the order of the protocol, or as found in the table."""
     named = [part.strip() for part in str(settings.given.get("sorts", "")).split(",") if part.strip()]
     used = dict.fromkeys(str(row.get("sort", "")) for row in rows)
     return [sort for sort in (named or used) if sort not in ("", NOT_SORTED)]

@@ -1,4 +1,4 @@
-"""statsmodels, imported where it is used; one line says how to install it where it is missing."""
+"""Import of statsmodels on first use, with an error that says how to install it."""
 
 from importlib import import_module
 from typing import Any
@@ -7,7 +7,7 @@ from underfoot.errors import BadValue
 
 
 def statsmodels(module: str) -> Any:
-    """A module of statsmodels, such as "stats.anova"; `BadValue` where the package is not installed."""
+    """Import a module of statsmodels, such as "stats.anova"; raise `BadValue` if the package is not installed."""
     try:
         return import_module(f"statsmodels.{module}")
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""What simulated participants say of a study before the first real one: a table and pictures of bias and spread."""
+"""Results of simulated participants, as a plan for a study: a table and plots of bias and spread."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from underfoot.experiments.simulation import Summary
 from underfoot.parameters import Parameter
 
 GROUPS = (10, 20, 40)
-"""So many people, for whose mean the standard error is told."""
+"""Numbers of people for which the standard error of the mean is given."""
 _COLOURS = ("vibration", "force", "contact", "events", "muted")
 _MOST_LINES = 5
 
@@ -19,8 +19,9 @@ _MOST_LINES = 5
 def power_of(
     summaries: Sequence[Summary], people: int, truths: Mapping[str, tuple[Parameter, float]] | None = None
 ) -> Findings:
-    """A table of every estimate, one of what is true of the people, and pictures of spread against trials and of
-    standard error against people."""
+    """Return a table of every estimate, one of the people's true values, and plots of spread against trials and of
+    standard error against people.
+    """
     found = Findings(f"{people} simulated participants")
     whole = [one for one in summaries if one.share == 1.0]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
@@ -55,7 +56,7 @@ def _people(truths: Mapping[str, tuple[Parameter, float]]) -> Table:
 
 
 def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawing:
-    """Spread and bias at shares of the trials; what theory says beside: the spread falls as 1 / sqrt(trials)."""
+    """Plot spread and bias at shares of the trials, beside theory: the spread falls as 1 / sqrt(trials)."""
     lines = []
     for colour, name in zip(_COLOURS, names, strict=False):
         parts = sorted((one for one in summaries if one.name == name), key=lambda one: one.share)

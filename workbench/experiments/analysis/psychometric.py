@@ -1,11 +1,11 @@
-"""A psychometric curve: a cumulative normal by probit regression, its point of subjective equality, and intervals.
+"""Psychometric curves: a cumulative normal by probit regression, its point of subjective equality, and intervals.
 
-The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate the likelihood is
-maximised by SciPy, which a probit link alone cannot do. Intervals come of a parametric bootstrap, in which data are
-drawn from the fitted curve and fitted again, or, at once, of the regression's covariance: Wald's for slope and
-intercept, and for the PSE, which is a ratio, Fieller's (Some problems in interval estimation, 1954). The PSE itself is
-estimated as Andrews and Armstrong do ratios (Quantitative Economics 8, 2017), without bias where the denominator's sign
-is known: minus intercept over slope, as it is, is drawn upwards by the few curves whose slope is nearly none.
+The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate, which a probit
+link lacks, SciPy maximises the likelihood. Intervals are from a parametric bootstrap, in which data are drawn from the
+fitted curve and fitted again, or, faster, from the regression's covariance: Wald's for slope and intercept, and
+Fieller's (Some problems in interval estimation, 1954) for the PSE, which is a ratio. The PSE is estimated without bias
+as a ratio whose denominator has a known sign (Andrews and Armstrong, Quantitative Economics 8, 2017): the plain ratio,
+minus intercept over slope, is biased upwards by the few curves with a slope near zero.
 """
 
 import math
@@ -22,26 +22,28 @@ from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.libraries import statsmodels
 
 MOST_LAPSES = 0.1
-"""A lapse rate is sought up to here; more is no lapse but another curve (Wichmann and Hill, 2001, go up to 0.06)."""
+"""Upper bound of a fitted lapse rate; more is not a lapse but another curve (Wichmann and Hill, 2001, use up to
+0.06).
+"""
 
-_Z = 1.959964  # of a normal distribution, 2.5 % lie above it
+_Z = 1.959964  # 2.5 % of a normal distribution is above it
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Curve:
-    """P(x) = lapse + (1 - 2 lapse) Phi(intercept + slope x); `pse` is where that is a half."""
+    """P(x) = lapse + (1 - 2 lapse) Phi(intercept + slope x); `pse` is where it is a half."""
 
     intercept: float
     slope: float
     lapse: float = 0.0
     covariance: tuple[tuple[float, float], tuple[float, float]] = ((math.nan, math.nan), (math.nan, math.nan))
-    """Of intercept and slope; NaN with lapses."""
+    """Covariance of intercept and slope; NaN with lapses."""
 
     @property
     def pse(self) -> float:
-        """The point of subjective equality; NaN for a curve without slope.
+        """Point of subjective equality; NaN for a curve without slope.
 
         >>> Curve(-2.5, 0.025).pse
         100.0
@@ -49,18 +51,18 @@ class Curve:
         return -self.intercept / self.slope if self.slope else math.nan
 
     def at(self, x: ArrayLike) -> Array:
-        """The probability at each of `x`."""
+        """Return the probability at each of `x`."""
         from scipy.special import ndtr
 
         normal = ndtr(self.intercept + self.slope * np.asarray(x, np.float64))
         return np.asarray(self.lapse + (1.0 - 2.0 * self.lapse) * normal)
 
     def unbiased_pse(self, middle: float) -> float:
-        """Where the curve is a half, without bias; the plain ratio without a covariance.
+        """Return the PSE without bias; the plain ratio if there is no covariance.
 
-        Of a normal slope with deviation s, Mills' ratio of slope / s, over s, has the mean 1 / true slope. The height
-        of the curve at a `middle` of levels, less what goes with the slope, does not depend on it: their product has
-        no bias.
+        For a normal slope with deviation s, Mills' ratio of slope / s, over s, has the mean 1 / true slope. The height
+        of the curve at a `middle` of levels, minus its part correlated with the slope, is independent of the slope:
+        their product is unbiased.
         """
         from scipy.special import erfcx
 
@@ -74,9 +76,9 @@ class Curve:
 
 
 def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) -> Curve:
-    """The curve of `yes` answers out of `of` at each level `x`; also shares, `of` 1.
+    """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1.
 
-    `BadMeasurement` where all answers are alike, or fewer than two levels were presented.
+    Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented.
 
     >>> x = [52, 64, 76, 90, 106, 124, 146]
     >>> round(fit(x, [0.034, 0.13, 0.33, 0.557, 0.64, 0.69, 0.77], np.ones(7)).pse, 1)
@@ -94,9 +96,9 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) 
 def estimates(
     x: ArrayLike, yes: ArrayLike, of: ArrayLike, bootstrap: int = 399, seed: int = 1, with_lapses: bool = False
 ) -> tuple[Estimate, Estimate, Estimate]:
-    """PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or from the covariance for 0.
+    """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
-    Bootstrap curves that cannot be fitted are left out. With lapses there is no interval without draws.
+    Bootstrap curves that cannot be fitted are omitted. With lapses, intervals need draws.
     """
     curve = fit(x, yes, of, with_lapses)
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
@@ -124,7 +126,7 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
     for name, value, variance in (("slope", curve.slope, vss), ("intercept", curve.intercept, vii)):
         half = z * math.sqrt(variance) if variance >= 0.0 else math.nan
         found.append(Estimate(name, value, value - half, value + half))
-    # Fieller: all x at which intercept + slope x is within z of its standard error of 0.
+    # Fieller: all x at which intercept + slope x is within z standard errors of 0.
     a, b, c = (
         curve.slope**2 - z * z * vss,
         curve.intercept * curve.slope - z * z * vis,
@@ -135,13 +137,14 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
     if a > 0.0 and root >= 0.0:
         low, high = (-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a
     elif not math.isnan(a):
-        low, high = -math.inf, math.inf  # the slope may be 0: the data say nothing of where the curve passes a half
+        low, high = -math.inf, math.inf  # the slope may be 0: the PSE is not bounded by the data
     return Estimate("pse", curve.pse, low, high), found[0], found[1]
 
 
 def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
-    """Bias-corrected percentiles (Efron 1981): curves fitted to few trials are steeper than the truth, and drawn ones
-    once more."""
+    """Return bias-corrected percentiles (Efron 1981): curves fitted to few trials are too steep, and bootstrapped ones
+    more so.
+    """
     from scipy.special import ndtr, ndtri
 
     kept = np.array([one for one in drawn if math.isfinite(one)])
@@ -153,7 +156,7 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
 
 
 def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
-    """The maximum of the likelihood, by statsmodels; levels are centred and scaled for it."""
+    """Maximise the likelihood by statsmodels, with levels centred and scaled."""
     glm = statsmodels("genmod.generalized_linear_model").GLM
     families = statsmodels("genmod.families")
     used = totals > 0
@@ -162,7 +165,7 @@ def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
     shares = counts[used] / totals[used]
     design = np.column_stack([np.ones_like(scaled), scaled])
     with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # of data that a step fits exactly: the slope is then as steep as it goes
+        warnings.simplefilter("ignore")  # for data that a step fits exactly: the slope is then at its limit
         model = glm(shares, design, families.Binomial(families.links.Probit()), freq_weights=totals[used])
         result = model.fit()
     a, b = (float(value) for value in result.params)

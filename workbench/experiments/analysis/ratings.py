@@ -13,13 +13,13 @@ from underfoot.experiments.table import Row, factors_of, grouped
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: the mean rating of each condition."""
+    """Estimate one person's mean rating of each condition."""
     parts = sorted(grouped(rows, "stimulus").items())
     return [mean_interval(f"rating {name}", [float(row["rating"]) for row in part]) for (name,), part in parts]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: means, an analysis of variance within people, and each condition against none."""
+    """Report over people: means, a within-subject analysis of variance, and each condition against none."""
     found = Findings("Ratings")
     means = {
         (str(person), str(stimulus)): float(np.mean([float(row["rating"]) for row in part]))
@@ -46,13 +46,13 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
 
 
 def _without_vibration(rows: Sequence[Row]) -> str:
-    """The condition whose level is 0, "" for none."""
+    """Return the condition whose level is 0, "" for none."""
     found = {str(row["stimulus"]) for row in rows if row.get("level_m_s2") == 0.0}
     return min(found) if found else ""
 
 
 def _crossed(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
-    """The factors of those conditions that are crossed, and their rows; the one without vibration is left out."""
+    """Return the factors of crossed conditions, and their rows, without the condition without vibration."""
     plain = _without_vibration(rows)
     kept = [row for row in rows if row["stimulus"] != plain]
     factors = tuple(name for name in factors_of(kept) if name != "level_m_s2")
@@ -62,7 +62,7 @@ def _crossed(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
 
 
 def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
-    """Means of a factor's values over people, with standard errors."""
+    """Plot the means of a factor's values over people, with standard errors."""
     parts = sorted((str(value), part) for (value,), part in grouped(rows, factor).items() if value != "")
     means, errors = [], []
     for _, part in parts:

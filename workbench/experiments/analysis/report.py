@@ -1,4 +1,4 @@
-"""Findings as text for a terminal, as data for programs, and as a page with pictures."""
+"""Findings as text for a terminal, as data for programs, and as a page with plots."""
 
 import html
 import math
@@ -13,7 +13,7 @@ from underfoot.files import make_folder, write_file
 
 
 def text_of(findings: Sequence[Findings]) -> str:
-    """Tables in columns, one after the other, with their notes and the remarks."""
+    """Format the tables in succession, with their notes and the remarks."""
     parts: list[str] = []
     for found in findings:
         parts.append(found.title)
@@ -23,7 +23,7 @@ def text_of(findings: Sequence[Findings]) -> str:
 
 
 def data_of(findings: Sequence[Findings]) -> list[dict[str, Any]]:
-    """Findings as JSON takes them; what there is not, or has no bound, is None."""
+    """Return findings as JSON data; missing or unbounded values are None."""
     return [
         {
             "title": found.title,
@@ -43,7 +43,7 @@ def data_of(findings: Sequence[Findings]) -> list[dict[str, Any]]:
 
 
 def write_page(path: Path, title: str, findings: Sequence[Findings], facts: Sequence[tuple[str, str]] = ()) -> None:
-    """Write a page with all tables and pictures; its folder is made where it is missing. `BadFile` where it cannot."""
+    """Write a page with all tables and plots, creating its folder. Raises `BadFile` if that fails."""
     make_folder(path.parent)
     body = [facts_table([*facts, *made_by()])]
     for found in findings:

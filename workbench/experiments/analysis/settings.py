@@ -1,4 +1,4 @@
-"""How an analysis is done: what can be chosen, and the parameters of the method whose trials they are."""
+"""Settings of an analysis: options, and the parameters of the method that ran the trials."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -7,8 +7,9 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Settings:
-    """`given` are the method's checked parameters. `bootstrap` is how many draws intervals of curves are made of, 0 for
-    the regression's covariance; `with_lapses` gives curves a lapse rate."""
+    """`given` are the method's checked parameters. `bootstrap` is the number of draws for intervals of curves, 0 for
+    the regression's covariance; `with_lapses` gives curves a lapse rate.
+    """
 
     given: Mapping[str, Any] = field(default_factory=dict)
     bootstrap: int = 399

@@ -1,4 +1,4 @@
-"""Staircases: where they turned, and the thresholds or equal levels of it (thesis figure 6.9, table 6.1)."""
+"""Staircases: their reversals, and thresholds or points of equality (thesis figure 6.9, table 6.1)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,19 +18,21 @@ _COLOURS = ("force", "vibration", "contact", "events")
 
 @dataclass
 class Run:
-    """The last run of one staircase: its levels in dB, and at which of them it turned."""
+    """The last run of one staircase: its levels in dB, and the indices of its reversals."""
 
     levels_db: list[float]
     turned_at: list[int]
 
     @property
     def turns_db(self) -> list[float]:
-        """The levels at which it turned."""
+        """The levels of its reversals."""
         return [self.levels_db[at] for at in self.turned_at]
 
 
 def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
-    """One person's staircases, by stimulus, block, and from where; of each the run that no false alarm began anew."""
+    """Return one person's staircases by stimulus, block and start; of each, the last run that no false alarm
+    restarted.
+    """
     given = {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
     states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
     for row in rows:
@@ -51,7 +53,7 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: for each stimulus the mean of its staircases' thresholds, in dB re its level."""
+    """Estimate one person's threshold for each stimulus, the mean of its staircases, in dB re its level."""
     wanted = int(settings.given.get("reversals", 12))
     last = int(settings.given.get("last", 8))
     values: dict[str, list[float]] = {}
@@ -63,7 +65,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: thresholds, in dB and m/s^2, false alarms, and the staircases themselves."""
+    """Report over people: thresholds, in dB and m/s^2, false alarms, and the staircases themselves."""
     found = Findings("Staircases")
     people = grouped(rows, "participant")
     several = {str(person): estimates(part, settings) for (person,), part in people.items()}
@@ -93,7 +95,7 @@ _THESIS = (
 
 
 def _references(rows: Sequence[Row]) -> dict[str, float]:
-    """The level of each stimulus in m/s^2, at 0 dB."""
+    """Return the level of each stimulus in m/s^2, at 0 dB."""
     return {
         str(row["comparison"]): float(row["level_m_s2"]) / 10.0 ** (float(row["gain_db"]) / 20.0)
         for row in rows

@@ -19,11 +19,11 @@ FACTORS = {
     "bearing": ("bearing_rad", 1.0, "rad"),
 }
 NEAR_M, FAR_M = 0.15, 0.25
-"""The distances between which the thesis tests (5.6.1)."""
+"""The two distances that the thesis compares (5.6.1)."""
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: rates of selection, of all and of each width, and the mean time of those that were selected."""
+    """Estimate one person's selection rates, of all targets and of each width, and the mean time of selections."""
     found = [_rate("rate", rows)]
     for (width,), part in sorted(grouped(rows, "width_m").items()):
         found.append(_rate(f"rate at {100.0 * float(width):g} cm", part))
@@ -32,7 +32,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Over people: rates by each factor, a logistic regression, and Fisher's test of two distances."""
+    """Report over people: rates by each factor, a logistic regression, and Fisher's test of two distances."""
     found = Findings("Target selection")
     people = [(str(person), _rate("rate", part)) for (person,), part in grouped(rows, "participant").items()]
     found.tables.append(
@@ -71,7 +71,7 @@ _THESIS = (
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
-    """The rate of selection; each width has one of its own."""
+    """Return the rate of selection; each width has its own."""
     parts = grouped(rows, "width_m").values()
     return mixed_share_interval(name, [(sum(row["selected"] == "yes" for row in part), len(part)) for part in parts])
 

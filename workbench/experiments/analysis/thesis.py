@@ -1,14 +1,14 @@
-"""What the thesis "Walking on virtual ground" prints of its own studies, to be drawn beside new results.
+"""Results of the thesis "Walking on virtual ground", for comparison with new ones.
 
-Tables and figures by their numbers there; where it contradicts itself, what its own data say.
+Tables and figures have the thesis's numbers; where it contradicts itself, the values are from its data.
 """
 
 IDENTIFIED_MEAN, IDENTIFIED_SD, CHANCE = 0.61, 0.21, 0.125
-"""Rates of correct identification over 24 people and both sets (3.4.2), and what guessing gives."""
+"""Rates of correct identification over 24 people and both sets (3.4.2), and the rate of guessing."""
 LEAST_CONFUSED, MOST_CONFUSED = 0.80, 0.25
 """Rates of the best and of the worst stimulus (3.4.2)."""
 IMPACT_LABELS = {"IT": 0.58, "WS": 0.18}
-"""Share of stimuli of each set that was labelled as impacts (3.4.2)."""
+"""Share of stimuli in each set that were labelled as impacts (3.4.2)."""
 
 PEAKS_M_S2 = {"SC": 2.9, "SP": 3.7, "SD": 6.8, "WC": 17.4, "WP": 18.4, "WD": 18.2, "TC": 3.3, "TP": 4.6, "TD": 6.8}
 RMS_M_S2 = {"SC": 1.74, "SP": 2.4, "SD": 4.4, "WC": 10.9, "WP": 8.5, "WD": 10.9, "TC": 1.2, "TP": 1.75, "TD": 2.4}
@@ -28,9 +28,9 @@ INTERCEPT = {0.0: -2.50, 0.43: -2.70, 0.86: -2.77}
 """Table 6.3: medians over 20 people, at each level."""
 
 THRESHOLD_M_S2, THRESHOLD_SD_M_S2, THRESHOLD_REFERENCE_M_S2 = 0.46, 0.18, 0.43
-"""Detection of TD: mean and standard deviation over 20 people (6.4.2), and the level that dB count from."""
+"""Detection of TD: mean and standard deviation over 20 people (6.4.2), and the reference of dB."""
 
 SELECTED_LARGEST, SELECTED_SMALLEST = 0.98, 0.44
 """Rates of selection of the largest and the smallest button (5.6.1)."""
 SELECTION_LOGIT = "z = 1.4 + 0.071 w - 0.062 d - 0.6 theta, w and d in cm, theta in rad"
-"""As printed (5.6.1): it contradicts the rates above, and is quoted, not used."""
+"""As printed (5.6.1): it contradicts the rates above, and is quoted only."""
