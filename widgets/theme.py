@@ -251,7 +251,7 @@ QPushButton:pressed, QToolButton:pressed {{ background: {LINE}; }}
 QPushButton:checked, QToolButton:checked {{ background: {PALETTE["checked"]}; }}
 QPushButton:focus, QToolButton:focus, QComboBox:focus, QLineEdit:focus, QPlainTextEdit:focus {{
     border: 1px solid {VIBRATION}; }}
-QPushButton:disabled, QToolButton:disabled {{ color: {FAINT}; }}
+QPushButton:disabled, QToolButton:disabled, QComboBox:disabled {{ color: {FAINT}; }}
 QPushButton[role="alarm"] {{
     background: {PALETTE["alarming"]}; border: 1px solid {ALARM}; font-weight: bold;
     color: {PALETTE["alarming text"]}; }}
@@ -260,6 +260,7 @@ QPushButton[role="primary"] {{ background: {PALETTE["primary"]}; }}
 QPushButton[role="tab"], QToolButton[role="tab"] {{
     background: transparent; border-color: transparent; color: {MUTED}; }}
 QPushButton[role="tab"]:hover, QToolButton[role="tab"]:hover {{ color: {TEXT}; }}
+QPushButton[role="tab"]:disabled, QToolButton[role="tab"]:disabled {{ color: {FAINT}; }}
 QToolButton[role="chip"] {{
     background: transparent; border-color: transparent; color: {MUTED}; padding: 1px 2px; font-size: {SMALL_PX}px; }}
 QToolButton[role="chip"]:hover {{ color: {TEXT}; }}
@@ -293,6 +294,7 @@ QTreeView::item:hover, QListView::item:hover {{ background: {RAISED}; }}
 QTreeView::item:selected, QListView::item:selected {{ background: {HOVER}; color: {TEXT}; }}
 QTableView {{ gridline-color: {LINE}; }}
 QHeaderView::section {{ background: {PANEL}; color: {MUTED}; border: none; padding: 4px 6px; }}
+QHeaderView::up-arrow, QHeaderView::down-arrow {{ subcontrol-position: top center; width: 9px; height: 6px; }}
 QScrollArea {{ background: transparent; border: none; }}
 QScrollBar:vertical {{ background: transparent; width: 8px; margin: 0; }}
 QScrollBar:horizontal {{ background: transparent; height: 8px; margin: 0; }}

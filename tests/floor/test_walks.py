@@ -145,3 +145,20 @@ def test_steps_that_come_together_are_given_to_those_whom_they_suit_together(fee
     assert len(steps) == 24
     assert [len(of_one) for of_one in persons.values()] == [1, 1]
     assert persons[0] != persons[1]
+
+
+def test_the_foot_that_the_end_cuts_takes_nobodys_last_step_away():
+    """Two walk 1.2 m apart; the stream ends 0.3 s after the last foot came down, soon after the ones before left."""
+    contacts = [contact_at(2 * step + one, 0.55 * step + 0.2 * one, 0.3 + 0.5 * step, 0.3 + 1.2 * one)
+                for step in range(9) for one in range(2)]  # fmt: skip
+    end_s = contacts[-1].start_s + 0.3
+    counter, steps = StepCounter(FLOOR), []
+    for contact in contacts[:-2]:
+        steps += counter.feed([contact], contact.end_s)
+    for contact in contacts[-2:]:
+        seen = contact.time_s < end_s
+        curve = {name: getattr(contact, name)[seen] for name in ("time_s", "force_n", "x_m", "y_m")}
+        steps += counter.feed([dataclasses.replace(contact, end_s=end_s, cut=True, **curve)], end_s)
+    steps += counter.finish()
+    assert [step.contact for step in sorted(steps, key=lambda step: step.contact)] == list(range(16))
+    assert {(step.contact % 2, step.person) for step in steps} == {(0, 1), (1, 2)}

@@ -12,7 +12,15 @@ from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import cached_survey, has_envelopes, keep_survey, make_envelopes, open_envelopes, survey
+from underfoot.records.survey import (
+    RecordedForces,
+    cached_survey,
+    has_envelopes,
+    keep_survey,
+    make_envelopes,
+    open_envelopes,
+    survey,
+)
 
 FLOOR = default_floor(1, 2)
 
@@ -137,6 +145,19 @@ def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlie
         assert cached_survey(other) is None
         peaks = [max(one.force_n) for one in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
+
+
+def test_a_contact_is_where_its_rows_say(recording):
+    rows = [found.rows for found in RecordedForces(recording).found() if len(found.rows)]
+    time_s, id, x_m, y_m, force_n = (
+        np.concatenate([getattr(part, name) for part in rows])
+        for name in ("time_s", "contact", "x_m", "y_m", "force_n")
+    )
+    for span in survey(recording, lambda so_far: True).contacts:
+        mine = id == span.id
+        told = np.array([span.at(at_s) for at_s in time_s[mine]])
+        assert np.quantile(np.hypot(told[:, 0] - x_m[mine], told[:, 1] - y_m[mine]), 0.9) < 0.005
+        assert np.quantile(np.abs(told[:, 2] - force_n[mine]), 0.9) < 0.05 * span.peak_n
 
 
 def test_a_survey_can_be_stopped(recording):

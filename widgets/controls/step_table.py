@@ -140,7 +140,9 @@ class StepModel(QAbstractTableModel):
         step, column = self.steps[index.row()], COLUMNS[index.column()]
         spike = column.name == "loading_kn_s" and step.spike
         if role == SORTING:
-            return getattr(step, column.name)
+            value = getattr(step, column.name)
+            # To a sort NaN is neither less nor more, which mixes up all rows.
+            return -math.inf if isinstance(value, float) and math.isnan(value) else value
         if role == Qt.ItemDataRole.DisplayRole:
             return self.texts[index.row()][index.column()]
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -153,7 +155,7 @@ class StepModel(QAbstractTableModel):
 class StepTable(QTableView):
     """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read.
 
-    One that is `sortable` puts its rows in the order of a column whose heading is clicked.
+    One that is `sortable` puts its rows in the order of a column whose heading is clicked, and stays where it is.
     """
 
     def __init__(self, most: int = MOST_STEPS, sortable: bool = False) -> None:
@@ -186,6 +188,7 @@ class StepTable(QTableView):
         self._pictures: dict[tuple[tuple[str, ...], bool, float], QPixmap] = {}
         header.sectionResized.connect(self._pictures.clear)
         header.sectionMoved.connect(self._pictures.clear)
+        self._is_sortable = sortable
         self._follows = not sortable
         self._end = 0
         bar = self.verticalScrollBar()
@@ -275,7 +278,7 @@ class StepTable(QTableView):
     def _note_end(self, value: int) -> None:
         """Somebody has scrolled: up to read, or down to the end again."""
         bar = self.verticalScrollBar()
-        if bar.maximum() == self._end:
+        if bar.maximum() == self._end and not self._is_sortable:
             self._follows = value >= bar.maximum()
 
     def _keep_end(self, _: int, end: int) -> None:

@@ -62,7 +62,8 @@ class ExportDialog(QDialog):
 
     def _show(self) -> None:
         one = formats()[self.format.currentData()]
-        self.about.setText(one.title.partition(":")[2].strip().capitalize() or one.title)
+        about = one.title.partition(":")[2].strip() or one.title
+        self.about.setText(f"{about[0].upper()}{about[1:]}.")
         self.cannot.setText(f"Not carried: {one.cannot}.")
         for widget in (self._vibration_label, self.vibration):
             widget.setVisible(one.suffix in _ONE_KIND)

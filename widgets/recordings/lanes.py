@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,8 @@ class Content:
         self.contacts, self.steps = contacts, steps
         self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
         """The number of a contact's step in the list."""
+        self.passing: Sequence[int] = range(len(steps))
+        """The numbers of the steps that are not filtered out."""
         self.spans_s = np.array([(one.start_s, one.end_s) for one in contacts]).reshape(-1, 2)
         free = [-math.inf] * _BARS
         rows = []
@@ -152,7 +155,10 @@ class LanePainter:
             painter.drawLine(QPointF(x, RULER_PX - 6.0), QPointF(x, RULER_PX - 1.0))
             painter.setPen(QColor(theme.MUTED))
             words = time_in_words(k * step_s, step_s)
-            painter.drawText(QRectF(x - 50.0, 14.0, 100.0, 14.0), Qt.AlignmentFlag.AlignHCenter, words)
+            room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends where the picture does
+            wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(words) + 2.0)
+            at = QRectF(x + room - wide, 14.0, wide, 14.0)
+            painter.drawText(at, Qt.AlignmentFlag.AlignHCenter, words)
 
     def _paint_marks(self, painter: QPainter) -> None:
         opened = self.content.opened
@@ -162,7 +168,7 @@ class LanePainter:
             if self.left <= x <= self.right:
                 painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
         violet, bottom, free = QColor(theme.EVENTS), self.lanes["measured"].bottom, -math.inf
-        for mark in opened.marks:
+        for mark in sorted(opened.marks, key=lambda mark: (mark.frame, not mark.text)):
             x = self.x((mark.frame - opened.first) / opened.rate)
             if not self.left <= x <= self.right:
                 continue
@@ -207,7 +213,7 @@ class LanePainter:
         """A row for each tile, the chosen one marked."""
         lane, count = self.lanes["tiles"], load_n.shape[1]
         levels = np.clip(np.nan_to_num(load_n) * (255.0 / FULL_N), 0.0, 255.0).astype(np.uint8)
-        pixels = np.ascontiguousarray(_AMBERS[levels].T)
+        pixels = np.ascontiguousarray(_shades(theme.FORCE, theme.PANEL)[levels].T)
         image = QImage(pixels.data, pixels.shape[1], count, 4 * pixels.shape[1], QImage.Format.Format_RGB32)
         painter.drawImage(self._area(lane), image)
         row = (lane.bottom - lane.top) / count
@@ -308,9 +314,10 @@ class LanePainter:
         painter.drawText(QPointF(8.0, lane.top + 24.0), "step, foot")
         chosen = self.content.steps[self.view.step].step.contact if self.view.step >= 0 else 0
         self._paint_thin(painter)
+        passing = set(self.content.passing)
         for contact, bar in self.bars(chosen):
             number = self.content.number_of.get(contact.id)
-            step = self.content.steps[number].step if number is not None else None
+            step = self.content.steps[number].step if number is not None and number in passing else None
             share = {"left": 0.75, "right": 0.45}.get(step.side, 0.6) if step else 0.15
             painter.setPen(QPen(QColor(theme.TEXT if contact.id == chosen else theme.CONTACT), 1.0))
             painter.setBrush(QColor(theme.mixed(theme.CONTACT, theme.PANEL, share)))
@@ -377,7 +384,7 @@ def _place(lane: Lane, value: "float | NDArray[np.float64]", low: float, high: f
     return lane.bottom - share * (lane.bottom - lane.top)
 
 
-_AMBERS = np.array(
-    [QColor(theme.mixed(theme.FORCE, theme.PANEL, level / 255.0)).rgb() for level in range(256)], np.uint32
-)
-"""The colour of a tile's row at each level."""
+@cache
+def _shades(full: str, none: str) -> NDArray[np.uint32]:
+    """The colours of a tile's row at 256 levels, from one to the other."""
+    return np.array([QColor(theme.mixed(full, none, level / 255.0)).rgb() for level in range(256)], np.uint32)

@@ -5,9 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
-from underfoot.widgets.recordings.lanes import time_in_words
+from underfoot.widgets.recordings.lanes import Content, time_in_words
 from underfoot.widgets.recordings.reader import Moment, Vibration
 
 
@@ -29,6 +30,19 @@ def readout_of(floor: Floor, moment: Moment, rest_n: NDArray[np.floating], time_
         parts.append(f"tile {floor.tiles[moment.tile].id} {_rounded(float(np.nan_to_num(loads[moment.tile])))} N")
     parts += [f"{source} {vibration_in_words(one)}" for source, one in moment.vibration.items()]
     return "  ·  ".join(parts)
+
+
+def contacts_at(content: Content, time_s: float) -> list[OngoingContact]:
+    """The contacts at a second of the recording, each where it presses, with its person."""
+    begun, over = (content.spans_s[:, column] for column in (0, 1))
+    found = []
+    for place in np.flatnonzero((begun <= time_s) & (time_s <= over)).tolist():
+        contact = content.contacts[place]
+        number = content.number_of.get(contact.id)
+        person = content.steps[number].step.person if number is not None else 0
+        if contact.places:
+            found.append(OngoingContact(contact.id, *contact.at(time_s), contact.tiles, contact.start_s, person))
+    return found
 
 
 def vibration_in_words(one: Vibration) -> str:

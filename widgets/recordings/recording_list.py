@@ -53,11 +53,11 @@ class Summaries(QObject):
 
     def read(self, paths: Sequence[Path]) -> None:
         """Read these instead of those that were asked for before; nothing once it is closed."""
-        self.stop()
+        self._stops.set()
         if self._is_closed:
             return
-        self._stops = threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(list(paths), self._stops), name="recordings")
+        self._stops, before = threading.Event(), self._thread
+        self._thread = threading.Thread(target=self._run, args=(list(paths), self._stops, before), name="recordings")
         self._thread.start()
 
     def stop(self) -> None:
@@ -71,7 +71,9 @@ class Summaries(QObject):
         self._is_closed = True
         self.stop()
 
-    def _run(self, paths: list[Path], stops: threading.Event) -> None:
+    def _run(self, paths: list[Path], stops: threading.Event, before: threading.Thread | None) -> None:
+        if before is not None:
+            before.join()  # here, where nobody waits for the disk
         for path in paths:
             if stops.is_set():
                 return

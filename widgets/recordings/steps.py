@@ -27,6 +27,8 @@ class RecordedSteps(QWidget):
 
     chosen = Signal(int)
     """The number of a step in the list that `show_steps` was given."""
+    filtered = Signal()
+    """Others of the steps are let through than before."""
     said = Signal(str)
 
     def __init__(self) -> None:
@@ -74,6 +76,7 @@ class RecordedSteps(QWidget):
     def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
         """Show these steps instead of those before; filters stay where they can."""
         self._steps, self._choice = steps, choice
+        place = self.table.verticalScrollBar().value()
         values = {
             "person": sorted({str(one.step.person) for one in steps if one.step.person}, key=int),
             "side": sorted({one.step.side for one in steps}),
@@ -89,6 +92,8 @@ class RecordedSteps(QWidget):
             box.setCurrentIndex(max(box.findData(wanted), 0))
             box.blockSignals(False)
         self._filter()
+        if choice < 0:
+            self.table.verticalScrollBar().setValue(place)
 
     @property
     def every(self) -> int:
@@ -100,7 +105,18 @@ class RecordedSteps(QWidget):
         self._choice = number
         if number in self._passing:
             self.table.select_step(self._steps[number].step)
+        else:
+            self.table.clearSelection()
         self._draw()
+
+    def lets_through(self, steps: Sequence[Stance]) -> list[int]:
+        """The numbers of those that the filters let through."""
+        wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
+        return [
+            number
+            for number, one in enumerate(steps)
+            if all(str(getattr(one.step, name)) == value for name, value in wanted.items())
+        ]
 
     def passing(self) -> list[Step]:
         """The steps that are shown."""
@@ -113,12 +129,7 @@ class RecordedSteps(QWidget):
         self.said.emit(f"{len(steps)} steps were copied as CSV.")
 
     def _filter(self) -> None:
-        wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
-        self._passing = [
-            number
-            for number, one in enumerate(self._steps)
-            if all(str(getattr(one.step, name)) == value for name, value in wanted.items())
-        ]
+        self._passing = self.lets_through(self._steps)
         self.table.steps.clear()
         self.table.steps.add(self.passing())
         count, every = len(self._passing), len(self._steps)
@@ -127,6 +138,7 @@ class RecordedSteps(QWidget):
         if self._choice in self._passing:
             self.table.select_step(self._steps[self._choice].step)
         self._draw()
+        self.filtered.emit()
 
     def _choose(self) -> None:
         selected = self.table.selected_steps()

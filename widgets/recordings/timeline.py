@@ -132,8 +132,10 @@ class Axis(QWidget):
         self.update()
 
     def set_playing(self, time_s: float) -> None:
-        """Show what is being played; NaN for nothing."""
-        self.playing_s = time_s
+        """Show what is being played; NaN for nothing. What is seen goes on with it where it was in sight."""
+        view, before_s, self.playing_s = self.view, self.playing_s, time_s
+        if view.begin_s <= before_s <= view.end_s and (time_s < view.begin_s or time_s > view.end_s):
+            self.set_view(time_s, time_s + view.end_s - view.begin_s)
         self.update()
 
     def select(self, begin_s: float, end_s: float) -> None:
@@ -282,14 +284,20 @@ class Axis(QWidget):
         return True
 
     def _next_step(self, way: int) -> None:
-        """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next."""
-        if self.content is None or not self.content.steps:
+        """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next. What is
+        filtered out is passed over."""
+        if self.content is None or not self.content.passing:
             return
-        starts_s = [one.step.start_s for one in self.content.steps]
-        number = self.view.step
-        if number < 0 or starts_s[number] != self.cursor_s:
-            number = bisect_left(starts_s, self.cursor_s) - (way > 0)
-        self.step_chosen.emit(min(max(number + way, 0), len(starts_s) - 1))
+        numbers = sorted(self.content.passing, key=self._start_s)
+        if self.view.step in numbers and self._start_s(self.view.step) == self.cursor_s:
+            place = numbers.index(self.view.step)
+        else:
+            place = bisect_left(numbers, self.cursor_s, key=self._start_s) - (way > 0)
+        self.step_chosen.emit(numbers[min(max(place + way, 0), len(numbers) - 1)])
+
+    def _start_s(self, number: int) -> float:
+        assert self.content is not None
+        return self.content.steps[number].step.start_s
 
     # --- paint ---
 

@@ -6,16 +6,15 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QSplitter, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.survey_process import Progress
-from underfoot.floor.contacts import OngoingContact
 from underfoot.records.recording import Mark, Recording
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.panels import titled, tool_button
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import FloorMap
@@ -24,7 +23,7 @@ from underfoot.widgets.recordings.growing import Growing
 from underfoot.widgets.recordings.lanes import Content, time_in_words
 from underfoot.widgets.recordings.player import Player
 from underfoot.widgets.recordings.reader import FINE_S, Moment, Opened, Overview, RecordingReader, Strip
-from underfoot.widgets.recordings.readout import readout_of
+from underfoot.widgets.recordings.readout import contacts_at, readout_of
 from underfoot.widgets.recordings.recording_list import RecordingList
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
@@ -69,7 +68,6 @@ class RecordingsWorkspace(Workspace):
         self.growing = Growing(self.reader, self)
         self.player: Player | None = None
         self.content: Content | None = None
-        self._moment: Moment | None = None
         self._build()
         self._connect()
         self.axis.show_content(None, NOTHING)
@@ -111,13 +109,23 @@ class RecordingsWorkspace(Workspace):
         """Open a recording; what is wrong with it is said."""
         self._let_go()
         self.axis.show_content(None, f"Opening {path.name}…")
+        self.title.setText(path.stem)
+        self.recordings.mark(path)
         self.reader.open(path.absolute())
 
     def _let_go(self) -> None:
         if self.player is not None and self.player.is_playing:
             self.player.stop()
         self.surveyor.stop()
-        self.content, self._moment = None, None
+        if self.content is not None:
+            tiles = len(self.content.opened.floor.tiles)
+            self.map.set_loads(np.zeros(tiles), np.zeros(tiles, bool))
+            self.map.set_contacts((), 0.0)
+            self.map.update()
+        self.content = None
+        self.title.setText("")
+        self.facts.set_full_text("")
+        self.readout.setText("")
         self.progress.setText("")
         self.steps.show_steps(())
         self._enable()
@@ -125,6 +133,7 @@ class RecordingsWorkspace(Workspace):
     def _take_opened(self, opened: Opened) -> None:
         survey = opened.survey or Survey()
         self.content = Content(opened, contacts=survey.contacts, steps=survey.steps)
+        self.content.passing = self.steps.lets_through(survey.steps)
         self.map.set_floor(opened.floor)
         self.axis.show_content(self.content)
         self.steps.show_steps(survey.steps)
@@ -133,7 +142,7 @@ class RecordingsWorkspace(Workspace):
         length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
         self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
-        self.facts.setText(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
+        self.facts.set_full_text(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.growing.follow(opened.path)
         if self.growing.is_written(opened.path):
@@ -172,6 +181,7 @@ class RecordingsWorkspace(Workspace):
     def _take_survey(self, survey: Survey) -> None:
         if self.content is not None:
             self.content.show_survey(list(survey.contacts), list(survey.steps))
+            self.content.passing = self.steps.lets_through(self.content.steps)
             if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
                 self.steps.show_steps(self.content.steps, self.axis.view.step)
             self.axis.redraw()
@@ -223,7 +233,7 @@ class RecordingsWorkspace(Workspace):
     def _show_moment(self, moment: Moment) -> None:
         if self.content is None:
             return
-        content, self._moment = self.content, moment
+        content = self.content
         opened, overview = content.opened, content.overview
         time_s = (moment.frame - opened.first) / opened.rate
         rest_n = overview.rest_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
@@ -234,29 +244,8 @@ class RecordingsWorkspace(Workspace):
         else:
             loads = np.nan_to_num(moment.corners_n.sum(axis=1)) - rest_n[:-1]
             self.map.set_loads(loads, np.zeros(len(loads), bool))
-            self.map.set_contacts(self._contacts_at(time_s, moment, loads), time_s)
+            self.map.set_contacts(contacts_at(content, time_s), time_s)
         self.map.update()
-
-    def _contacts_at(self, time_s: float, moment: Moment, loads: NDArray[np.float64]) -> list[OngoingContact]:
-        """The contacts at a time, where they press."""
-        assert self.content is not None
-        assert moment.corners_n is not None
-        floor, people = self.content.opened.floor, {s.step.contact: s.step.person for s in self.content.steps}
-        found = []
-        for contact in self.content.contacts:
-            rows = [row for row in contact.tiles if loads[row] > 2.0]
-            if not contact.start_s <= time_s <= contact.end_s or not rows:
-                continue
-            places = []
-            for row in rows:
-                tile = floor.tiles[row]
-                corners = np.maximum(np.nan_to_num(moment.corners_n[row]), 0.0)
-                at = corners @ np.array(tile.sensors_m) / max(float(corners.sum()), 1e-9)
-                places.append(tile.to_floor(at))
-            x_m, y_m = np.average(places, axis=0, weights=loads[rows]).tolist()
-            force_n, person = float(loads[rows].sum()), people.get(contact.id, 0)
-            found.append(OngoingContact(contact.id, x_m, y_m, force_n, tuple(rows), contact.start_s, person))
-        return found
 
     def _choose_tile(self, row: int) -> None:
         if self.content is None:
@@ -271,6 +260,11 @@ class RecordingsWorkspace(Workspace):
     def _choose_on_map(self, tile: str) -> None:
         if self.content is not None and tile in self.content.opened.floor.ids:
             self._choose_tile(self.content.opened.floor.index(tile))
+
+    def _filter(self) -> None:
+        if self.content is not None:
+            self.content.passing = self.steps.lets_through(self.content.steps)
+            self.axis.redraw()
 
     def _choose_step(self, number: int) -> None:
         """A step was chosen, on the axis or in the table: its curve, its time and its tile."""
@@ -356,8 +350,6 @@ class RecordingsWorkspace(Workspace):
             self._let_go()
             self.reader.close_file()
             self.axis.show_content(None, NOTHING)
-            self.title.setText("")
-            self.facts.setText("")
 
     def _enable(self) -> None:
         self._export_action.setEnabled(self.content is not None)
@@ -385,6 +377,7 @@ class RecordingsWorkspace(Workspace):
         axis.tile_chosen.connect(self._choose_tile)
         self.map.chosen.connect(self._choose_on_map)
         self.steps.chosen.connect(self._choose_step)
+        self.steps.filtered.connect(self._filter)
         self.steps.said.connect(self.said)
         self.recordings.chosen.connect(self.open_file)
         self.recordings.deleted.connect(self._deleting)
@@ -441,7 +434,7 @@ class RecordingsWorkspace(Workspace):
         layout.addWidget(down, 1)
 
     def _head(self) -> list[QWidget | None]:
-        self.title, self.facts = theme.label("", "title"), theme.label("", "muted")
+        self.title, self.facts = theme.label("", "title"), ElidedLabel("muted")
         self.progress, self.export_state = theme.label("", "small"), theme.label("", "small")
         zoom = [
             self._button("", "−", "Show more (−)", partial(self._zoom, 1.0 / ZOOM)),

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("protocol")
 @click.option("--conditions", type=FILE, help="CSV with one stimulus per line, which replace the protocol's.")
-@click.option("--pilot", is_flag=True, help="Try the study on yourself: two trials of each stage, short pauses, kept apart.")
+@click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
 @click.option("--session", type=FILE, help="Session file; an existing one is continued.")
 @click.option("--target", default="simulator", show_default=True, help="Source of forces, as for `monitor`.")

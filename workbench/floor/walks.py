@@ -63,8 +63,9 @@ WAIT_S, LATE_S = 0.8, 1.0
 """A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
 
 TOGETHER, TOGETHER_S, MOST = 0.75, 0.4, 5
-"""Footfalls that end within this share of the quickest walker's step are of different persons, at most so long: whose
-they are is told together, of `MOST` at once."""
+"""Footfalls that begin and end within this share of the quickest walker's step are of different persons, at most so
+long: whose they are is told together, of `MOST` at once. One that stays long, or that the stream's end cuts, ends with
+the one before it or behind it of the same person, which began a step away."""
 
 LEARNS, ODD = 0.25, 1.25
 """How much a new step counts for what is usual of a person, and by which factor it may differ."""
@@ -124,11 +125,12 @@ class StepCounter:
         """Place the footfalls of which all that ended soon after are known; the steps that are known by that."""
         steps = []
         while self._due:
-            footfall = self._due[0]
-            until_s = footfall.end_s + self._together_s()
+            footfall, near_s = self._due[0], self._together_s()
+            until_s = footfall.end_s + near_s
             if until_s > now_s:
                 break
-            self._place(footfall, [footfall, *(one for one in list(self._due)[1:] if one.end_s < until_s)])
+            others = (one for one in list(self._due)[1:] if one.end_s < until_s)
+            self._place(footfall, [footfall, *(one for one in others if abs(one.start_s - footfall.start_s) < near_s)])
             self._due.popleft()
             if footfall.is_whole:
                 steps += self._ready(footfall.end_s)

@@ -24,22 +24,40 @@ from underfoot.floor.step_finder import Found, found_in
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
 
-FORMAT = 2
+FORMAT = 3
 """Of the files in the cache; others are made anew."""
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
+PLACES_S = 0.025
+"""A contact's places are kept so far apart: a foot rolls on by a centimetre or two."""
 KEPT = 200
 """Files of so many recordings are kept in the cache; the oldest go."""
 
 
 class ContactSpan(msgspec.Struct, frozen=True):
-    """A contact from one second to another of the recording, on rows `tiles` of the floor, `peak_n` at most."""
+    """A contact from one second to another of the recording, on rows `tiles` of the floor, `peak_n` at most.
+
+    `places` are x and y, m, and force, N, each `PLACES_S` from `start_s` on.
+    """
 
     id: int
     start_s: float
     end_s: float
     tiles: tuple[int, ...]
     peak_n: float
+    places: tuple[tuple[float, float, float], ...] = ()
+
+    def at(self, time_s: float) -> tuple[float, float, float]:
+        """x and y, m, and force, N, at a second of the recording.
+
+        >>> ContactSpan(1, 0.0, 0.05, (0,), 700.0, ((0.1, 0.2, 0.0), (0.2, 0.2, 500.0), (0.4, 0.2, 0.0))).at(0.025)
+        (0.2, 0.2, 500.0)
+        """
+        at = (time_s - self.start_s) / PLACES_S
+        x_m, y_m, force_n = (
+            float(np.interp(at, np.arange(len(column)), column)) for column in zip(*self.places, strict=True)
+        )
+        return x_m, y_m, force_n
 
 
 class Stance(msgspec.Struct, frozen=True):
@@ -119,8 +137,12 @@ def stance_of(contact: Contact) -> tuple[float, ...]:
 
 
 def _span(contact: Contact) -> ContactSpan:
-    peak_n = float(contact.force_n.max(initial=0.0))
-    return ContactSpan(contact.id, contact.start_s, contact.end_s, tuple(map(int, contact.tiles)), round(peak_n, 1))
+    peak_n = round(float(contact.force_n.max(initial=0.0)), 1)
+    at_s = np.arange(contact.start_s, contact.time_s[-1] + PLACES_S, PLACES_S)
+    curves = ((contact.x_m, 3), (contact.y_m, 3), (contact.force_n, 0))
+    columns = [np.interp(at_s, contact.time_s, values).round(digits).tolist() for values, digits in curves]
+    places = tuple(zip(*columns, strict=True))
+    return ContactSpan(contact.id, contact.start_s, contact.end_s, tuple(map(int, contact.tiles)), peak_n, places)
 
 
 # --- the cache ---

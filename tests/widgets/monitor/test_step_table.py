@@ -1,5 +1,8 @@
 """The table of footsteps."""
 
+import math
+from dataclasses import replace
+
 import pytest
 from made_steps import SPIKE, STEP
 from on_screen import show
@@ -74,3 +77,17 @@ def test_only_the_latest_steps_are_kept(qtbot):
     table.steps.add([SPIKE] * 5)
     assert table.steps.rowCount() == 10
     assert texts(table, 9)[0] == "2"
+
+
+def test_rows_without_a_figure_come_before_all_others_when_sorted(qtbot):
+    """NaN is neither less nor more than a figure: a sort by it would leave the others in disorder."""
+    table = StepTable(sortable=True)
+    qtbot.addWidget(table)
+    figures = [110.0, math.nan, 104.0, math.nan, 121.0, 99.0, math.nan, 107.0]
+    table.steps.add([replace(STEP, step=number, cadence_per_min=value) for number, value in enumerate(figures)])
+    column = [one.name for one in COLUMNS].index("cadence_per_min")
+    for order, wanted in ((Qt.SortOrder.AscendingOrder, slice(3, None)), (Qt.SortOrder.DescendingOrder, slice(5))):
+        table.sortByColumn(column, order)
+        shown = [one.cadence_per_min for one in table.shown_steps()]
+        assert shown[wanted] == sorted(shown[wanted], reverse=order == Qt.SortOrder.DescendingOrder)
+        assert not any(map(math.isnan, shown[wanted]))

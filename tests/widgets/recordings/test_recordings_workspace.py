@@ -1,8 +1,10 @@
 """The Recordings workspace, used by mouse and keys."""
 
 import csv
+import math
 import shutil
 
+import numpy as np
 import pytest
 from long_recording import write_recording
 from on_screen import show
@@ -15,6 +17,7 @@ from windows import quiet_window
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 from underfoot.widgets.recordings.exporting import ExportDialog
+from underfoot.widgets.recordings.readout import contacts_at
 from underfoot.widgets.recordings.recording_list import Summaries
 from underfoot.widgets.recordings.workspace import RecordingsWorkspace
 from underfoot.widgets.session.settings import Settings
@@ -124,14 +127,24 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert axis.cursor_s == pytest.approx(2.001, abs=0.02)
 
 
+def test_what_is_seen_goes_on_with_what_is_played(opened):
+    axis = opened.axis
+    axis.set_view(1.0, 2.0)
+    for time_s, begin_s in ((1.5, 1.0), (2.1, 2.1), (0.5, 0.5), (math.nan, 0.5), (5.0, 0.5), (5.2, 0.5)):
+        axis.set_playing(time_s)
+        assert (axis.view.begin_s, axis.view.end_s) == (begin_s, pytest.approx(begin_s + 1.0))
+
+
 def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot):
     """The recording is of 200 Hz: 1 mm/s² a newton was asked, and 0.8 of it was done."""
+    moments = []
+    opened.reader.moment_read.connect(moments.append)
     step = opened.content.steps[2].step
     opened._choose_tile(opened.content.opened.floor.index(step.tile))
     opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
     qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text(), timeout=LONG_MS)
     assert "dB" in opened.readout.text()
-    moment = opened._moment
+    moment = moments[-1]
     assert moment.vibration["measured"].peak_m_s2 == pytest.approx(0.8 * moment.vibration["commanded"].peak_m_s2)
     assert moment.vibration["commanded"].peak_m_s2 == pytest.approx(1e-3 * moment.corners_n.sum(axis=1).max(), rel=0.25)
 
@@ -184,6 +197,35 @@ def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qt
     opened.axis.set_cursor(0.5 * (starts_s[3] + starts_s[4]))
     qtbot.keyClick(opened.steps.table, Qt.Key.Key_Comma)
     assert opened.axis.cursor_s == starts_s[3]
+
+
+def test_next_and_last_step_pass_over_what_is_filtered_out(opened, qtbot):
+    panel, steps = opened.steps, [one.step for one in opened.content.steps]
+    tile = steps[0].tile
+    panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
+    passing_s = sorted(step.start_s for step in steps if step.tile == tile)
+    assert 2 <= len(passing_s) < len(steps)
+    opened.axis.set_cursor(0.0)
+    for start_s in passing_s:
+        qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
+        assert opened.axis.cursor_s == start_s
+    other = next(step for step in steps if step.tile != tile)
+    bar = next(bar for contact, bar in opened.axis._painter().bars() if contact.id == other.contact)
+    qtbot.mouseClick(opened.axis, Qt.MouseButton.LeftButton, pos=bar.center().toPoint())
+    assert opened.axis.cursor_s == other.start_s
+    assert panel.table.selected_steps() == []
+
+
+def test_feet_stand_on_the_map_where_they_press(opened):
+    for contact in opened.content.contacts:
+        (found,) = (one for one in contacts_at(opened.content, contact.start_s + 0.2) if one.id == contact.id)
+        tile = opened.content.opened.floor.tiles[contact.tiles[0]]
+        assert np.abs(np.array([found.x_m, found.y_m]) - tile.centre_m).max() < 0.6 * tile.size_m[0]
+        assert 0.3 * contact.peak_n < found.force_n <= 1.01 * contact.peak_n
+
+
+def test_a_table_of_a_recording_begins_at_its_first_step(opened):
+    assert opened.steps.table.verticalScrollBar().value() == 0
 
 
 def test_steps_are_sorted_filtered_and_copied(opened):
