@@ -30,14 +30,14 @@ REFERENCES = LOAD_CELL, KNOWN_WEIGHTS = "load cell", "known weights"
 DEFAULT_FULL_N = 600.0
 _TARE_S, _STEADY_S = 1.0, 1.0
 _UNSTEADY_S = 20.0
-"""A weight that has not come to rest after so long is given up."""
+"""Time after which a weight that has not come to rest is given up."""
 _NEAR = 0.96
-"""A load that reaches this share of what was asked for is enough."""
+"""Share of the requested load that is enough."""
 _STEPS = 20
 _COVERED = 0.8
-"""A loading must pass through this share of so many equal steps of force."""
+"""Share of equal steps of force that a loading must pass through."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
-"""A load is held at this share of full scale, within this share of itself."""
+"""Load of a hold, as a share of full scale, and its accepted relative deviation."""
 
 Values = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class FsrCalibration(Calibration):
 
 @dataclass(frozen=True)
 class SensorStep(Step):
-    """A step that loads one sensor; `planned_n` is the weight that is suggested, None with a load cell."""
+    """Step that loads one sensor; `planned_n` is the suggested weight, None with a load cell."""
 
     sensor: int = 0
     rising: bool = False
@@ -107,8 +107,8 @@ class SensorStep(Step):
 class FsrProcedure(PagedProcedure):
     """FSR linearisation of one tile.
 
-    With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, sensor after sensor. With known
-    weights: each is typed in, put on and waited for, up and down again. The result has the figures of
+    With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, for each sensor. With known weights:
+    each is typed in, put on and waited for, up and down again. The result has the figures of
     `results.fsr.quantities_of`.
     """
 
@@ -121,7 +121,7 @@ class FsrProcedure(PagedProcedure):
         super().__init__(Page("setup", "FSR linearisation", instruction, asks=_setup_asks()))
 
     def plan(self, answers: Answers) -> list[Step]:
-        """The steps of all sensors, with a load cell or with known weights."""
+        """Return the steps of all sensors, with a load cell or with known weights."""
         self._reference = answers["reference"]
         if self._reference == LOAD_CELL:
             self._full_n = answers["full_scale_n"]
@@ -136,7 +136,7 @@ class FsrProcedure(PagedProcedure):
         return [step for j in range(4) for step in self._by_weights(j, weights)]
 
     def check_answers(self, step: Step, answers: Answers) -> None:
-        """Refuse a weight that is lighter than the one before it on the way up, or heavier on the way down."""
+        """Refuse a weight that is lighter than the previous one on the way up, or heavier on the way down."""
         if not isinstance(step, SensorStep) or step.planned_n is None:
             return
         before = [given["weight_n"] for _, _, given in self._taken_on(step.sensor) if "weight_n" in given]
@@ -149,7 +149,7 @@ class FsrProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """The pairs taken so far; those of the result at the end."""
+        """Return the pairs so far; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
         from underfoot.calibration.results.fsr import taken_so_far
@@ -157,7 +157,7 @@ class FsrProcedure(PagedProcedure):
         return taken_so_far(self._pairs()) if self._taken else ()
 
     def conclude(self) -> Result:
-        """Curves from all pairs; with a load cell a second time, without what other sensors bore of each load."""
+        """Fit curves to all pairs; with a load cell a second time, without the share that other sensors carried."""
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
 
@@ -223,7 +223,7 @@ class FsrProcedure(PagedProcedure):
             steps.append(SensorStep(page, partial(self._weigh, j), j, j, rising, weight))
         return steps
 
-    # --- what each page takes ---
+    # --- data of each page ---
 
     def _tare(self, j: int, readings: Readings) -> Live | None:
         seen = readings.last(_TARE_S)
