@@ -25,14 +25,13 @@ Answers = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Page:
-    """One step: `title`, the `instruction` in a sentence or two, and what it takes.
+    """One page: `title`, the `instruction` in a sentence or two, and what it takes.
 
-    `asks` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings come
-    in; `sound` is what to play. A page with none of the three is only read, and answered with nothing. A page with
-    `asks` and `press` wants its answer first (a known weight, typed in); once given, the same key comes again without
-    `asks`. `places_m`, shape (n, 2) as tuples, are all the places of a series of presses, to be drawn on the tile.
-    `may_skip` says that `Procedure.skip` leaves this page's measurement out. `share` is how much of the whole is done,
-    0 to 1; `last` marks the page of the result.
+    `asks` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings
+    arrive; `sound` is what to play. A page with none of the three is only read, and answered with nothing. A page with
+    `asks` and `press` needs its answer first (a known weight, typed in); then the same key comes again without `asks`.
+    `places_m`, shape (n, 2) as tuples, are all positions of a series of presses, to be drawn on the tile. `may_skip`
+    allows `Procedure.skip`. `share` is the progress of the whole, 0 to 1; `last` marks the page of the result.
     """
 
     key: str

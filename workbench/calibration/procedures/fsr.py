@@ -299,24 +299,24 @@ class FsrProcedure(PagedProcedure):
         return readings.force_n
 
     def _apparent_load_n(self, j: int, change: float) -> float | None:
-        """The load that a change of reading looks like: by the sensor's own weights so far, else by another's."""
+        """Return the load that a change of reading suggests, by the sensor's weights so far, else by another's."""
         from underfoot.calibration.science.load_checks import apparent_load_n
 
         sensors = [j, *(k for k in range(4) if k != j)]
         weights = next((found for k in sensors if len(found := self._weights(k)) >= 3), None)
         return None if weights is None else apparent_load_n(change, weights)
 
-    # --- what was taken ---
+    # --- evaluation ---
 
     def _taken_on(self, j: int) -> list[tuple[SensorStep, Readings, Answers]]:
-        """What the steps of a sensor have taken so far, in order."""
+        """Return the data that the steps of a sensor have taken so far, in order."""
         return [one for one in self._taken_on_sensors() if one[0].sensor == j]
 
     def _taken_on_sensors(self) -> list[tuple[SensorStep, Readings, Answers]]:
         return [(step, readings, given) for step, readings, given in self.taken() if isinstance(step, SensorStep)]
 
     def _weights(self, j: int) -> list[tuple[float, float]]:
-        """Change of reading and newtons of the weights that a sensor has carried."""
+        """Return change of reading and newtons of the weights that a sensor has carried."""
         rest = float(self._rest_readings()[j])
         carried = [
             (abs(_steady_reading(readings, j) - rest), float(answers["weight_n"]))
@@ -326,14 +326,14 @@ class FsrProcedure(PagedProcedure):
         return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
     def _rest_readings(self) -> Values:
-        """The readings (4,) at the latest tare; NaN before the first."""
+        """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self.taken() if step.page.key.endswith("-tare")]
         return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
-        """All that was taken, a line a sample.
+        """Return all pairs of readings and reference, one per sample.
 
-        With curves of a `first` fit, what the other sensors bear of a load is taken off the reference.
+        With curves of a `first` fit, the share of a load that the other sensors carry is subtracted from the reference.
         """
         times, sensors, values, forces = [], [], [], []
         shares = np.zeros(4) if first is None else np.array([self._share_of_others(first, j) for j in range(4)])
@@ -355,7 +355,7 @@ class FsrProcedure(PagedProcedure):
         return Pairs(self._tile.id, *(np.concatenate(one) for one in (times, sensors, values, forces)))
 
     def _share_of_others(self, first: "Linearisation", j: int) -> float:
-        """The share of the loads over sensor `j` that the other sensors bear."""
+        """Return the share of the loads over sensor `j` that the other sensors carry."""
         from underfoot.calibration.science.load_checks import share_of_others
 
         loaded = [readings for step, readings, _ in self._taken_on(j) if not step.page.key.endswith("-tare")]
@@ -371,7 +371,7 @@ _TARE = "Take everything off the tile and stand clear."
 
 
 def _setup_asks() -> tuple[Parameter, ...]:
-    """What the first page asks for."""
+    """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest."
     return (
@@ -392,11 +392,11 @@ def _steady_reading(readings: Readings, j: int) -> float:
 
 
 def _covered(force: Values, full: float) -> float:
-    """The share of the steps from 5 to 95 % of full scale that a loading has passed through."""
+    """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
     steps = np.floor((force / full - 0.05) / 0.9 * _STEPS)
     return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
 
 
 def _smoothed(values: Values) -> Values:
-    """Means of twenty stretches: how a reading changes, without its noise."""
+    """Return the means of twenty stretches, which show a trend without noise."""
     return np.array([float(np.mean(part)) for part in np.array_split(values, min(20, values.size))])
