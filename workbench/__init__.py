@@ -1,7 +1,7 @@
-"""Underfoot: a workbench for vibrotactile floors. Nothing here imports Qt, but for `underfoot.widgets`.
+"""Underfoot: a workbench for vibrotactile floors. Only `underfoot.widgets` imports Qt.
 
-The names below are what scripts use (docs/scripting.md). Each is imported when it is first asked for: `import
-underfoot` alone loads nothing.
+The names below are for scripts (docs/scripting.md). Each is imported at its first use: `import underfoot` alone loads
+nothing.
 
 >>> open_patch("gravel")
 <Patch 'Gravel underfoot': 15 nodes, 16 wires>
@@ -9,7 +9,7 @@ underfoot` alone loads nothing.
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # for editors and type checkers: what `_PLACES` says
+if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.drawing.picture import Picture as Picture
     from underfoot.engine.offline import render as render
     from underfoot.engine.render import Rendered as Rendered
@@ -49,9 +49,9 @@ _PLACES = {
     "render": "engine.offline",
     "walk": "records.forces",
 }
-"""In which module each public name stands."""
+"""Module of each public name."""
 
-__all__ = [  # by hand, since type checkers read it; a test holds it to `_PLACES`
+__all__ = [  # explicit, for type checkers; a test compares it with `_PLACES`
     "BlockOnBelt",
     "FibreBundle",
     "Floor",

@@ -1,4 +1,4 @@
-"""Checks of the arguments of public functions: numbers and arrays of one type, or `BadValue`."""
+"""Validation of arguments of public functions: numbers and arrays of one type, or `BadValue`."""
 
 import math
 import sys
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.errors import require
 
 TINY, HUGE = math.ulp(0.0), sys.float_info.max
-"""The least number above 0, and the largest that is finite."""
+"""Smallest number above 0, and largest finite number."""
 
 
 def number(name: str, value: object, lowest: float, highest: float, allowed: str) -> float:
-    """A number from `lowest` to `highest`; arrays without dimensions count as such.
+    """Return a number from `lowest` to `highest`; zero-dimensional arrays count as numbers.
 
     >>> number("rate", np.array(48_000), TINY, HUGE, "above 0 Hz")
     48000.0
@@ -32,7 +32,7 @@ def number(name: str, value: object, lowest: float, highest: float, allowed: str
 
 
 def whole(name: str, value: object, lowest: int, highest: int, allowed: str) -> int:
-    """A whole number from `lowest` to `highest`.
+    """Return a whole number from `lowest` to `highest`.
 
     >>> whole("fibres", 2e3, 1, 10**12, "1 to 1e12")
     2000
@@ -50,7 +50,7 @@ def whole(name: str, value: object, lowest: int, highest: int, allowed: str) -> 
 
 
 def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Finite numbers in one dimension, as a contiguous array.
+    """Return finite numbers in one dimension as a contiguous array.
 
     >>> numbers("stress", [1, 2])
     array([1., 2.])
@@ -68,7 +68,7 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def seed_of(value: object) -> int:
-    """A seed: a whole number from 0 to 2^63.
+    """Return a seed: a whole number from 0 to 2^63.
 
     >>> seed_of(7)
     7

@@ -1,4 +1,4 @@
-"""Arrays that take long to compute, kept in memory and, for the next process, on disk."""
+"""Cache of expensive arrays, in memory and on disk."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from underfoot.files import cache_folder, make_folder, replaced
 class ArrayCache:
     """Float64 arrays by name: the latest `in_memory` of them, and files in a folder beside the compiled kernels.
 
-    Of many files the oldest go. Where the folder cannot be written to, arrays are kept in memory alone.
+    Beyond `on_disk` files the oldest are deleted. If the folder cannot be written to, arrays are kept in memory only.
     """
 
     def __init__(self, folder: str, in_memory: int = 64, on_disk: int = 100) -> None:
@@ -23,7 +23,7 @@ class ArrayCache:
         self._latest: OrderedDict[str, NDArray[np.float64]] = OrderedDict()
 
     def get(self, name: str, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """The array of this name; made where there is none yet, or where its file was cut short."""
+        """Return the array of this name; made if there is none yet, or if its file is truncated."""
         if name not in self._latest:
             self._latest[name] = self._from_disk(name, make)
         self._latest.move_to_end(name)

@@ -1,4 +1,4 @@
-"""Many arrays as one named tuple, handed to compiled code by their addresses: call by call, that costs least."""
+"""Many arrays as one named tuple, passed to compiled code by address to keep calls cheap."""
 
 from typing import Annotated, Any, get_type_hints
 
@@ -15,15 +15,15 @@ U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
 
 
 def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
-    """Name, type and dimensions of each array of a named tuple, of its annotations."""
+    """Return name, type and dimensions of each array of a named tuple, from its annotations."""
     return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
 
 
 def addresses(tables: Any) -> np.ndarray:
-    """Where the arrays of a named tuple are: int64 [table, (address, three dimensions)], as compiled code takes them.
+    """Return the addresses of a named tuple's arrays: int64 [table, (address, three dimensions)], for compiled code.
 
-    Handing over some forty arrays one by one would cost more than running a small patch. Who has the addresses keeps
-    the arrays.
+    Passing some forty arrays one by one would cost more than running a small patch. The holder of the addresses must
+    keep the arrays.
     """
     for array, (name, dtype, dimensions) in zip(tables, declared(type(tables)), strict=True):
         assert array.dtype == dtype, name
@@ -33,7 +33,7 @@ def addresses(tables: Any) -> np.ndarray:
 
 
 def borrow(context: Any, where: Any, kind: type) -> Any:
-    """What an intrinsic gives that makes a named tuple of the arrays at these addresses; they are not counted."""
+    """Return the body of an intrinsic that makes a named tuple of the arrays at these addresses, without references."""
     from llvmlite import ir
     from numba import from_dtype, types
     from numba.np.arrayobj import populate_array

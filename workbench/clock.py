@@ -1,20 +1,20 @@
-"""The one clock: session frames, and the spans in which everything but samples happens."""
+"""Session clock: frames, and the spans at which everything but samples happens."""
 
 RATE_HZ = 48_000
-"""Session frames a second, unless the patch's target says otherwise."""
+"""Session frames per second, unless the session's target has another rate."""
 
 SPAN = 32
-"""Frames in a span. Sleep, control wires, swaps and commands act where a span begins, whatever the device's block."""
+"""Frames in a span. Sleep, control wires, swaps and commands take effect at span edges, whatever the block size."""
 
 RAMP = 240
-"""Frames that a moved control takes to reach its new value."""
+"""Frames in which a changed control reaches its new value."""
 
 FADE = 480
-"""Frames in which a new program is faded in over the old one."""
+"""Frames of the crossfade from one program to the next."""
 
 
 def next_span(frame: int) -> int:
-    """The first span edge at or after `frame`.
+    """Return the first span edge at or after `frame`.
 
     >>> next_span(0), next_span(1), next_span(32)
     (0, 32, 32)

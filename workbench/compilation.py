@@ -1,4 +1,4 @@
-"""What Numba is told of kernels. Only kernels that are called import this."""
+"""Numba settings of kernels, imported only when a kernel is called."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,20 +17,20 @@ from underfoot.kernel_cache import KernelCache, digest, options_text
 
 
 class _Dispatcher(CPUDispatcher):
-    """Compiles a kernel once for all integers, not for a literal 0 anew: half the time that all kernels take."""
+    """Compiles a kernel once for all integers, not again for a literal 0: half the compile time of all kernels."""
 
     def compile(self, sig: Any) -> Any:
-        """Compile, or load, the form for a signature."""
+        """Compile or load the version for a signature."""
         with released(self._cache):
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """What Numba asks where one kernel calls another."""
+        """Return the call template that Numba uses where one kernel calls another."""
         return super().get_call_template([types.unliteral(one) for one in args], kws)
 
 
 def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> Any:
-    """What compiles a kernel for the arguments that it is called with, or the function where Numba is switched off."""
+    """Return the dispatcher that compiles a kernel for its argument types, or the function if Numba is disabled."""
     if config.DISABLE_JIT:
         return function
     made = _Dispatcher(function, targetoptions=options)
@@ -40,7 +40,7 @@ def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: boo
 
 
 def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:
-    """The type of an intrinsic of this definition."""
+    """Return the type of an intrinsic with this definition."""
     context = cpu_target.typing_context
     made = intrinsic(function)
     context.refresh()
@@ -48,7 +48,7 @@ def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:
 
 
 def compiled_callback(signature: Any, function: Callable[..., Any]) -> CFunc:
-    """The function, compiled for this signature, or loaded."""
+    """Return the function compiled for this signature, or loaded."""
     callback: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
     callback._cache = KernelCache(function, f"callback {signature} {LOWERING}")
     with released(callback._cache):
@@ -58,7 +58,7 @@ def compiled_callback(signature: Any, function: Callable[..., Any]) -> CFunc:
 
 @contextmanager
 def released(kept: KernelCache | NullCache) -> Iterator[None]:
-    """Let nobody wait for a kernel that could not be compiled."""
+    """Release the lock on a kernel that could not be compiled."""
     try:
         yield
     finally:
@@ -67,7 +67,7 @@ def released(kept: KernelCache | NullCache) -> Iterator[None]:
 
 
 def _functions(module: str, named: Mapping[str, Any]) -> Iterator[FunctionType]:
-    """Every function of a module, those of its classes too."""
+    """Yield every function of a module, including those of its classes."""
     for value in named.values():
         if getattr(value, "__module__", "") == module:
             if isinstance(value, FunctionType):
@@ -81,5 +81,5 @@ LOWERING = "".join(
     for module in (memory_lowering, lane_lowering)
     for function in _functions(module.__name__, vars(module))
 )
-"""What identifies how memories and lanes are compiled: part of every kernel's digest, which does not see what Numba
-calls."""
+"""Digest of the lowering of memories and lanes, part of every kernel's digest, which does not see the functions that
+Numba calls."""

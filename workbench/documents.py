@@ -1,4 +1,4 @@
-"""JSON documents: `format` and `version` first, and errors that name the file, the place in it and the value."""
+"""JSON documents with `format` and `version`, and errors that name the file, the place in it and the value."""
 
 import codecs
 import json
@@ -19,7 +19,7 @@ Document = TypeVar("Document", bound=msgspec.Struct)
 
 
 def read_document(text: bytes | str, source: str, format: str, version: int, kind: type[Document]) -> Document:
-    """The document of type `kind` in `text`, whose own fields are what stands beside `format` and `version`.
+    """Parse the document of type `kind` in `text`; its fields stand beside `format` and `version`.
 
     `BadFile` names `source`, the place in it, the value and what is allowed.
     """
@@ -31,7 +31,7 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
 
 @contextmanager
 def refusals(source: str, raw: Any) -> Iterator[None]:
-    """Turn what refuses the document `raw` inside into a `BadFile` that names `source` and the place.
+    """Turn validation errors of the document `raw` into a `BadFile` that names `source` and the place.
 
     >>> with refusals("a.json", {"n": "many"}):
     ...     msgspec.convert({"n": "many"}, dict[str, int])
@@ -48,9 +48,9 @@ def refusals(source: str, raw: Any) -> Iterator[None]:
 
 
 def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str, Any]:
-    """The JSON object in `text`, once it is of this format and version.
+    """Return the JSON object in `text` after checking its format and version.
 
-    `BadFile` also for what no document of ours is: see `plain_json`.
+    `BadFile` also for unusual JSON: see `plain_json`.
     """
     raw = plain_json(text, source)
     if not isinstance(raw, dict) or raw.get("format") != format:
@@ -64,8 +64,8 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
 
 
 def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
-    """What JSON `text` says. `BadFile` for what is no JSON, for more than `LARGEST` bytes or `deepest` levels of lists
-    and objects, and for half of a pair of surrogates in a text.
+    """Parse JSON `text`. `BadFile` for invalid JSON, for more than `LARGEST` bytes or `deepest` levels of lists and
+    objects, and for an unpaired surrogate in a text.
 
     >>> plain_json("[1, 2.5]", "a.json")
     [1, 2.5]
@@ -85,7 +85,7 @@ def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
 
 
 def _require_plain(raw: Any, source: str, deepest: int) -> None:
-    """Refuse what is nested too deep, and text that cannot be written again."""
+    """Refuse values that are nested too deep, and text that cannot be encoded."""
     level, depth = [raw], 0
     while level:
         if depth > deepest:
@@ -106,7 +106,7 @@ def _require_plain(raw: Any, source: str, deepest: int) -> None:
 
 
 def write_document(format: str, version: int, document: msgspec.Struct) -> bytes:
-    """The document as JSON in a fixed order; fields that are empty or not set are left out."""
+    """Return the document as JSON in a fixed order; fields that are empty or not set are omitted."""
     fields = _lean(msgspec.to_builtins(document))
     return msgspec.json.format(msgspec.json.encode({"format": format, "version": version, **fields}), indent=1)
 
@@ -118,7 +118,7 @@ def _lean(value: Any) -> Any:
 
 
 def placed(error: msgspec.ValidationError, raw: Any) -> str:
-    """The library's message with its place in front and, where it says only a type, the value that was there."""
+    """Return the library's message with its place in front and, if it names only a type, the actual value."""
     message, _, place = str(error).partition(" - at `")
     place = place.rstrip("`") or "$"
     value = raw
@@ -140,6 +140,6 @@ def _short(value: object) -> str:
 
 
 def _lower(error: object) -> str:
-    """A message to go on with inside a sentence; names such as JSON stay."""
+    """Lower the first letter of a message for use inside a sentence; names such as JSON stay."""
     text = str(error)
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]

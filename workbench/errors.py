@@ -1,28 +1,28 @@
-"""The one family of errors that Underfoot raises on purpose: one line each, made for the person who reads it."""
+"""Exceptions that Underfoot raises on purpose; each message is one line for the user."""
 
 
 class UnderfootError(Exception):
-    """What was given, what is allowed, and what to do, in one line."""
+    """Base class: one line with what was given, what is allowed, and what to do."""
 
 
 class BadValue(UnderfootError, ValueError):
-    """A value outside what a function, parameter or file allows."""
+    """Value outside the allowed range of a function, parameter or file."""
 
 
 class BadFile(UnderfootError):
-    """A file that is not what it should be; the line names the file and the place in it."""
+    """Invalid file; the message names the file and the place in it."""
 
 
 class BadMeasurement(UnderfootError):
-    """A measurement that cannot be right: the reason. It can be taken again."""
+    """Implausible measurement; the message is the reason. It can be repeated."""
 
 
 class DeviceError(UnderfootError):
-    """A device or stream that cannot be opened or has gone away."""
+    """Device or stream that cannot be opened or was lost."""
 
 
 def require(good: bool, name: str, given: object, allowed: str) -> None:
-    """Raise `BadValue` unless `good`: which value, what was given, what is allowed.
+    """Raise `BadValue` unless `good`, with the name, the given value, and what is allowed.
 
     >>> require(False, "mass_kg", -1.0, "above 0")
     Traceback (most recent call last):

@@ -1,4 +1,4 @@
-"""Errors that name a place in a JSON document, as a person reads them: the line, and what stands there."""
+"""Readable positions in JSON documents for error messages: the line, and the value there."""
 
 import json
 import re
@@ -13,29 +13,29 @@ _BROKEN = re.compile(r"(?P<file>.+?)(?P<says> is not JSON: .*line (?P<line>\d+) 
 _STEP = re.compile(r"\.([^\s.:\[\]]+)|\[(\d+)\]")
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\],:]|[^\s{}\[\],:"]+')
 _AROUND = 2
-"""So many lines are shown before and after the one that is meant."""
+"""Number of lines shown before and after the one in question."""
 
 
 @dataclass(frozen=True)
 class FilePlace:
-    """A place in a file, and what is wrong there. `line` counts from 1, and is 0 where the file cannot say it."""
+    """Position in a file, and the error there. `line` counts from 1, and is 0 if unknown."""
 
     file: str
     line: int
     says: str
-    """What stands there and what is allowed, without the file and the line."""
+    """The value and what is allowed, without file and line."""
     in_words: str
-    """All of it in one line."""
+    """The complete message in one line."""
 
     def excerpt(self) -> list[tuple[int, str]]:
-        """The lines around the place, each with its number; none where the line is not known."""
+        """Return the lines around the position with their numbers; none if the line is unknown."""
         lines = _text(self.file).splitlines()
         first = max(self.line - _AROUND, 1)
         return [(k, lines[k - 1]) for k in range(first, min(self.line + _AROUND, len(lines)) + 1)] if self.line else []
 
 
 def file_place(message: str) -> FilePlace | None:
-    """The place that an error's line tells of; None for one of another kind.
+    """Return the position that an error message names; None for a message of another kind.
 
     >>> file_place("gone.json: $.tiles[0].size_m[1] is 'wide'; allowed: a number").in_words
     "gone.json: tiles #1, size_m #2 is 'wide'; allowed: a number"
@@ -54,7 +54,7 @@ def file_place(message: str) -> FilePlace | None:
 
 
 def readable(message: str) -> str:
-    """An error's line for a person: a place in a document is told by its line and in words.
+    """Return an error message for the user: a position in a document is given by its line and in words.
 
     >>> readable("gone.json: $.version is 9; allowed: 1")
     'gone.json: version is 9; allowed: 1'
@@ -64,7 +64,7 @@ def readable(message: str) -> str:
 
 
 def _text(file: str) -> str:
-    """What is in a file; "" where that cannot be read."""
+    """Return the text of a file; "" if it cannot be read."""
     try:
         with Path(file).open(encoding="utf-8-sig") as opened:
             return opened.read(LARGEST)
@@ -73,7 +73,7 @@ def _text(file: str) -> str:
 
 
 def _line_of(text: str, steps: tuple[str | int, ...]) -> int:
-    """The line of the value at these steps, or of the innermost one around it that is there; 0 of an empty text."""
+    """Return the line of the value at these steps, or of the innermost existing one around it; 0 for an empty text."""
     line, deepest, begin = 0, -1, 0
     for path, at in _values(text):
         if len(path) > deepest and path == steps[: len(path)]:
@@ -84,7 +84,7 @@ def _line_of(text: str, steps: tuple[str | int, ...]) -> int:
 
 
 def _key(word: str) -> str:
-    """What a key is called; as it stands where that is no JSON."""
+    """Return the name of a key; unchanged if it is not JSON."""
     try:
         return str(json.loads(word))
     except ValueError:
@@ -92,7 +92,7 @@ def _key(word: str) -> str:
 
 
 def _values(text: str) -> Iterator[tuple[tuple[str | int, ...], int]]:
-    """The steps to every value of a JSON text, and where each begins."""
+    """Yield the steps to every value of a JSON text, and its start."""
     steps: list[str | int] = []
     is_key = False
     for token in _TOKEN.finditer(text):

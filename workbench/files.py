@@ -1,4 +1,4 @@
-"""Reading and writing whole files: beside and moved into place, so that the old one stays until the new is whole."""
+"""Reading and atomic writing of files: written beside the old file, then moved into place."""
 
 import os
 import tempfile
@@ -13,7 +13,7 @@ from underfoot.errors import BadFile
 
 
 def read_file(path: str | Path) -> bytes:
-    """The bytes of a file; `BadFile` with the system's word where it cannot be read."""
+    """Return the bytes of a file; `BadFile` with the system's message if it cannot be read."""
     try:
         return Path(path).read_bytes()
     except OSError as error:
@@ -21,9 +21,9 @@ def read_file(path: str | Path) -> bytes:
 
 
 def write_file(path: str | Path, *data: bytes | memoryview) -> None:
-    """Write `data`, one part behind the other, beside `path` and move it into place: the old file stays until then.
+    """Write the parts of `data` to a file beside `path` and move it into place; the old file stays until then.
 
-    `BadFile` with the system's word where it cannot be written.
+    `BadFile` with the system's message if it cannot be written.
     """
     with replaced(path) as part, written(path), part.open("wb") as file:
         for one in data:
@@ -32,10 +32,10 @@ def write_file(path: str | Path, *data: bytes | memoryview) -> None:
 
 @contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
-    """An empty file beside `path`, for the block to write; it replaces `path` once the block has ended.
+    """Context with an empty file beside `path` to write; it replaces `path` at the end of the block.
 
-    Where the block raises, the file is removed and `path` stays as it was. `BadFile` where the file cannot be made or
-    moved; what the block itself raises goes through (see `written`).
+    If the block raises, the file is removed and `path` is unchanged. `BadFile` if the file cannot be made or moved;
+    exceptions of the block itself pass through (see `written`).
 
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with replaced(Path(folder, "a.txt")) as part:
@@ -75,16 +75,16 @@ def written(path: str | Path) -> Iterator[None]:
 
 
 def make_folder(path: str | Path) -> Path:
-    """Make a folder, and those it is in, unless it is there already; `BadFile` where that cannot be."""
+    """Make a folder with its parents, if missing; `BadFile` if that fails."""
     with written(path):
         Path(path).mkdir(parents=True, exist_ok=True)
     return Path(path)
 
 
 def is_within(path: str | Path, folder: str | Path) -> bool:
-    """Whether a file lies in a folder or below it, also when links have been followed.
+    """Return whether a file lies in or below a folder, also after following links.
 
-    What does not by its name is not looked for: that alone would speak to another machine where the name is a share's.
+    If it does not by its name, links are not followed: for a network share, that alone would contact another machine.
 
     >>> is_within("a/b.wav", "a"), is_within("a/../b.wav", "a"), is_within("/etc/passwd", "a")
     (True, False, False)
@@ -101,7 +101,7 @@ def _reason(error: OSError) -> str:
 
 
 def cache_folder() -> Path:
-    """Where this version keeps what it computed once: `UNDERFOOT_CACHE`, or the user's cache folder.
+    """Return the cache folder of this version: `UNDERFOOT_CACHE`, or the user's cache folder.
 
     >>> cache_folder().name == __version__
     True

@@ -1,10 +1,10 @@
-"""Compiled kernels on disk, each under a digest of all that its machine code depends on.
+"""Cache of compiled kernels on disk, each under a digest of everything that its machine code depends on.
 
-Numba's own cache looks at the file that a kernel stands in: it takes an edited comment for a change, and does not see
-one in a function that the kernel calls from another file. Here a kernel's digest is made of its bytecode, of the
-constants that it reads, and of the digests of what it calls. Comments, docstrings and the place in a file do not count.
+Numba's own cache checks the kernel's source file: it recompiles after an edited comment, and misses a change in a
+function that the kernel calls from another file. Here a kernel's digest covers its bytecode, the constants that it
+reads, and the digests of what it calls. Comments, docstrings and line numbers do not count.
 
-A kernel is loaded without what only the compiler needs of it and for it, which takes three times as long.
+A kernel is loaded without the data that only the compiler needs, which would take three times as long.
 """
 
 import hashlib
@@ -25,18 +25,18 @@ from numba.core.runtime import rtsys
 from underfoot.files import cache_folder
 
 _KEPT = 4
-"""Digests that are kept of one kernel: of several checkouts, or of the one before the last edit."""
+"""Digests kept per kernel: for several checkouts, or for the version before the last edit."""
 _LONGEST_COMPILE_S = 60.0
-"""How long a process waits for another one that compiles the same kernel."""
+"""Longest wait for another process that compiles the same kernel."""
 _LIBRARIES = frozenset({"llvmlite", "numba", "numpy"}) | sys.stdlib_module_names
-"""What these compute depends on their version alone, which Numba's index or the file's name has; what they read may be
-another thing in each process, such as `sys.modules`."""
+"""Libraries whose results depend on their version alone, which is in Numba's index or the file's name; the objects they
+read may differ between processes, such as `sys.modules`."""
 
 
 class KernelCache:
-    """What Numba asks for the compiled forms of `function`. The digest is taken at first use, when all names are there.
+    """Cache of the compiled versions of `function`, for Numba. The digest is taken at first use, when all names exist.
 
-    Where the folder cannot be written to, kernels are compiled in each process anew.
+    If the folder cannot be written to, every process compiles its kernels.
     """
 
     def __init__(self, function: Callable[..., Any], options: str) -> None:
@@ -44,10 +44,10 @@ class KernelCache:
         self._function, self._options = function, options
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """The form compiled for a signature, or None: then this process is to compile it, and others wait for it."""
+        """Return the version compiled for a signature, or None: then this process must compile it, and others wait."""
         found = self._load(signature, context)
         if found is None and isinstance(self._files, _Files):
-            with suppress(OSError):  # one that waited too long raises an OSError, too: it compiles as well
+            with suppress(OSError):  # a wait that timed out raises an OSError, too: then compile as well
                 self._files.lock()
             found = self._load(signature, context)
         if found is None:
@@ -55,26 +55,26 @@ class KernelCache:
         return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a form that was compiled; the oldest of earlier digests go."""
+        """Store a compiled version; the oldest digests are deleted."""
         self._files.save_overload(signature, compiled)
         if isinstance(self._files, _Files):
             _prune(self._files.stem)
 
     def release(self) -> None:
-        """Let other processes compile it, which wait for this one."""
+        """Let other processes that wait for this one compile it."""
         if isinstance(self._files, _Files):
             self._files.unlock()
 
     def _load(self, signature: Any, context: Any) -> Any:
         try:
             return self._files.load_overload(signature, context)
-        except Exception:  # cut short, or with types that another checkout has: unpickling can raise anything
+        except Exception:  # truncated, or with another checkout's types: unpickling can raise anything
             self._files.flush()
             return None
 
     @property
     def cache_path(self) -> str | None:
-        """The folder."""
+        """Folder of the cache."""
         return self._files.cache_path
 
     @cached_property
@@ -87,7 +87,7 @@ class KernelCache:
 
 @cache
 def _leave_blas_out() -> None:
-    """Keep Numba from importing SciPy's linear algebra with its first kernel: 0.15 s for what no kernel uses."""
+    """Keep Numba from importing SciPy's linear algebra with its first kernel: 0.15 s for code that no kernel uses."""
     from numba.np import linalg
 
     def none() -> None:
@@ -101,7 +101,7 @@ def _leave_blas_out() -> None:
 
 
 def digest(function: FunctionType, options: str = "") -> str:
-    """What identifies a kernel's machine code, beside the signature, the processor and Numba's version.
+    """Return the digest of a kernel's machine code, apart from signature, processor and Numba's version.
 
     >>> def twice(x): return 2.0 * x
     >>> def thrice(x): return 3.0 * x
@@ -122,13 +122,13 @@ def digest(function: FunctionType, options: str = "") -> str:
 
 
 def options_text(options: dict[str, Any]) -> str:
-    """Compiler options in an order of their own; a set's is another in each process."""
+    """Return compiler options in a fixed order; the order of a set differs between processes."""
     return repr(sorted((name, sorted(flags) if isinstance(flags, set) else flags) for name, flags in options.items()))
 
 
 @cache
 def _own(function: FunctionType) -> tuple[bytes, tuple[FunctionType, ...]]:
-    """The digest of a function's own code and of the constants that it reads; and the functions that it calls."""
+    """Return the digest of a function's own code and constants, and the functions that it calls."""
     code = function.__code__
     names = sorted(_names(code))
     cells = zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
@@ -154,12 +154,12 @@ def _code_parts(code: CodeType, doc: str | None = None) -> Iterator[str]:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Every name that is looked up, in nested functions too."""
+    """Return every name that is looked up, also in nested functions."""
     return set(code.co_names).union(*(_names(part) for part in code.co_consts if isinstance(part, CodeType)))
 
 
 def _function_of(value: object) -> FunctionType | None:
-    """The Python function behind a kernel, an intrinsic or a function of ours; None for anything else."""
+    """Return the Python function behind a kernel, an intrinsic or our own function; None for anything else."""
     function = getattr(value, "py_func", value)
     return function if isinstance(function, FunctionType) and not _is_library(function.__module__) else None
 
@@ -169,7 +169,7 @@ def _is_library(module: str) -> bool:
 
 
 def _value_text(value: object) -> str:
-    """What of a value machine code can depend on, beside the functions that are looked at by themselves."""
+    """Return the part of a value that machine code can depend on, except functions, which have their own digest."""
     if isinstance(value, ModuleType) or _function_of(value) is not None:
         return options_text(getattr(value, "options", {}))
     if isinstance(value, type):
@@ -179,7 +179,7 @@ def _value_text(value: object) -> str:
 
 
 class _Locator(_CacheLocator):
-    """Tells Numba where the files of a kernel are, and what they must have been made of."""
+    """Tells Numba the location of a kernel's files, and their source stamp."""
 
     def __init__(self, function: FunctionType, mark: str) -> None:
         self._py_file, self._mark = function.__code__.co_filename, mark
@@ -195,7 +195,7 @@ class _Locator(_CacheLocator):
 
 
 class _Library(JITCodeLibrary):
-    """A kernel's machine code. What was loaded has its bitcode read where another kernel that calls it is compiled."""
+    """Machine code of a kernel. For loaded code, bitcode is read only when another kernel that calls it is compiled."""
 
     _loaded: tuple[bytes, bytes] | None = None
 
@@ -210,7 +210,7 @@ class _Library(JITCodeLibrary):
         return made
 
     def get_pointer_to_function(self, name: str) -> Any:
-        """The address of a function, or 0."""
+        """Return the address of a function, or 0."""
         if self._loaded is not None and name.encode() + b"\0" in self._loaded[0]:
             self._codegen._engine._defined_symbols.add(name)
         return super().get_pointer_to_function(name)
@@ -223,11 +223,11 @@ class _Library(JITCodeLibrary):
 
 
 class _Results(CompileResultCacheImpl):
-    """What Numba's files hold of a kernel."""
+    """Content of Numba's files of a kernel."""
 
     def reduce(self, compiled: Any) -> Any:
-        """A compiled form as plain data, without the environments of libraries' functions: only exceptions that a
-        kernel does not raise read those, and loading one imports its module."""
+        """Return a compiled version as plain data, without the environments of library functions: only exceptions that
+        a kernel does not raise read those, and loading one imports its module."""
         *data, environments = super().reduce(compiled)
         own = tuple(one for one in environments if not _is_library(one.globals["__name__"]))
         return *data, own
@@ -248,7 +248,7 @@ class _Files(FunctionCache):
         super().__init__(function)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """A compiled form, or None. Unlike Numba's, it does not fill the context with what types and functions mean to
+        """Return a compiled version, or None. Unlike Numba's, it does not fill the context with types and functions for
         the compiler: the compiler does that itself."""
         rtsys.initialize(context)
         context.codegen()._library_class = _Library
@@ -256,7 +256,7 @@ class _Files(FunctionCache):
 
     def lock(self) -> None:
         """Wait until no other process compiles this kernel."""
-        from filelock import FileLock  # 50 ms, and only where something is to be compiled
+        from filelock import FileLock  # 50 ms, and only needed for compiling
 
         path = Path(self.cache_path, f"{self._impl.filename_base}.lock")
         if self._lock is None:
@@ -270,12 +270,12 @@ class _Files(FunctionCache):
 
     @property
     def stem(self) -> Path:
-        """Where the files of all digests of this kernel begin."""
+        """Common prefix of the files of all digests of this kernel."""
         return Path(self.cache_path, self._impl.filename_base.rpartition("-")[0])
 
 
 def _prune(stem: Path) -> None:
-    """Remove all but the newest digests of a kernel; another process may be at it, too."""
+    """Remove all but the newest digests of a kernel; another process may do the same at the same time."""
     found = list(stem.parent.glob(f"{stem.name}-*.nbi"))
     if len(found) <= _KEPT:
         return

@@ -1,4 +1,4 @@
-"""How several numbers at a time are compiled: to a vector of the processor's."""
+"""Lowering of lanes to vectors of the processor."""
 
 import operator
 from collections.abc import Callable
@@ -15,7 +15,7 @@ _INDEX = ir.IntType(32)
 
 
 class Lanes(types.Type):
-    """So many float64, to the compiler."""
+    """Numba type of `count` float64 values."""
 
     def __init__(self, count: int) -> None:
         self.count, self.vector = count, ir.VectorType(ir.DoubleType(), count)
@@ -23,7 +23,7 @@ class Lanes(types.Type):
 
 
 class Compared(types.Type):
-    """What a comparison of so many float64 gives: whether it holds, for each."""
+    """Numba type of the comparison of `count` float64 values: a truth value for each."""
 
     def __init__(self, count: int) -> None:
         self.count, self.vector = count, ir.VectorType(ir.IntType(1), count)
@@ -38,7 +38,7 @@ class _VectorModel(models.PrimitiveModel):
 
 
 def loaded(array: types.Type, count: int) -> Any:
-    """So many numbers of an array."""
+    """Load `count` numbers of an array."""
     kind = Lanes(count)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -48,7 +48,7 @@ def loaded(array: types.Type, count: int) -> Any:
 
 
 def stored(array: types.Array, kind: Lanes) -> Any:
-    """Numbers, written to an array; to one of float32 as the nearest of these."""
+    """Store numbers to an array; to one of float32 rounded to nearest."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         _store(context, builder, signature, arguments, arguments[2])
@@ -58,7 +58,7 @@ def stored(array: types.Array, kind: Lanes) -> Any:
 
 
 def stored_across(array: types.Array, kind: types.UniTuple) -> Any:
-    """As many rows of numbers as each has, written column after column."""
+    """Store a square block of numbers, column by column."""
     count = kind.count
     assert kind.dtype == Lanes(count)
 
@@ -83,7 +83,7 @@ def stored_across(array: types.Array, kind: types.UniTuple) -> Any:
 
 
 def repeated(count: int) -> Any:
-    """So many times the same number."""
+    """Broadcast a number to `count` lanes."""
     kind = Lanes(count)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -94,7 +94,7 @@ def repeated(count: int) -> Any:
 
 
 def summed(kind: Lanes) -> Any:
-    """The sum of four or eight: the second half is added to the first, until one number is left."""
+    """Return the sum of four or eight: the second half is added to the first, until one number is left."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         (of,) = arguments
@@ -109,7 +109,7 @@ def summed(kind: Lanes) -> Any:
 
 
 def selected(where: Compared, numbers: Lanes, others: Lanes) -> Any:
-    """Numbers where a comparison holds, and the others elsewhere."""
+    """Select numbers where a comparison holds, and the others elsewhere."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.select(*arguments)
@@ -118,12 +118,12 @@ def selected(where: Compared, numbers: Lanes, others: Lanes) -> Any:
 
 
 def any_of(where: Compared) -> Any:
-    """Whether a comparison holds for any of its numbers."""
+    """Return whether a comparison holds in any lane."""
     return _judged(where, "!=", 0)
 
 
 def all_of(where: Compared) -> Any:
-    """Whether a comparison holds for all of its numbers."""
+    """Return whether a comparison holds in all lanes."""
     return _judged(where, "==", -1)
 
 
@@ -136,7 +136,7 @@ def _judged(where: Compared, sign: str, bits: int) -> Any:
 
 
 def each(kind: Lanes, name: str) -> Any:
-    """A function of one number, of LLVM's, of each."""
+    """Apply an LLVM intrinsic of one number to each lane."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         function = ir.FunctionType(kind.vector, [kind.vector])
@@ -157,7 +157,7 @@ def _place(context: Any, builder: Any, signature: Any, arguments: Any, vector: A
 
 
 def _store(context: Any, builder: Any, signature: Any, arguments: Any, numbers: Any) -> None:
-    """Write numbers to the array and place that are the first two arguments."""
+    """Store numbers to the array and index that are the first two arguments."""
     if signature.args[0].dtype == types.float32:
         numbers = builder.fptrunc(numbers, ir.VectorType(ir.FloatType(), numbers.type.count))
     builder.store(numbers, _place(context, builder, signature, arguments, numbers.type), align=4)
@@ -166,7 +166,7 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any, numbers: 
 def _operate(
     sign: Callable[..., Any], of: type, result: Callable[[int], types.Type], write: Callable[..., Any]
 ) -> None:
-    """Let an operator stand between two of the same kind; `write(builder, a, b)` writes its code."""
+    """Define an operator between two values of the same kind; `write(builder, a, b)` emits its code."""
 
     @infer_global(sign)
     class Template(AbstractTemplate):

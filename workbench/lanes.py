@@ -1,9 +1,9 @@
-"""Several numbers at a time: what a kernel computes on where the compiler makes no vectors by itself.
+"""Explicit vectors of four or eight numbers, for kernels where the compiler does not vectorise.
 
-It makes them of a loop only where that is long enough to pay for the proof that its arrays do not overlap, at some
-thirty modes, and of nothing whose frames follow from one another. `four(array, m)` are the numbers at m to m + 3,
-`eight(array, m)` those at m to m + 7; they are added, subtracted, multiplied, divided and compared as one number is,
-and by one, each to the bits of one. In an array of two dimensions places go on from row to row.
+It vectorises a loop only if that is long enough to pay for the check that its arrays do not overlap, at some thirty
+modes, and no recursions over frames. `four(array, m)` are the numbers at m to m + 3, `eight(array, m)` those at m to
+m + 7; they are added, subtracted, multiplied, divided and compared like single numbers, and with one, with identical
+bits. Indices of a two-dimensional array continue from row to row.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from underfoot.kernels import intrinsic
 
 @intrinsic
 def four(context: Any, array: Any, m: Any) -> Any:
-    """The numbers m to m + 3 of an array of float64, which must have them."""
+    """Return the numbers m to m + 3 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
 
     return loaded(array, 4)
@@ -21,7 +21,7 @@ def four(context: Any, array: Any, m: Any) -> Any:
 
 @intrinsic
 def eight(context: Any, array: Any, m: Any) -> Any:
-    """The numbers m to m + 7 of an array of float64, which must have them."""
+    """Return the numbers m to m + 7 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
 
     return loaded(array, 8)
@@ -29,7 +29,7 @@ def eight(context: Any, array: Any, m: Any) -> Any:
 
 @intrinsic
 def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
-    """Write numbers to the places from m on of an array of float64, or of float32."""
+    """Write numbers from index m on of an array of float64, or of float32."""
     from underfoot.lane_lowering import stored
 
     return stored(array, numbers)
@@ -37,7 +37,7 @@ def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
 
 @intrinsic
 def put_across(context: Any, array: Any, m: Any, rows: Any) -> Any:
-    """Write a tuple of eight rows of eight numbers column after column, from place m of an array on."""
+    """Write a tuple of eight rows of eight numbers column by column, from index m of an array on."""
     from underfoot.lane_lowering import stored_across
 
     return stored_across(array, rows)
@@ -45,7 +45,7 @@ def put_across(context: Any, array: Any, m: Any, rows: Any) -> Any:
 
 @intrinsic
 def all_four(context: Any, number: Any) -> Any:
-    """Four times the same number."""
+    """Return four copies of a number."""
     from underfoot.lane_lowering import repeated
 
     return repeated(4)
@@ -53,7 +53,7 @@ def all_four(context: Any, number: Any) -> Any:
 
 @intrinsic
 def all_eight(context: Any, number: Any) -> Any:
-    """Eight times the same number."""
+    """Return eight copies of a number."""
     from underfoot.lane_lowering import repeated
 
     return repeated(8)
@@ -61,7 +61,7 @@ def all_eight(context: Any, number: Any) -> Any:
 
 @intrinsic
 def total(context: Any, numbers: Any) -> Any:
-    """The sum of four or eight: the second half is added to the first, until one number is left."""
+    """Return the sum of four or eight: the second half is added to the first, until one number is left."""
     from underfoot.lane_lowering import summed
 
     return summed(numbers)
@@ -69,7 +69,7 @@ def total(context: Any, numbers: Any) -> Any:
 
 @intrinsic
 def chosen(context: Any, where: Any, numbers: Any, others: Any) -> Any:
-    """Numbers where a comparison holds, and the others elsewhere."""
+    """Return numbers where a comparison holds, and the others elsewhere."""
     from underfoot.lane_lowering import selected
 
     return selected(where, numbers, others)
@@ -77,7 +77,7 @@ def chosen(context: Any, where: Any, numbers: Any, others: Any) -> Any:
 
 @intrinsic
 def anywhere(context: Any, where: Any) -> Any:
-    """Whether a comparison holds for any of its numbers."""
+    """Return whether a comparison holds in any lane."""
     from underfoot.lane_lowering import any_of
 
     return any_of(where)
@@ -85,7 +85,7 @@ def anywhere(context: Any, where: Any) -> Any:
 
 @intrinsic
 def everywhere(context: Any, where: Any) -> Any:
-    """Whether a comparison holds for all of its numbers."""
+    """Return whether a comparison holds in all lanes."""
     from underfoot.lane_lowering import all_of
 
     return all_of(where)
@@ -93,7 +93,7 @@ def everywhere(context: Any, where: Any) -> Any:
 
 @intrinsic
 def roots(context: Any, numbers: Any) -> Any:
-    """The square root of each."""
+    """Return the square roots."""
     from underfoot.lane_lowering import each
 
     return each(numbers, "llvm.sqrt")
@@ -101,7 +101,7 @@ def roots(context: Any, numbers: Any) -> Any:
 
 @intrinsic
 def magnitudes(context: Any, numbers: Any) -> Any:
-    """The magnitude of each."""
+    """Return the magnitudes."""
     from underfoot.lane_lowering import each
 
     return each(numbers, "llvm.fabs")

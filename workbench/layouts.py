@@ -1,8 +1,8 @@
-"""Memory with names: what a kernel keeps and computes with, declared once, in one stretch of float64 values.
+"""Memory with named fields: the state and coefficients of a kernel, declared once, in one block of float64 values.
 
-A layout names numbers, arrays and layouts within it. A kernel is given a memory of it and reads and writes
-`state.x1` or `state.re[m]`; nobody counts places. Sizes that differ from instance to instance are symbols, and are
-known when the memory is made. To compiled code a memory is an address and these sizes.
+A layout names numbers, arrays and nested layouts. A kernel is passed a memory of that layout and reads and writes
+`state.x1` or `state.re[m]`. Sizes that differ between instances are symbols, with values given when the memory is
+made. In compiled code a memory is an address and these sizes.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,15 +18,15 @@ from underfoot.kernels import Intrinsic
 from underfoot.memory import aligned_zeros, whole_lines
 
 Size = int | str
-"""How long a dimension is: a number, or the symbol of one that each memory has for itself."""
+"""Length of a dimension: a number, or the symbol of a size of each memory."""
 
 _OWN = ("address", "layout", "sizes", "values")
-"""What a memory has besides its parts."""
+"""Attributes of a memory besides its parts."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """A named part of a layout: a number (`shape` is empty), an array, or a layout within it."""
+    """Named part of a layout: a number (`shape` is empty), an array, or a nested layout."""
 
     name: str
     shape: tuple[Size, ...] = ()
@@ -34,14 +34,14 @@ class Part:
 
     @property
     def is_number(self) -> bool:
-        """Whether it is one value."""
+        """Whether it is a single value."""
         return not self.shape and self.layout is None
 
 
 class Layout:
-    """What a memory holds: numbers by name, then arrays (`name=length` or `name=(rows, columns)`) and layouts.
+    """Fields of a memory: numbers by name, then arrays (`name=length` or `name=(rows, columns)`) and layouts.
 
-    A length is a number or a symbol; a memory has the sizes of its symbols as attributes, too, and `values`, all of it.
+    A length is a number or a symbol. A memory also has the sizes of its symbols as attributes, and `values`, all of it.
 
     >>> bank = Layout("bank", "active", block=2, re=("modes",))
     >>> memory = bank.zeros(modes=3)
@@ -64,7 +64,7 @@ class Layout:
             require(part.name not in _OWN, "name of a part", part.name, f"one that is not of {', '.join(_OWN)}")
             symbols += part.layout.symbols if part.layout else [size for size in part.shape if isinstance(size, str)]
         self.symbols: tuple[str, ...] = tuple(dict.fromkeys(symbols))
-        """The sizes that each memory has for itself, in order."""
+        """Symbols whose sizes each memory has, in order."""
         for symbol in self.symbols:
             require(symbol not in self.parts, "size", symbol, f"a name that no part of {name} has")
 
@@ -77,11 +77,11 @@ class Layout:
         return _layout_of, (self.name, tuple(self.parts.values()))
 
     def size(self, sizes: Mapping[str, Any]) -> Any:
-        """The float64 values of a memory with these sizes."""
+        """Return the number of float64 values in a memory with these sizes."""
         return list(self.places(sizes))[-1]
 
     def places(self, sizes: Mapping[str, Any]) -> Iterator[Any]:
-        """Where each part begins, and where the last one ends. Sizes are whole numbers, or words of compiled code."""
+        """Yield the start of each part, and the end of the last one. Sizes are integers, or words of compiled code."""
         at: Any = 0
         for part in self.parts.values():
             if not part.is_number:
@@ -94,19 +94,19 @@ class Layout:
         yield at if all(part.is_number for part in self.parts.values()) else whole_lines(at)
 
     def zeros(self, **sizes: int) -> "Memory":
-        """A memory of zeros that begins on a cache line."""
+        """Return a zeroed memory, aligned to a cache line."""
         return Memory(self, aligned_zeros(self.size(sizes)), sizes)
 
     @cached_property
     def type(self) -> Any:
-        """A memory of this layout, to the compiler."""
+        """Numba type of a memory of this layout."""
         from underfoot.memory_lowering import MemoryType
 
         return MemoryType(self)
 
     @cached_property
     def at(self) -> Any:
-        """For compiled code: `layout.at(values, sizes)`, the memory in an array of float64 or at a pointer to one.
+        """For compiled code: `layout.at(values, sizes)` views a memory in an array of float64 or at a pointer to one.
 
         `sizes` is a tuple of those in `symbols`.
         """
@@ -115,7 +115,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class MemoryAt:
-    """What makes a memory of a layout in compiled code."""
+    """Constructor of a layout's memory in compiled code."""
 
     layout: Layout
 
@@ -132,7 +132,7 @@ def _layout_of(name: str, parts: tuple[Part, ...]) -> Layout:
 
 
 class Memory:
-    """A memory of a layout in Python: its numbers and arrays are attributes, `values` is all of it, float64."""
+    """Memory of a layout in Python: numbers and arrays are attributes, `values` is all of it, float64."""
 
     def __init__(self, layout: Layout, values: NDArray[np.float64], sizes: Mapping[str, int]) -> None:
         own = {name: int(sizes[name]) for name in layout.symbols}
@@ -140,7 +140,7 @@ class Memory:
 
     @cached_property
     def _numba_type_(self) -> Any:
-        """Where Numba looks for the type of an argument."""
+        """Type of an argument for Numba."""
         return self.layout.type
 
     def __getattr__(self, name: str) -> Any:
@@ -163,7 +163,7 @@ class Memory:
         self.values[begin] = value
 
     def __len__(self) -> int:
-        """The number named `count`, of a layout that has one: how many there are of what it holds."""
+        """The number named `count`, in layouts that have one: the number of items."""
         return int(self.count)
 
     def _find(self, name: str) -> tuple[Part, int]:

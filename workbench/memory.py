@@ -1,4 +1,4 @@
-"""Memory that kernels read in the processor's widest vectors."""
+"""Memory aligned for the processor's widest vectors."""
 
 from typing import Any
 
@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 LINE = 8
-"""Values of float64 in a cache line, and in the widest vector."""
+"""Float64 values in a cache line, and in the widest vector."""
 
 LANES = 4
-"""Values that `lanes` computes on at a time."""
+"""Values that `lanes` processes at a time."""
 
 
 def whole_lines(length: Any) -> Any:
-    """A number of values rounded up to whole cache lines.
+    """Round a number of values up to whole cache lines.
 
     >>> whole_lines(1), whole_lines(8)
     (8, 8)
@@ -22,7 +22,7 @@ def whole_lines(length: Any) -> Any:
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """`size` zeros that begin on a cache line.
+    """Return `size` zeros, aligned to a cache line.
 
     >>> aligned_zeros(3), aligned_zeros(3).ctypes.data % 64
     (array([0., 0., 0.]), 0)

@@ -1,4 +1,4 @@
-"""How memories are compiled: to an address and sizes, whose parts are found by the layout."""
+"""Lowering of memories to an address and sizes, whose parts are located by the layout."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ _WORD = ir.IntType(64)
 
 
 def memory_at(kind: "MemoryType") -> Callable[..., Any]:
-    """What `layout.at` is in compiled code: the definition of an intrinsic."""
+    """Return the definition of the intrinsic `layout.at`."""
 
     def made_at(context: Any, values: Any, sizes: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -42,7 +42,7 @@ def _length(memory: Any) -> Any:
 
 
 class MemoryType(types.Type):
-    """A memory, to the compiler."""
+    """Numba type of a memory."""
 
     def __init__(self, layout: Any) -> None:
         self.layout = layout
@@ -87,7 +87,7 @@ class _MemoryAttributes(AttributeTemplate):
 
 
 class _Word:
-    """A whole number of compiled code, for the sums of `Layout.places`."""
+    """Integer of compiled code, for the sums of `Layout.places`."""
 
     def __init__(self, builder: Any, value: Any) -> None:
         self.builder, self.value = builder, value
@@ -109,7 +109,7 @@ def _value(number: Any) -> Any:
 
 
 def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> tuple[Any, Any, dict[str, Any]]:
-    """A part, its address, and the memory's sizes as words."""
+    """Return a part, its address, and the memory's sizes as words."""
     memory = cgutils.create_struct_proxy(kind)(context, builder, value)
     sizes = {symbol: _Word(builder, getattr(memory, symbol)) for symbol in kind.layout.symbols}
     for part, begin in zip(kind.layout.parts.values(), kind.layout.places(sizes), strict=False):
@@ -141,8 +141,8 @@ def _get(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) ->
 
 
 def _array(context: Any, builder: Any, pointer: Any, shape: list[Any]) -> Any:
-    """A borrowed array of float64 at an address."""
-    from numba.np.arrayobj import populate_array  # 40 ms that a kernel which is only loaded need not wait for
+    """Return a borrowed array of float64 at an address."""
+    from numba.np.arrayobj import populate_array  # 40 ms, not needed for a kernel that is only loaded
 
     array = context.make_array(types.Array(types.float64, len(shape), "C"))(context, builder)
     strides = [ir.Constant(_WORD, 8)]

@@ -1,4 +1,4 @@
-"""Contacts and footsteps of a source, as they happen: what `underfoot monitor` prints and writes."""
+"""Stream of contacts and footsteps of a source, as printed and written by `underfoot monitor`."""
 
 import math
 import os
@@ -32,7 +32,7 @@ _SILENT_S = 0.5
 
 @dataclass(frozen=True)
 class Equipment:
-    """What a session has besides its source: profiles, samples a second of hardware, sound card, accelerometers."""
+    """Equipment of a session besides its source: profiles, sample rate of hardware, sound card, accelerometers."""
 
     profiles: Path | None = None
     sensor_hz: float | None = None
@@ -40,7 +40,7 @@ class Equipment:
     accelerometers: str = ""
 
     def of(self, target: Target) -> Target:
-        """The target with it; `BadValue` for accelerometers that cannot be."""
+        """Return the target with this equipment; `BadValue` for invalid accelerometers."""
         sound = "" if self.sound == "default" else self.sound
         heard = accelerometers_of(self.accelerometers, target.floor)
         if sound is None and any(one.channel != LINK for one in heard):
@@ -52,10 +52,10 @@ class Equipment:
 
 
 class FileStream:
-    """A table of forces, as fast as it goes."""
+    """Stream of a force table, as fast as possible."""
 
     failure = ""
-    """What went wrong although all went on; said at the end."""
+    """Failure that did not end the stream, reported at the end."""
 
     def __init__(self, forces: ForceSeries, floor: Floor, seconds: float | None) -> None:
         self.floor = floor
@@ -74,19 +74,19 @@ class FileStream:
         yield self._finder.finish()
 
     def stop(self) -> None:
-        """Come to an end with the present chunk."""
+        """Stop after the present chunk."""
         self._stopped = True
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing: no resources are held."""
 
     def warnings(self) -> list[str]:
-        """What the person should know of the data."""
+        """Return warnings about the data."""
         return self._finder.warnings()
 
 
 class SessionStream:
-    """A running session, in real time. `DeviceError` where nothing can be played."""
+    """Stream of a running session, in real time. `DeviceError` if nothing can be played."""
 
     failure = ""
 
@@ -115,7 +115,7 @@ class SessionStream:
             frames, forces = session.force.read()
             if len(frames):
                 now = float(frames[-1]) / self._rate
-            else:  # nothing may come any more
+            else:  # nothing more may arrive
                 now = max(now, session.health.frame / self._rate - _SILENT_S)
                 time.sleep(_WAIT_S)
             if len(frames) or news:
@@ -127,17 +127,17 @@ class SessionStream:
         yield replace(self._finder.finish(), news=tuple(news))
 
     def stop(self) -> None:
-        """Come to an end as soon as may be."""
+        """Stop as soon as possible."""
         self._stopped = True
 
     def close(self) -> None:
-        """End the session; afterwards `failure` says whether it was not recorded to its end."""
+        """End the session; afterwards `failure` says whether its recording is incomplete."""
         if self._record is not None and self._session.recording is None:
             self.failure = f"{self._record} was not recorded to the end"
         self._session.close()
 
     def warnings(self) -> list[str]:
-        """What the person should know of the data."""
+        """Return warnings about the data."""
         return self._finder.warnings()
 
     def _news(self) -> Iterator[str]:
@@ -146,7 +146,7 @@ class SessionStream:
 
 
 def news_of(report: Report, running: bool) -> Iterator[str]:
-    """What a person is told of a report; `DeviceError` for one of an engine that cannot run."""
+    """Yield the messages of a report to the user; `DeviceError` for an engine that cannot run."""
     match report:
         case Notice(text) if not running:
             raise DeviceError(text)
@@ -169,7 +169,7 @@ def open_stream(
     patch: Path | None = None,
     equipment: Equipment | None = None,
 ) -> FileStream | SessionStream:
-    """The stream of a simulator ("simulator", with ":" and what it is), hardware, a force CSV, or a recording."""
+    """Open the stream of a simulator ("simulator", with ":" and its kind), hardware, a force CSV, or a recording."""
     hardware, equipment = split_target(source), equipment or Equipment()
     if equipment.sensor_hz is not None and hardware is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
@@ -202,7 +202,7 @@ def open_stream(
 
 
 def step_line(step: Step) -> str:
-    """A footstep as a line for a person to read."""
+    """Return a footstep as a readable line."""
     return (
         f"{step.step:4d}  {step.start_s:9.3f} s  {step.tile:>6}  {step.side:7}  {step.contact_ms:6.0f} ms  "
         f"{step.peak1_n:6.0f} {step.valley_n:6.0f} {step.peak2_n:6.0f} N  {step.impulse_ns:6.1f} N s  "
@@ -212,7 +212,7 @@ def step_line(step: Step) -> str:
 
 
 def _figure(value: float, form: str) -> str:
-    """A number, or a dash as wide where there is none."""
+    """Return a formatted number, or a dash of the same width if it is missing."""
     text = f"{value:{form}}"
     return "–".rjust(len(text)) if math.isnan(value) else text
 
@@ -222,5 +222,5 @@ def _length(step: Step) -> str:
 
 
 def step_figures(step: Step) -> dict[str, Any]:
-    """A footstep as data; a figure that there is not is None."""
+    """Return a footstep as data; missing figures are None."""
     return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in asdict(step).items()}

@@ -1,4 +1,4 @@
-"""Options of a command, declared once as the fields of a dataclass: what the command line and its help are made of."""
+"""Options of a command, declared as the fields of a dataclass, for the command line and its help."""
 
 from dataclasses import dataclass, field, fields
 from typing import TypeVar, get_args
@@ -11,7 +11,7 @@ _DOC, _FLAG = "doc", "flag"
 
 @dataclass(frozen=True)
 class Option:
-    """One option: the field's `name`, its `flag` on the command line, the `type` of a value, its default and help."""
+    """Option: the field's `name`, its `flag` on the command line, the `type` of its value, its default and help."""
 
     name: str
     flag: str
@@ -21,16 +21,16 @@ class Option:
 
 
 def option(doc: str, default: Value, flag: str = "") -> Value:
-    """A field of a frozen dataclass that is an option of a command; a field `level_db` is `--level-db` unless said.
+    """Declare a field of a frozen dataclass as an option of a command; `level_db` becomes `--level-db` by default.
 
-    The field's type says what is given: str, int, float, Path, or one of them or None; bool is a switch.
+    The field's type is str, int, float, Path, or one of them or None; bool is a switch.
     """
     found: Value = field(default=default, metadata={_DOC: doc, _FLAG: flag})
     return found
 
 
 def options_of(owner: type) -> tuple[Option, ...]:
-    """The options that a dataclass declares, in their order.
+    """Return the options that a dataclass declares, in order.
 
     >>> @dataclass(frozen=True)
     ... class Playing:

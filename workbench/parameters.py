@@ -1,7 +1,7 @@
-"""Parameters, declared once.
+"""Parameters of nodes, declared once.
 
-The line that declares a parameter is read by the inspector's control and tooltip, the check of a file, the node
-reference, the command line's help and the random stress test.
+The declaration of a parameter is used by the inspector's control and tooltip, the check of files, the node reference,
+the command line's help and the random stress test.
 """
 
 import math
@@ -13,12 +13,12 @@ from typing import Any, ClassVar
 from underfoot.errors import BadValue
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
-"""What an id (of a node, tile or port) looks like."""
+"""Pattern of an id (of a node, tile or port)."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """What every parameter has. `name` is the attribute it is declared as; files and wires use that name."""
+    """Common part of parameters. `name` is the attribute it is declared as; files and wires use that name."""
 
     default: Any
     doc: str = field(default="", kw_only=True)
@@ -33,16 +33,16 @@ class Parameter:
 
     @property
     def moves(self) -> bool:
-        """Whether it goes to another value in a ramp; without one a change makes the program anew, faded in."""
+        """Whether it ramps to a new value; otherwise a change rebuilds the program and fades it in."""
         return False
 
     @property
     def allowed(self) -> str:
-        """What may be given, in words."""
+        """Description of the allowed values."""
         raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
 
     def check(self, value: Any) -> Any:
-        """The value as the program uses it, or `BadValue` in one line."""
+        """Return the value as the program uses it, or raise `BadValue`."""
         raise AssertionError(f"{type(self).__name__} checks nothing")
 
     def refuse(self, value: Any) -> BadValue:
@@ -52,14 +52,14 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Number(Parameter):
-    """A real number from `low` to `high`, in `unit`. It moves in a ramp; `wire` says whether a wire may drive it.
+    """Real number from `low` to `high`, in `unit`. Changes are ramped; `wire` says whether a wire may drive it.
 
-    One that `fades` cannot be moved without a step: changing it makes the program anew, faded in.
+    With `fades` it cannot be ramped: a change rebuilds the program and fades it in.
 
-    `wire` is "" (no), "span" (read once a span) or "audio" (one value a frame). `scale` is how a control spaces it:
-    "linear", "log", or in decibels from silence on: "gain", a factor that is shown in decibels, too, and stops at 0 dB;
-    "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative is set by its
-    size, and inverted by a button.
+    `wire` is "" (no), "span" (read once per span) or "audio" (one value per frame). `scale` is the spacing of its
+    control: "linear", "log", or in decibels from silence on: "gain", a factor that is also shown in decibels, with a
+    detent at 0 dB; "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative
+    is set by its size, and inverted by a button.
 
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
@@ -93,7 +93,7 @@ class Number(Parameter):
         return self.scale in ("gain", "amplitude")
 
     def position(self, value: float) -> float:
-        """Where `value` stands on the control, 0 to 1; of a gain its size."""
+        """Return the position of `value` on the control, 0 to 1; for a gain, that of its size."""
         if self.scale == "log":
             return math.log(value / self.low) / math.log(self.high / self.low)
         if self.is_in_db:
@@ -101,7 +101,7 @@ class Number(Parameter):
         return (value - self.low) / (self.high - self.low)
 
     def value(self, position: float) -> float:
-        """The value at a control's `position`, 0 to 1; the inverse of `position`, but for a gain's sign."""
+        """Return the value at a control's `position`, 0 to 1; the inverse of `position`, except for a gain's sign."""
         if self.scale == "log":
             return min(max(self.low * (self.high / self.low) ** position, self.low), self.high)
         if self.is_in_db:
@@ -115,7 +115,7 @@ class Number(Parameter):
 
 
 LEAST_DB, STOP_DB = -60.0, 1.0
-"""A control in decibels begins at silence and this level; a gain's stops at 0 dB for so many on both sides."""
+"""Lowest level of a control in decibels above silence, and half-width of the detent of a gain at 0 dB."""
 
 
 def _db(factor: float) -> float:
@@ -124,7 +124,7 @@ def _db(factor: float) -> float:
 
 @dataclass(frozen=True)
 class Count(Parameter):
-    """A whole number from `low` to `high`. Changing it makes the program anew, faded in."""
+    """Whole number from `low` to `high`. A change rebuilds the program and fades it in."""
 
     low: int = 0
     high: int = 1
@@ -145,7 +145,7 @@ class Count(Parameter):
 
 @dataclass(frozen=True)
 class Choice(Parameter):
-    """One of a few names. Changing it makes the program anew, faded in."""
+    """One of several options. A change rebuilds the program and fades it in."""
 
     options: tuple[str, ...] = ()
     kind: ClassVar[str] = "choice"
@@ -162,7 +162,7 @@ class Choice(Parameter):
 
 @dataclass(frozen=True)
 class Numbers(Parameter):
-    """A list of `least` to `most` numbers, each from `low` to `high`."""
+    """List of `least` to `most` numbers, each from `low` to `high`."""
 
     low: float = 0.0
     high: float = 1.0
@@ -186,7 +186,7 @@ class Numbers(Parameter):
 
 @dataclass(frozen=True)
 class Rows(Parameter):
-    """A list of up to `most` rows of numbers; `columns` names each column with its lowest and highest value."""
+    """List of up to `most` rows of numbers; `columns` gives each column's name, lowest and highest value."""
 
     columns: tuple[tuple[str, float, float], ...] = ()
     most: int = field(default=200, kw_only=True)
@@ -211,7 +211,7 @@ class Rows(Parameter):
 
 @dataclass(frozen=True)
 class Text(Parameter):
-    """A line of text, such as the path of a sound file."""
+    """Line of text, such as the path of a sound file."""
 
     most: int = field(default=1000, kw_only=True)
     kind: ClassVar[str] = "text"
@@ -228,14 +228,14 @@ class Text(Parameter):
 
 @dataclass(frozen=True)
 class FilePath(Text):
-    """The path of a file, looked for beside the patch unless it is absolute."""
+    """Path of a file, relative to the patch unless it is absolute."""
 
     kind: ClassVar[str] = "file"
 
 
 @dataclass(frozen=True)
 class Tiles(Parameter):
-    """Which tiles a node is for: "all", or tile ids joined by "+"."""
+    """Tiles that a node applies to: "all", or tile ids joined by "+"."""
 
     default: str = "all"
     kind: ClassVar[str] = "tiles"
@@ -251,7 +251,7 @@ class Tiles(Parameter):
 
     @staticmethod
     def has(value: str, tile: str) -> bool:
-        """Whether `value` names `tile`.
+        """Return whether `value` includes `tile`.
 
         >>> Tiles.has("t1+t2", "t2"), Tiles.has("all", "t9"), Tiles.has("t1", "t2")
         (True, True, False)

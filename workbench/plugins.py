@@ -1,6 +1,6 @@
-"""Packages that bring something to Underfoot: what they declare as entry points is found here.
+"""Plug-ins: packages that extend Underfoot, found by their entry points.
 
-A plug-in that cannot be loaded is said once, and left out: the program runs without it.
+A plug-in that cannot be loaded is reported once and left out.
 """
 
 import sys
@@ -10,11 +10,11 @@ from multiprocessing import parent_process
 from types import ModuleType
 
 NODES, TRANSPORTS, SCENES = "underfoot.nodes", "underfoot.transports", "underfoot.scenes"
-"""Groups of entry points."""
+"""Entry point groups."""
 
 
 def declared(group: str) -> Iterator[tuple[str, object]]:
-    """What the entry points of a group name, each with its plug-in's name; all values of a module where one is named.
+    """Yield the objects of a group's entry points with the plug-in's name; for a module, all its values.
 
     >>> list(declared("underfoot.none"))
     []
@@ -22,7 +22,7 @@ def declared(group: str) -> Iterator[tuple[str, object]]:
     for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
         try:
             found = point.load()
-        except Exception as error:  # a stranger's code: it can raise anything
+        except Exception as error:  # untrusted code can raise anything
             refuse(point.name, f"{type(error).__name__}: {error}")
             continue
         values = list(vars(found).values()) if isinstance(found, ModuleType) else [found]
@@ -30,6 +30,6 @@ def declared(group: str) -> Iterator[tuple[str, object]]:
 
 
 def refuse(name: str, reason: str) -> None:
-    """Say why a plug-in, or a part of one, is left out."""
-    if parent_process() is None:  # which has children that find the same
+    """Report why a plug-in, or a part of one, is left out."""
+    if parent_process() is None:  # its children find the same
         print(f"underfoot: plug-in {name} is left out: {' '.join(reason.split())[:300]}", file=sys.stderr, flush=True)

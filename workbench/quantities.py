@@ -1,4 +1,4 @@
-"""Numbers as people read and type them: few digits, a prefix that fits, and always the unit."""
+"""Formatting and parsing of quantities: few digits, a fitting prefix, and always the unit."""
 
 import math
 import re
@@ -8,16 +8,16 @@ from underfoot.errors import BadValue
 _PREFIXES = {"p": -12, "n": -9, "µ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
 _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "µm kMG", "J": "nµm kM", "W": "nµm kM",
           "V": "nµm kM", "g": "nµm k", "B": " kMG"}  # fmt: skip
-"""The prefixes that are usual with each unit; a space stands for none."""
+"""Usual prefixes of each unit; a space stands for none."""
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
-"""Units that are usual without a prefix down to here."""
+"""Smallest values for which these units are usual without a prefix."""
 _DIGIT_GROUP = "\u202f"
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
 
 
 def quantity(value: float, unit: str = "", digits: int = 3) -> str:
-    """`value`, in SI `unit`, to `digits` significant digits with a fitting prefix.
+    """Format `value`, in SI `unit`, to `digits` significant digits with a fitting prefix.
 
     >>> quantity(1300000, "N/m"), quantity(0.0027, "s"), quantity(-9.4, "dB"), quantity(2000)
     ('1.3 MN/m', '2.7 ms', '−9.4 dB', '2\\u202f000')
@@ -28,7 +28,7 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """`value` to `digits` significant digits, in groups of three, without zeros at the end.
+    """Format `value` to `digits` significant digits, in groups of three, without trailing zeros.
 
     >>> number(1234.5678, 6), number(0.25), number(float("nan"))
     ('1\\u202f234.57', '0.25', '–')
@@ -49,7 +49,7 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def pretty_unit(unit: str) -> str:
-    """A unit as it is shown.
+    """Return a unit as it is displayed.
 
     >>> pretty_unit("m/s^2"), pretty_unit("N*s/m")
     ('m/s²', 'N·s/m')
@@ -58,7 +58,7 @@ def pretty_unit(unit: str) -> str:
 
 
 def pretty_text(text: str) -> str:
-    """Prose with the powers in its units set high, true minus signs, and numbers that no line parts from their units.
+    """Return prose with superscript powers, true minus signs, and no line breaks between numbers and units.
 
     >>> pretty_text("in m/s^2"), pretty_text("at -92 mm, 3 % off")
     ('in m/s²', 'at −92\\xa0mm, 3\\xa0% off')
@@ -68,7 +68,7 @@ def pretty_text(text: str) -> str:
 
 
 def parse_quantity(text: str, unit: str = "") -> float:
-    """What a person typed, in SI `unit`: with or without the unit, a prefix, groups of digits or a decimal comma.
+    """Parse typed text to a number in SI `unit`: with or without the unit, a prefix, digit groups or a decimal comma.
 
     >>> parse_quantity("1.3 MN/m", "N/m"), parse_quantity("0,82 mm", "m"), parse_quantity("2 000")
     (1300000.0, 0.00082, 2000.0)
@@ -98,7 +98,7 @@ def parse_quantity(text: str, unit: str = "") -> float:
 
 
 def parse_numbers(text: str, unit: str = "") -> list[float]:
-    """Numbers that a person typed, with spaces, semicolons or commas between them.
+    """Parse typed numbers separated by spaces, semicolons or commas.
 
     A comma between two digits is a decimal comma, unless there are several in a row.
 
@@ -112,11 +112,11 @@ def parse_numbers(text: str, unit: str = "") -> list[float]:
 
 
 INVERTED = "ø"
-"""Behind the decibels of a factor that is negative: what comes out is turned round."""
+"""Suffix of the decibels of a negative factor, which inverts the signal."""
 
 
 def gain(factor: float, digits: int = 3) -> str:
-    """A factor in decibels, with a sign behind it where it inverts.
+    """Format a factor in decibels, with a suffix if it inverts.
 
     >>> gain(1.0), gain(0.5), gain(0.0), gain(-2.0)
     ('0 dB', '−6.02 dB', '−∞ dB', '6.02 dB ø')
@@ -126,7 +126,7 @@ def gain(factor: float, digits: int = 3) -> str:
 
 
 def parse_gain(text: str) -> float:
-    """The factor that a person typed: decibels, with or without the unit, or a factor with a times sign or an x.
+    """Parse a typed factor: decibels, with or without the unit, or a factor with a times sign or an x.
 
     >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞"), parse_gain("0 dB ø")
     (0.501, 1.0, 2.5, 0.0, -1.0)
@@ -143,7 +143,7 @@ def parse_gain(text: str) -> float:
 
 
 def _prefix(value: float, unit: str) -> tuple[str, float, str]:
-    """The prefix, what it stands for, and the unit behind it."""
+    """Return the prefix, its factor, and the unit that follows."""
     if unit == "kg" and 0 < abs(value) < 1:
         prefix, factor, shown = _prefix(value * 1000, "g")
         return prefix, factor / 1000, shown
@@ -167,6 +167,6 @@ def _prefix(value: float, unit: str) -> tuple[str, float, str]:
 
 
 def _allowed(unit: str) -> list[str]:
-    """The prefixes that `unit` takes: those of its first factor, unless that has an exponent."""
+    """Return the allowed prefixes of `unit`: those of its first factor, unless that has an exponent."""
     first = re.split(r"[/*·]", unit)[0]
     return [p.strip() for p in _TAKES.get(first, " ")]

@@ -1,8 +1,8 @@
-"""A kind of calibration, declared once: the command line, the window and the report read it from here.
+"""Declaration of a kind of calibration, for the command line, the window and the report.
 
-Each file in `procedures/` declares one: a frozen dataclass that inherits from `Calibration`. Class attributes say what
-it is called and what it is for; fields are the options of its command (`underfoot.options`); methods make its procedure
-and read measurements from files. Adding a calibration is adding such a file; `procedures.CALIBRATIONS` finds it.
+Each file in `procedures/` declares one: a frozen dataclass that inherits from `Calibration`. Class attributes name and
+describe it; fields are the options of its command (`underfoot.options`); methods make its procedure and read
+measurements from files. To add a calibration, add such a file; `procedures.CALIBRATIONS` finds it.
 """
 
 from abc import ABC, abstractmethod
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from underfoot.floor.profile import Profile
 
 PRESSING, SHAKING = "pressing", "shaking"
-"""Rigs: one whose tile is pressed and read, and one whose shaker plays while an accelerometer records."""
+"""Rigs: one that presses the tile and reads it, and one that plays the shaker and records an accelerometer."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a procedure is made for: a tile and what its profile knows.
+    """Context of a procedure: a tile and its present profile.
 
-    `seed` draws what is random in the procedure; `rate_hz` is of the sounds that it plays.
+    `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays.
     """
 
     tile: "Tile"
@@ -39,7 +39,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class FileMeasurement:
-    """A measurement in files: the id of its tile, and what comes of it with what the tile's profile knows.
+    """Measurement in files: the id of its tile, and its analysis with the tile's profile.
 
     `analyse` raises `BadFile` and `BadMeasurement`.
     """
@@ -49,7 +49,7 @@ class FileMeasurement:
 
 
 def named_tile(floor: Path | None, tile: str) -> str:
-    """The id of a tile of a floor's file, or of the default floor; "" is the first one.
+    """Return the id of a tile in a floor file, or on the default floor; "" is the first one.
 
     >>> named_tile(None, "")
     't1'
@@ -61,27 +61,27 @@ def named_tile(floor: Path | None, tile: str) -> str:
 
 
 class Calibration(ABC):
-    """One kind of calibration; an instance has the options of its command."""
+    """Kind of calibration; an instance has the options of its command."""
 
     kind: ClassVar[str]
-    """The part of a profile that it makes; its command is called the same."""
+    """Part of a profile that it makes, and name of its command."""
     name: ClassVar[str]
-    """What a button calls it, in a word or two."""
+    """Label of a button, in a word or two."""
     title: ClassVar[str]
-    """Its heading: the name, and what it turns into what."""
+    """Heading: the name, and what it converts to what."""
     about: ClassVar[str]
-    """What is done and what comes of it, in two or three sentences."""
+    """What is done and what results, in two or three sentences."""
     summary: ClassVar[str]
-    """The first line of its command's help."""
+    """First line of its command's help."""
     rig: ClassVar[str]
-    """The rig that it needs: `PRESSING` or `SHAKING`."""
+    """Rig that it needs: `PRESSING` or `SHAKING`."""
     file_options: ClassVar[tuple[str, ...]]
-    """The options that name files with a measurement; all of them, or none, where a target is measured."""
+    """Options that name files with a measurement: either all of them, or none if a target is measured."""
     requires: ClassVar[str] = ""
-    """The part of the profile that must be there before; "" for none."""
+    """Part of the profile that must exist before; "" for none."""
 
     def check(self, target: str) -> None:
-        """Raise `BadValue` for options that cannot be, before anything is read or measured on `target`."""
+        """Raise `BadValue` for invalid options, before anything is read or measured on `target`."""
         named = [getattr(self, name) is not None for name in self.file_options]
         if any(named) != all(named) or all(named) == bool(target):
             files = " and ".join(f"--{name}" for name in self.file_options)
@@ -89,20 +89,20 @@ class Calibration(ABC):
 
     @abstractmethod
     def procedure(self, setup: Setup) -> Procedure:
-        """The procedure that measures a tile."""
+        """Return the procedure that measures a tile."""
 
     def answers(self, has_load_cell: bool) -> Answers:
-        """What the options answer on the procedure's pages, by name."""
+        """Return the options' answers to the procedure's pages, by name."""
         return {}
 
     @property
     def skips_optional(self) -> bool:
-        """Whether the options leave out all that can be skipped."""
+        """Whether the options leave out all optional pages."""
         return False
 
     @abstractmethod
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
-        """The measurement in the files that `file_options` name; of `tile`, "" for the only or first one.
+        """Return the measurement in the files named by `file_options`; of `tile`, "" for the only or first one.
 
-        `floor` is the floor's file where one is named. Raises `BadFile` and `BadValue`.
+        `floor` is the floor file, if one is named. Raises `BadFile` and `BadValue`.
         """

@@ -1,4 +1,4 @@
-"""What all procedures have in common: pages one after another, what each has taken, and the way back."""
+"""Common part of all procedures: a sequence of pages, the data taken by each, and the way back."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, BadValue
 
 TIMEOUT_S = 120.0
-"""A page that has not got what it needs after so many seconds of readings is given up."""
+"""Seconds of readings after which an incomplete page is given up."""
 _LEAST_PAGES = 12
-"""Progress is counted in at least so many pages: before the first answer nobody knows how many there will be."""
+"""Smallest number of pages for the progress display, as the number is unknown before the first answer."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One page and how it takes its measurement.
+    """Page with the way it takes its measurement.
 
-    `take` looks at all readings since the page was opened; it returns what is still missing, or None when there is
-    enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a place, are skipped together.
+    `take` examines all readings since the page was opened; it returns what is still missing, or None when there is
+    enough. It raises `BadMeasurement`. Steps of one `group`, a sensor or a position, are skipped together.
     """
 
     page: Page
@@ -33,7 +33,7 @@ class Step:
 
 
 class Taken(NamedTuple):
-    """What one step has taken: its readings, and what its page was answered."""
+    """Data taken by one step: its readings, and the answers to its page."""
 
     step: Step
     readings: Readings
@@ -41,7 +41,7 @@ class Taken(NamedTuple):
 
 
 class PagedProcedure:
-    """Goes through steps. A subclass gives the first page, plans the steps from its answers, and makes the result."""
+    """Runs through steps. A subclass gives the first page, plans the steps from its answers, and makes the result."""
 
     def __init__(self, first: Page) -> None:
         self._steps: list[Step] = [Step(first)]
@@ -54,20 +54,19 @@ class PagedProcedure:
         self._result: Result | None = None
 
     def plan(self, answers: Answers) -> list[Step]:
-        """The steps after the first page, whose checked answers these are; `BadMeasurement` where they make no
-        sense."""
+        """Return the steps after the first page from its checked answers; `BadMeasurement` if they are inconsistent."""
         raise AssertionError(f"{type(self).__name__} has no plan")
 
     def conclude(self) -> Result:
-        """The result of all that was taken; `BadMeasurement` where nothing can come of it."""
+        """Return the result of all data taken; `BadMeasurement` if there is none."""
         raise AssertionError(f"{type(self).__name__} comes to no conclusion")
 
     def check_answers(self, step: Step, answers: Answers) -> None:
-        """Look at the answers of a later page before they count; `BadMeasurement` where they cannot be right."""
+        """Check the answers of a later page before they apply; `BadMeasurement` if they cannot be right."""
 
     @property
     def page(self) -> Page:
-        """What is wanted now."""
+        """Return the present page."""
         step = self._steps[self._at]
         asks = () if self._at in self._answers and step.take is not None else step.page.asks
         share = 1.0 if step.page.last else self._at / max(len(self._steps) - 1, _LEAST_PAGES)
@@ -75,21 +74,21 @@ class PagedProcedure:
 
     @property
     def live(self) -> Live:
-        """How far the page's measurement is."""
+        """Return the progress of the page's measurement."""
         return self._live
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """What was taken so far; none unless a subclass draws it."""
+        """Return drawings of the data so far; none unless a subclass overrides this."""
         return ()
 
     @property
     def result(self) -> Result | None:
-        """What came of it; None before the last page."""
+        """Return the result; None before the last page."""
         return self._result if self._steps[self._at].page.last else None
 
     def answer(self, values: Answers) -> None:
-        """Give what the page asks for, and go on; `BadValue` and `BadMeasurement` leave everything as it was."""
+        """Answer the page and go on; `BadValue` and `BadMeasurement` leave everything unchanged."""
         page = self.page
         if page.last:
             return
@@ -109,7 +108,7 @@ class PagedProcedure:
             self._go_on()
 
     def feed(self, readings: Readings) -> None:
-        """Take readings as they come; goes on by itself when the page has what it needs."""
+        """Take readings as they arrive; goes on when the page has enough."""
         step = self._steps[self._at]
         if step.take is None or self.page.asks or readings.time_s.size == 0:
             return
@@ -130,11 +129,11 @@ class PagedProcedure:
             raise
 
     def hear(self, recorded: NDArray[np.float64]) -> None:
-        """Take what was recorded of the page's sound; `BadValue` unless a subclass plays sounds."""
+        """Take the recording of the page's sound; `BadValue` unless a subclass plays sounds."""
         raise BadValue(f"{self.page.title}: this page takes no recording")
 
     def skip(self) -> None:
-        """Leave out this page and those of the same sensor or place."""
+        """Skip this page and those of the same sensor or position."""
         step = self._steps[self._at]
         if not step.page.may_skip:
             raise BadValue(f"{step.page.title} cannot be skipped")
@@ -147,7 +146,7 @@ class PagedProcedure:
         self._conclude_if_last()
 
     def back(self) -> None:
-        """Return to the page before, and forget what was taken from there on."""
+        """Return to the previous page, and discard the data taken since."""
         if self._at == 0:
             return
         at = self._at - 1
@@ -160,7 +159,7 @@ class PagedProcedure:
         self._open(at)
 
     def taken(self) -> list[Taken]:
-        """What was taken so far, in order."""
+        """Return the data taken so far, in order."""
         return [Taken(self._steps[k], self._taken[k], self._answers.get(k, {})) for k in sorted(self._taken)]
 
     def _open(self, at: int) -> None:
@@ -181,20 +180,20 @@ class PagedProcedure:
 
 
 class SoundingProcedure(PagedProcedure):
-    """Goes through steps whose pages play sounds, and take what is recorded of them."""
+    """Runs through steps whose pages play sounds and record the response."""
 
     def take_sound(self, key: str, played: NDArray[np.float64], heard: NDArray[np.float64]) -> None:
-        """Measure what the page of this key has recorded of its sound; `BadMeasurement` where nothing comes of it."""
+        """Evaluate the recording of this page's sound; `BadMeasurement` if that fails."""
         raise AssertionError(f"{type(self).__name__} takes no sound")
 
     def answer(self, values: Answers) -> None:
-        """Give what the page asks for, and go on."""
+        """Answer the page and go on."""
         if self.page.sound is not None:
             raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
         super().answer(values)
 
     def hear(self, recorded: NDArray[np.float64]) -> None:
-        """Take what was recorded of the page's sound, (frames,), of full scale; goes on."""
+        """Take the recording of the page's sound, (frames,), in full scale, and go on."""
         page = self.page
         if page.sound is None:
             raise BadValue(f"{page.title}: this page takes no recording")

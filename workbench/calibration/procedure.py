@@ -1,9 +1,9 @@
-"""A calibration without a screen: a state machine of pages, each with what it asks for and what it takes.
+"""Calibration procedures as state machines of pages, independent of any screen.
 
-A `Procedure` stands on one `Page` at a time. A page says what to do and where, asks for values, and takes what a `Rig`
-brings: readings under a press, or what an accelerometer recorded of a sound. The window shows the pages and a command
-runs through them (`run`), on hardware or on the simulator: neither knows what is measured, and no procedure knows who
-presses. Nothing is changed but by saving the `Result`.
+A `Procedure` is at one `Page` at a time. A page gives an instruction, asks for values, and takes data from a `Rig`:
+readings under a press, or an accelerometer's recording of a sound. The window shows the pages and a command runs
+through them (`run`), on hardware or on the simulator; neither knows what is measured, and no procedure knows who
+presses. Nothing is changed except by saving the `Result`.
 """
 
 import time
@@ -20,19 +20,18 @@ from underfoot.drawing import Drawing
 from underfoot.parameters import Parameter
 
 Answers = Mapping[str, Any]
-"""What pages ask for, by name; each value is checked by its parameter."""
+"""Answers to pages, by name; each value is checked by its parameter."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """One step: `title`, the `instruction` in a sentence or two, and what it takes.
+    """One page: `title`, the `instruction` in a sentence or two, and what it takes.
 
-    `asks` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings come
-    in; `sound` is what to play. A page with none of the three is only read, and answered with nothing. A page with
-    `asks` and `press` wants its answer first (a known weight, typed in); once given, the same key comes again without
-    `asks`. `places_m`, shape (n, 2) as tuples, are all the places of a series of presses, to be drawn on the tile.
-    `may_skip` says that `Procedure.skip` leaves this page's measurement out. `share` is how much of the whole is done,
-    0 to 1; `last` marks the page of the result.
+    `asks` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings
+    arrive; `sound` is what to play. A page with none of the three is only read, and answered with nothing. A page with
+    `asks` and `press` needs its answer first (a known weight, typed in); then the same key comes again without `asks`.
+    `places_m`, shape (n, 2) as tuples, are all positions of a series of presses, to be drawn on the tile. `may_skip`
+    allows `Procedure.skip`. `share` is the progress of the whole, 0 to 1; `last` marks the page of the result.
     """
 
     key: str
@@ -49,63 +48,63 @@ class Page:
 
 @dataclass(frozen=True)
 class Live:
-    """What a page shows while readings come in: `hint` says what is missing, `ready` how much is there, 0 to 1."""
+    """Live state of a page: `hint` says what is missing, `ready` is the progress, 0 to 1."""
 
     hint: str = ""
     ready: float = 0.0
     quantities: tuple[tuple[str, float, str], ...] = ()
-    """Name, value, unit: the live reading, how much of the range is covered, and so on."""
+    """Name, value, unit: e.g. the live reading, and the covered part of the range."""
 
 
 class Procedure(Protocol):
-    """A state machine that says what it wants, takes it, and ends in a result."""
+    """State machine that requests data, takes it, and ends in a result."""
 
     @property
     def page(self) -> Page:
-        """What is wanted now."""
+        """Present page."""
         ...
 
     @property
     def live(self) -> Live:
-        """How far the page's measurement is."""
+        """Progress of the page's measurement."""
         ...
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """What was taken so far."""
+        """Drawings of the data so far."""
         ...
 
     @property
     def result(self) -> Result | None:
-        """What came of it; None before the last page."""
+        """Result; None before the last page."""
         ...
 
     def answer(self, values: Answers) -> None:
-        """Give what the page asks for and go on (to the page's press, where it has one).
+        """Answer the page and go on (to the page's press, if it has one).
 
-        What is not among `values` has its default; `BadValue` or `BadMeasurement` leave everything as it was.
+        Missing `values` have their defaults; `BadValue` or `BadMeasurement` leave everything unchanged.
         """
         ...
 
     def feed(self, readings: Readings) -> None:
-        """Take readings as they come; goes on by itself when the page has what it needs. May raise `BadMeasurement`."""
+        """Take readings as they arrive; goes on when the page has enough. May raise `BadMeasurement`."""
         ...
 
     def hear(self, recorded: NDArray[np.float64]) -> None:
-        """Take what was recorded of the page's sound, from its first frame on; goes on. May raise `BadMeasurement`."""
+        """Take the recording of the page's sound, from its first frame, and go on. May raise `BadMeasurement`."""
         ...
 
     def skip(self) -> None:
-        """Leave out what the page measures and go on; `BadValue` where the page does not allow it."""
+        """Skip the page's measurement and go on; `BadValue` if the page does not allow it."""
         ...
 
     def back(self) -> None:
-        """Return to the page before, and forget what was taken from there on; on the first page nothing happens."""
+        """Return to the previous page and discard the data taken since; no effect on the first page."""
         ...
 
 
 def ask(name: str, parameter: Parameter) -> Parameter:
-    """A parameter that a page asks for under `name`; its label comes of the name where it has none.
+    """Return a parameter for a page to ask for as `name`; its label defaults to the name.
 
     >>> from underfoot.parameters import Number
     >>> ask("load_n", Number(100.0, 1.0, 2000.0, unit="N")).label
@@ -116,9 +115,9 @@ def ask(name: str, parameter: Parameter) -> Parameter:
 
 
 def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:
-    """Do what the page wants, once: answer it with `values` or its defaults, feed it what came in, or play its sound.
+    """Do one step of the page: answer it with `values` or defaults, feed it new readings, or play its sound.
 
-    Whether there was anything to do it with: False where no readings have come in since the last step.
+    Returns False if no readings have arrived since the last step.
     """
     page = procedure.page
     if page.press is not None and not page.asks:
@@ -141,10 +140,10 @@ def run(
     seen: Callable[[Page], None] | None = None,
     skip_optional: bool = False,
 ) -> Result:
-    """Run a procedure to its end; `values` answer the pages that ask, by name, and defaults the rest.
+    """Run a procedure to its end; `values` answer the pages by name, defaults the rest.
 
-    `seen` is called with every page once. `skip_optional` leaves out what may be skipped. Raises what the procedure
-    raises; it can then be run on from the page that it stands on.
+    `seen` is called with every page once. `skip_optional` skips the optional pages. Exceptions of the procedure pass
+    through; it can then be continued from its present page.
     """
     shown = ""
     while procedure.result is None:
@@ -161,4 +160,4 @@ def run(
 
 
 _PAUSE_S = 0.005
-"""How long to leave the processor alone when a rig has nothing new."""
+"""Pause when a rig has no new data."""

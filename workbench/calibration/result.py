@@ -1,4 +1,4 @@
-"""What comes of a calibration: figures, a verdict, pictures and raw data, and what it changes in a profile."""
+"""Result of a calibration: figures, a verdict, pictures and raw data, and the change of a profile."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of it: `quantities` (name, value, unit), a `verdict` in plain words, drawings, and the raw data.
+    """Result: `quantities` (name, value, unit), a `verdict` in plain words, drawings, and the raw data.
 
-    `good` says whether the verdict allows it to be used. `raw` are tables: name, the header of a CSV, and its rows
-    (numbers; a column `tile` of the header is not among them). `before` and `after` of a correction are among the
-    quantities and drawings. Nothing changes until `apply` is called and the profile that it returns is saved.
+    `good` says whether the result may be used. `raw` are tables: name, the header of a CSV, and its rows (numbers; a
+    column `tile` of the header is not among them). `before` and `after` of a correction are among the quantities and
+    drawings. Nothing changes until `apply` is called and the profile that it returns is saved.
     """
 
     kind: str
@@ -31,11 +31,11 @@ class Result:
     drawings: tuple[Drawing, ...] = ()
     raw: tuple[tuple[str, str, NDArray[np.float64]], ...] = ()
     apply: Callable[["Profile"], "Profile"] = field(default=lambda profile: profile, repr=False)
-    """The profile with this result in it; what it had before is kept in its history."""
+    """Returns the profile with this result; the previous values are kept in its history."""
     method: str = ""
-    """How the figures were measured, in a few sentences for the report."""
+    """Method of measurement, in a few sentences for the report."""
 
     @property
     def figures(self) -> dict[str, float]:
-        """The quantities by name."""
+        """Return the quantities by name."""
         return {name: value for name, value, _ in self.quantities}

@@ -1,7 +1,7 @@
-"""What a calibration asks of the rig that a tile is on, and what the rig brings: readings, or a recording.
+"""Rigs: requests of a calibration to the tile under test, and the readings or recordings they return.
 
-A rig is the tile with whatever loads or shakes it: the simulated tile and a simulated hand, a device of hardware with a
-person and a load cell, or a shaker with an accelerometer.
+A rig is the tile with the means to load or shake it: the simulated tile and a simulated hand, hardware with a person
+and a load cell, or a shaker with an accelerometer.
 """
 
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class PressRequest:
-    """Where and how hard to press: `at_m` in the tile's frame, newtons; 0 N is to stand clear.
+    """Position and force of a press: `at_m` in the tile's frame, newtons; 0 N means to stand clear.
 
-    `sensor` (0 to 3) is set where the load goes over one sensor. `hold_s` is how long the load is to be held.
+    `sensor` (0 to 3) is set if the load goes over one sensor. `hold_s` is the duration of the hold.
     """
 
     at_m: tuple[float, float]
@@ -26,10 +26,10 @@ class PressRequest:
 
 @dataclass(frozen=True)
 class Sound:
-    """What to play through the shaker: full scale, shape (frames,), with the load that stands on the tile.
+    """Sound for the shaker: full scale, shape (frames,), with the load on the tile.
 
-    With `block`, a sound card plays it as the engine plays: in blocks of so many frames, with as little latency as the
-    device can; otherwise as safely as it can.
+    With `block`, a sound card plays it as the engine does: in blocks of that many frames, with the lowest latency of
+    the device; otherwise with the safest settings.
     """
 
     signal: NDArray[np.float64]
@@ -40,7 +40,7 @@ class Sound:
 
 @dataclass(frozen=True)
 class Readings:
-    """What came in: `time_s` (n,), `values` (n, 4) in the sensors' units, and `force_n` (n,) of the reference or None.
+    """Readings: `time_s` (n,), `values` (n, 4) in the sensors' units, and `force_n` (n,) of the reference or None.
 
     n may be 0. Lost samples are left out: `time_s` jumps.
 
@@ -54,7 +54,7 @@ class Readings:
     force_n: NDArray[np.float64] | None = None
 
     def followed_by(self, later: "Readings") -> "Readings":
-        """These readings and then `later` ones; without a reference unless both have one."""
+        """Return these readings and then `later` ones; without a reference unless both have one."""
         if self.time_s.size == 0:
             return later
         force = None
@@ -63,12 +63,12 @@ class Readings:
         return Readings(np.concatenate([self.time_s, later.time_s]), np.concatenate([self.values, later.values]), force)
 
     def since(self, index: int) -> "Readings":
-        """The readings from this index on."""
+        """Return the readings from this index on."""
         force = None if self.force_n is None else self.force_n[index:]
         return Readings(self.time_s[index:], self.values[index:], force)
 
     def last(self, seconds: float) -> "Readings | None":
-        """The last `seconds` of the readings; None where they are shorter."""
+        """Return the last `seconds` of the readings; None if they are shorter."""
         start = self.time_s[-1] - seconds
         return None if self.time_s[0] > start else self.since(int(np.searchsorted(self.time_s, start)))
 
@@ -77,20 +77,20 @@ NO_READINGS = Readings(np.empty(0), np.empty((0, 4)), None)
 
 
 class Rig(Protocol):
-    """The tile that is calibrated, and what loads or shakes it: simulated, or hardware and a person."""
+    """Tile under test with the means to load or shake it: simulated, or hardware and a person."""
 
     def press(self, press: PressRequest | None) -> None:
-        """What the page asks for. A simulator does it; on hardware a person reads the page."""
+        """Request a press. A simulator does it; on hardware a person reads the page."""
         ...
 
     def read(self) -> Readings:
-        """What came in since the last call; never waits."""
+        """Return the readings since the last call; never waits."""
         ...
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """Play through the shaker, past the limiter; the accelerometer's signal, from the sound's first frame on."""
+        """Play through the shaker, bypassing the limiter; return the accelerometer's signal from the first frame on."""
         ...
 
     def close(self) -> None:
-        """Let the tile go."""
+        """Release the tile."""
         ...

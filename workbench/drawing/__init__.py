@@ -1,8 +1,8 @@
-"""Plots as plain data: the same declaration is a picture in a report and a plot in the window.
+"""Plots as plain data: one declaration for a picture in a report and for a plot in the window.
 
-A `Drawing` says what is to be seen: axes with their units, lines, dots, arrows, a heat map. It does not say how:
-`underfoot.drawing.layout` places title, legend, axes and ticks, `underfoot.drawing.shapes` places the data, and
-`underfoot.drawing.svg` or the window's plot paints what they give.
+A `Drawing` declares the content: axes with their units, lines, dots, arrows, a heat map. `underfoot.drawing.layout`
+places title, legend, axes and ticks, `underfoot.drawing.shapes` places the data, and `underfoot.drawing.svg` or the
+window's plot paints the result.
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from underfoot.errors import require
 
 STYLES = ("line", "dashed", "dots", "arrows", "stems", "heat", "area")
 Range = tuple[float, float]
-"""The low and the high end of an axis, in its unit."""
+"""Low and high end of an axis, in its unit."""
 
 
 @dataclass(frozen=True)
 class Series:
-    """One set of points: `x` and `y` of equal length n; `to` [n, 2] where arrows end.
+    """One set of points: `x` and `y` of equal length n; `to` [n, 2], the ends of arrows.
 
-    - `name`: its words in the legend; "" leaves it out.
+    - `name`: label in the legend; "" leaves it out.
     - `style`: "line", "dashed" or "dots"; "arrows" from each point to its end; "stems" up to each point from the
       bottom of the plot; "heat" fills between the line and the left end of the x axis, in the colours of a heat map;
-      "area" fills the outline that the points are, faintly.
+      "area" fills the outline given by the points, faintly.
     - `colour`: a name in `COLOURS`.
     - `right`: whether `y` belongs to the axis on the right.
 
@@ -43,9 +43,9 @@ class Series:
 
 @dataclass(frozen=True)
 class ReferenceLine:
-    """A straight line across the whole plot, upright `at` a value of the "x" axis or level at one of the "y" axis.
+    """Straight line across the plot: vertical `at` a value of the "x" axis, or horizontal at one of the "y" axis.
 
-    `name` is written at its right end; at the top of an upright one, beside it.
+    `name` is written at its right end; for a vertical line at the top, beside it.
     """
 
     axis: str
@@ -59,8 +59,8 @@ class ReferenceLine:
 class HeatMap:
     """Levels, uint8 [rows, columns], the lowest row first, over ranges of `x` and `y`.
 
-    The colours go from level `low`, where they end in the ground, to `high`. Rows and columns are equally wide on the
-    axes as they are drawn: on a logarithmic axis they are a constant ratio apart.
+    The colours go from level `low`, which has the background colour, to `high`. Rows and columns are equally spaced on
+    the axes as drawn: on a logarithmic axis by a constant ratio.
     """
 
     levels: NDArray[np.uint8]
@@ -72,10 +72,10 @@ class HeatMap:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A plot. `x`, `y` and `right` are the axes' labels, "name, unit"; `right` is "" where there is no axis.
+    """Plot. `x`, `y` and `right` are the axes' labels, "name, unit"; `right` is "" without a right axis.
 
-    A range that is None is that of the data. `equal` gives both axes the same scale. `note` is written in the middle,
-    where there is nothing else to be seen.
+    A range of None is that of the data. `equal` gives both axes the same scale. `note` is written in the centre if
+    there is nothing else to show.
     """
 
     title: str
@@ -102,10 +102,10 @@ def series(
     colour: str = "vibration",
     to: ArrayLike | None = None,
 ) -> Series:
-    """A set of points, checked and as float64.
+    """Return a checked set of points, as float64.
 
-    `BadValue` where `x` and `y` differ in length, `style` or `colour` has no such name, or `to` is missing for arrows
-    or given for anything else.
+    `BadValue` if `x` and `y` differ in length, `style` or `colour` is unknown, or `to` is missing for arrows or given
+    for anything else.
 
     >>> series("0.1", [0, 1], [0, 1], "dots").y
     array([0., 1.])
@@ -123,7 +123,7 @@ def series(
 
 
 class _Words(str):
-    """Text that an error shows as it is."""
+    """Text that an error shows without quotes."""
 
     def __repr__(self) -> str:
         return str(self)

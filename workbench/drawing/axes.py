@@ -1,4 +1,4 @@
-"""Axes: where ticks stand, how they are written, where an axis ends, and where a value lies on it."""
+"""Axes: tick positions and texts, ends, and conversion between values and pixels."""
 
 import math
 from collections.abc import Sequence
@@ -12,18 +12,18 @@ from underfoot.drawing import Range
 from underfoot.quantities import number
 
 _NEAR_TICK = 0.4
-"""A range taken from data ends at a tick that is no further beyond the data than this share of a step."""
+"""Distance beyond the data, as a share of a tick step, within which an axis ends at the next tick."""
 _BEYOND = 0.04
-"""Otherwise it goes beyond the data by this share of their span."""
+"""Otherwise the axis extends beyond the data by this share of their span."""
 _MOST_TICKS = 10.0
-"""About so many ticks at most, however much room there is."""
+"""Approximate largest number of ticks."""
 _NARROW = 4.0
-"""A logarithmic axis whose ends are closer than this factor has evenly spaced ticks."""
+"""Smallest ratio of the ends of a logarithmic axis; below it, ticks are evenly spaced."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A range from `low` to `high`, drawn from pixel `start` to pixel `end`; `ticks` are values and their texts."""
+    """Range from `low` to `high`, drawn from pixel `start` to pixel `end`; `ticks` are values and their texts."""
 
     low: float
     high: float
@@ -33,7 +33,7 @@ class Axis:
     ticks: tuple[tuple[float, str], ...] = ()
 
     def place(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Pixels of `values`, any shape; NaN at or below 0 on a logarithmic axis.
+        """Return the pixels of `values`, any shape; NaN at or below 0 on a logarithmic axis.
 
         >>> Axis(1.0, 100.0, True, 0.0, 200.0).place([1.0, 10.0, 100.0])
         array([  0., 100., 200.])
@@ -42,7 +42,7 @@ class Axis:
         return self.start + (scaled(values, self.log) - low) * ((self.end - self.start) / (high - low))
 
     def value(self, place_px: float) -> float:
-        """The value at a pixel.
+        """Return the value at a pixel.
 
         >>> round(Axis(1.0, 100.0, True, 0.0, 200.0).value(100.0), 9)
         10.0
@@ -53,13 +53,13 @@ class Axis:
 
 
 def scaled(values: ArrayLike, log: bool) -> NDArray[np.float64]:
-    """`values` as an axis spaces them: their powers of ten on a logarithmic one, NaN where they have none."""
+    """Return `values` as spaced by an axis: log10 on a logarithmic one, NaN where undefined."""
     as_floats = np.asarray(values, np.float64)
     return np.log10(np.where(as_floats > 0.0, as_floats, np.nan)) if log else as_floats
 
 
 def span(values: NDArray[np.float64], log: bool) -> Range:
-    """The least and largest value that an axis can show, never equal.
+    """Return the smallest and largest value that an axis can show, never equal.
 
     >>> span(np.array([2.0, np.nan, 5.0, -1.0]), True), span(np.array([2.0]), False), span(np.zeros(0), False)
     ((2.0, 5.0), (1.0, 3.0), (0.0, 1.0))
@@ -77,8 +77,8 @@ def span(values: NDArray[np.float64], log: bool) -> Range:
 
 
 def around(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
-    """An axis for data over `shown` that ends at round ticks or a little beyond the data; ticks at least `least_px`
-    apart."""
+    """Return an axis for data over `shown` that ends at round ticks or slightly beyond the data; ticks at least
+    `least_px` apart."""
     low, high = scaled(np.array(shown), log)
     places = _ticks(shown, log, start, end, least_px)
     first, last = scaled(np.array([places[0], places[-1]]), log)
@@ -90,7 +90,7 @@ def around(shown: Range, log: bool, start: float, end: float, least_px: float) -
 
 
 def exactly(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
-    """An axis that shows this range; ticks at least `least_px` apart."""
+    """Return an axis with exactly this range; ticks at least `least_px` apart."""
     return _axis(shown, log, start, end, _ticks(shown, log, start, end, least_px))
 
 
@@ -107,7 +107,7 @@ def _axis(ends: Range, log: bool, start: float, end: float, places: Sequence[flo
 
 
 def tick_values(low: float, high: float, log: bool, room: float) -> list[float]:
-    """Round values from `low` or below to `high` or above, about as many as there is `room` for.
+    """Return round values from `low` or below to `high` or above, about as many as there is `room` for.
 
     A logarithmic axis has 1, 2 and 5 of each decade, or decades alone; one that spans less than a factor of 4 has even
     steps.
@@ -139,7 +139,7 @@ def _even(low: float, high: float, room: float) -> list[float]:
 
 
 def tick_texts(values: Sequence[float]) -> list[str]:
-    """Ticks as they are written: with as many digits as tell them apart.
+    """Return the texts of ticks, with as many digits as distinguish them.
 
     >>> tick_texts([0.0, 20_000.0]), tick_texts([100_000.0, 100_000.2])
     (['0', '20\\u202f000'], ['100\\u202f000', '100\\u202f000.2'])
@@ -153,7 +153,7 @@ def tick_texts(values: Sequence[float]) -> list[str]:
 
 
 def unit_of(label: str) -> str:
-    """The unit in an axis' label "name, unit"; "" where it has none.
+    """Return the unit in an axis label "name, unit"; "" if it has none.
 
     >>> unit_of("acceleration, m/s^2"), unit_of("ratio")
     ('m/s^2', '')
@@ -162,7 +162,7 @@ def unit_of(label: str) -> str:
 
 
 def round_top(value: float) -> float:
-    """The first of 1, 2 or 5 times a power of ten that is not below `value`: where an axis may end.
+    """Return the smallest 1, 2 or 5 times a power of ten that is not below `value`, as the end of an axis.
 
     >>> round_top(730.0), round_top(1200.0), round_top(0.0)
     (1000.0, 2000.0, 1.0)

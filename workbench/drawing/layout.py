@@ -1,7 +1,7 @@
-"""Where everything of a plot stands: title, legend, axes with ticks and labels, and the data between them.
+"""Layout of a plot: title, legend, axes with ticks and labels, and the data.
 
-Two layouts: with title, legend and labels around the axes, as in a report; or compact, in given margins, with the unit
-behind an axis' last tick. Whoever paints says how wide words are, and gets shapes in pixels.
+There are two layouts: with title, legend and labels around the axes, for a report; or compact, in given margins, with
+the unit at an axis's last tick. The painter measures text, and gets shapes in pixels.
 """
 
 import math
@@ -18,26 +18,26 @@ from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, 
 from underfoot.quantities import pretty_text, pretty_unit
 
 Measure = Callable[[str, int, bool], float]
-"""How many pixels words take, from their size in pixels and whether they are bold."""
+"""Width of a text in pixels, from the text, its size in pixels and whether it is bold."""
 
 AXIS_PX = 56
-"""Width of a vertical axis with its texts, so that plots above one another have one time axis."""
+"""Width of a vertical axis with its texts; constant, so that stacked plots share a time axis."""
 BELOW_PX = 20
 """Height of a horizontal axis with its texts."""
 TICK_PX, COMPACT_TICK_PX = (72.0, 36.0), (48.0, 26.0)
-"""The least distance of ticks, across and up."""
+"""Smallest distance of ticks, horizontally and vertically."""
 
 _PAD, _RIGHT = 8.0, 16.0
 _TITLE_LINE_PX, _LINE_PX = 20.0, 16.0
 _KEY_PX, _KEY_GAP_PX, _KEYS_APART_PX = 16.0, 6.0, 16.0
 _TEXT_GAP_PX = 6.0
 _ROOM_PX = 14.0
-"""A margin narrower than this has no texts in it."""
+"""Smallest margin with texts in it."""
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Pixels around the axes of a compact plot. Where there is no room for the texts of an axis, there are none."""
+    """Pixels around the axes of a compact plot. Texts of an axis are omitted if they do not fit."""
 
     left: float = AXIS_PX
     top: float = _PAD
@@ -47,7 +47,7 @@ class Margins:
 
 @dataclass(frozen=True)
 class Frame:
-    """A plot without its data: where the axes are, and the shapes of everything around and behind the data."""
+    """Plot without its data: the axes, and the shapes of everything around and behind the data."""
 
     area: Box
     x: Axis
@@ -57,7 +57,7 @@ class Frame:
 
 
 def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, margins: Margins | None = None) -> Frame:
-    """The frame of a drawing, compact where `margins` are given."""
+    """Return the frame of a drawing, compact if `margins` are given."""
     if margins is not None:
         area = _within(margins.left, margins.top, width - margins.right, height - margins.bottom)
         head: list[Shape] = []
@@ -71,12 +71,12 @@ def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, ma
 
 
 def is_cut_off(drawing: Drawing) -> bool:
-    """Whether data may lie beyond the axes, for a range is given."""
+    """Return whether data may lie beyond the axes, because a range is given."""
     return not (drawing.x_range is None and drawing.y_range is None and drawing.right_range is None)
 
 
 def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Shape]:
-    """The shapes of a drawing's data in its frame, the first at the bottom."""
+    """Yield the shapes of a drawing's data in its frame, from bottom to top."""
     area, x, y = frame.area, frame.x, frame.y
     if drawing.heat is not None:
         (left, right), (bottom, top) = x.place(drawing.heat.x), y.place(drawing.heat.y)
@@ -102,17 +102,17 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
 
 
 def _within(left: float, top: float, right: float, bottom: float) -> Box:
-    """The area of the axes: never less than a pixel, however small the picture is."""
+    """Return the area of the axes: at least one pixel, however small the picture is."""
     return Box(left, top, max(right, left + 1.0), max(bottom, top + 1.0))
 
 
 def crisp(at: float) -> float:
-    """The middle of a pixel: a line there is one pixel wide, and not two that are half as bright."""
+    """Return the centre of a pixel, so that a line there is one pixel wide and sharp."""
     return math.floor(at) + 0.5
 
 
 def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tuple[Box, list[Shape]]:
-    """Title, legend and labels, and the area that they leave for the axes."""
+    """Return title, legend and labels, and the area that they leave for the axes."""
     shapes: list[Shape] = []
     room, top = width - 2.0 * _PAD, 0.0
     for words in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
@@ -134,7 +134,7 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
 
 
 def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[str]:
-    """A text in lines that are no wider than `room`, where spaces allow it; none of an empty text."""
+    """Break a text into lines no wider than `room`, at spaces; an empty text has no lines."""
     lines: list[str] = []
     for word in words.split(" ") if words else []:
         if lines and measure(f"{lines[-1]} {word}") <= room:
@@ -145,7 +145,7 @@ def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[s
 
 
 def _legend_rows(named: Sequence[Series], room: float, measure: Measure) -> list[list[tuple[float, Series]]]:
-    """The series of a legend in rows, each with its left edge."""
+    """Return the series of a legend in rows, each with its left edge."""
     rows: list[list[tuple[float, Series]]] = []
     left = 0.0
     for one in named:
@@ -187,7 +187,7 @@ def _joined(values: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _widened(shown: Range, length: float) -> Range:
-    """A range of `length` and a little more, around the middle of another."""
+    """Return a range slightly longer than `length`, around the centre of another."""
     middle, half = (shown[0] + shown[1]) / 2.0, 0.53 * length
     return middle - half, middle + half
 
@@ -220,12 +220,12 @@ def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | No
 
 
 def _right_colour(drawing: Drawing) -> str:
-    """The colour of what belongs to the axis on the right."""
+    """Return the colour of the data on the right axis."""
     return next((one.colour for one in drawing.series if one.right), "muted")
 
 
 def _with_unit(axis: Axis, label: str) -> list[tuple[float, str]]:
-    """Ticks and their texts, the last with the unit of the label."""
+    """Return ticks and their texts, the last with the unit of the label."""
     unit = pretty_unit(unit_of(label))
     *others, (last, words) = axis.ticks or ((axis.high, ""),)
     return [*others, (last, f"{words} {unit}" if unit and words else words)]

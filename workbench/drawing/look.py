@@ -1,4 +1,4 @@
-"""Colours and sizes of plots, in reports and in the window: one accent a kind of signal, the same everywhere."""
+"""Colours and sizes of plots, in reports and in the window: one accent per kind of signal."""
 
 from functools import cache
 
@@ -28,8 +28,8 @@ _CURVES = {
     "corner 4": ("#e3a7a0", "#d06a8c"),
 }
 COLOURS = tuple(_CURVES)
-"""Names of the colours that a curve may have, and what each stands for. The corners, in the order of a tile's sensors,
-are neighbours of the amber of force."""
+"""Names of the colours of curves, by meaning. Those of the corners, in the order of a tile's sensors, are neighbours of
+the amber of force."""
 
 _HEAT_STOPS = (
     ("#12151a", "#17324a", "#22617a", "#2f9a98", "#7ed491", "#f6e58d"),
@@ -40,7 +40,7 @@ _HEAT_PLACES = (0.0, 0.2, 0.42, 0.64, 0.84, 1.0)
 
 @cache
 def palette(name: str = "dark") -> dict[str, str]:
-    """The colours of a palette, "dark" or "light", by their names: those of curves, and ground, grid, line and text.
+    """Return the colours of a palette, "dark" or "light", by name: those of curves, background, grid, line and text.
 
     >>> palette("dark")["ground"], palette("light")["ground"]
     ('#12151a', '#ffffff')
@@ -49,7 +49,7 @@ def palette(name: str = "dark") -> dict[str, str]:
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Red, green and blue, 0 to 255.
+    """Return red, green and blue, 0 to 255.
 
     >>> rgb("#ff6259")
     (255, 98, 89)
@@ -58,7 +58,7 @@ def rgb(colour: str) -> tuple[int, int, int]:
 
 
 SMALL_PX, TITLE_PX = 11, 15
-"""Sizes of the font: of everything in a plot, and of its title."""
+"""Font sizes: of texts in a plot, and of its title."""
 DOT_PX = 4.0
 DASH_PX = (6.0, 4.0)
 BACKDROP_OPACITY = 0.6
@@ -67,8 +67,8 @@ AREA_OPACITY = 0.25
 
 @cache
 def heat_table(name: str = "dark") -> NDArray[np.uint8]:
-    """Colours of a heat map in a palette, uint8 [256, 4]: from the ground over blue, teal and green to yellow, or, on
-    light ground, over teal to dark blue."""
+    """Return the colours of a heat map in a palette, uint8 [256, 4]: from the background over blue, teal and green to
+    yellow, or, on a light background, over teal to dark blue."""
     colours = np.array([rgb(stop) for stop in _HEAT_STOPS[PALETTES.index(name)]])
     x = np.linspace(0.0, 1.0, 256)
     table = np.full((256, 4), 255, np.uint8)
@@ -78,7 +78,7 @@ def heat_table(name: str = "dark") -> NDArray[np.uint8]:
 
 
 def heat_colours(low: float, high: float, name: str = "dark") -> NDArray[np.uint8]:
-    """Red, green, blue and opacity, uint8 [256, 4], of each level where the colours go from `low` to `high`.
+    """Return red, green, blue and opacity, uint8 [256, 4], of each level for colours from `low` to `high`.
 
     Levels up to `low` are transparent, so that the grid shows through.
 

@@ -1,6 +1,6 @@
-"""A page of HTML in the colours of the plots, that needs no other file.
+"""Self-contained HTML page in the colours of the plots.
 
-On a screen it is dark, or light where the reader's system is; on paper it is light.
+On a screen it is dark, or light if the reader's system is; on paper it is light.
 """
 
 import getpass
@@ -13,7 +13,7 @@ from underfoot.drawing.look import palette
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """A page with this title, which is also its heading, around `body`: pieces of HTML. Its pictures are dark ones."""
+    """Return a page with this title, also its heading, around `body`, pieces of HTML with dark pictures."""
     return "\n".join(
         [
             f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>',
@@ -26,7 +26,7 @@ def page(title: str, body: Sequence[str]) -> str:
 
 
 def facts_table(facts: Iterable[tuple[str, str]]) -> str:
-    """What is known of what a page tells of: a name and words a line, as a table.
+    """Return facts about the subject of a page as a table: a name and a text per row.
 
     >>> facts_table([("tile", "A1")])
     '<table class="facts"><tr><th>tile</th><td>A1</td></tr></table>'
@@ -36,7 +36,7 @@ def facts_table(facts: Iterable[tuple[str, str]]) -> str:
 
 
 def made_by(operator: str = "") -> list[tuple[str, str]]:
-    """Facts of every report: who made it, by default the name of this account, when, and with what."""
+    """Return the facts of every report: operator (by default this account's name), date, and program version."""
     if not operator:
         try:
             operator = getpass.getuser()
@@ -46,12 +46,12 @@ def made_by(operator: str = "") -> list[tuple[str, str]]:
 
 
 def _colours(name: str) -> str:
-    """The colours of a page."""
+    """Return the colours of a page."""
     return "".join(f"--{role}:{palette(name)[role]};" for role in ("ground", "line", "text", "muted", "vibration"))
 
 
 def _light_pictures() -> str:
-    """Rules that give a picture's dark colours their light ones: what a style says goes before an attribute."""
+    """Return rules that give a dark picture its light colours: style rules override attributes."""
     pairs = {dark: palette("light")[name] for name, dark in palette("dark").items()}
     kinds = {"stroke": "stroke", "fill": "fill", "stop-color": "stop-color"}
     return "".join(

@@ -1,4 +1,4 @@
-"""Pictures that a script saves and a notebook shows: one drawing, or several one under the other."""
+"""Pictures for scripts and notebooks: one drawing, or several stacked."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +10,7 @@ from underfoot.files import write_file
 
 @dataclass(frozen=True, repr=False)
 class Picture:
-    """What `plot` returns: a notebook shows it by itself, `save` writes it.
+    """Result of `plot`: a notebook displays it, `save` writes it.
 
     >>> from underfoot.drawing import series
     >>> Picture((Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),)),))
@@ -23,8 +23,8 @@ class Picture:
         return f"<Picture: {', '.join(drawing.title for drawing in self.drawings)}>"
 
     def _repr_svg_(self) -> str:
-        """The picture as Jupyter asks for it."""
-        from underfoot.drawing.svg import WIDTH, height_of, svg  # only where something is drawn: it takes 20 ms
+        """Return the picture for Jupyter."""
+        from underfoot.drawing.svg import WIDTH, height_of, svg  # only when something is drawn: it takes 20 ms
 
         if len(self.drawings) == 1:
             return svg(self.drawings[0])
@@ -38,7 +38,7 @@ class Picture:
         return "\n".join([*parts, "</svg>\n"])
 
     def save(self, path: str | Path) -> None:
-        """Write the picture as SVG; `BadFile` for another ending, or where it cannot be written."""
+        """Write the picture as SVG; `BadFile` for another extension, or if it cannot be written."""
         if Path(path).suffix.lower() != ".svg":
             raise BadFile(f"{path} is no name of a picture; allowed: a name that ends in .svg")
         write_file(path, self._repr_svg_().encode())

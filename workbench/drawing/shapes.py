@@ -1,6 +1,6 @@
-"""What a plot is painted of: a few kinds of shapes in pixels, that any painter can paint.
+"""Shapes of a plot: a few kinds in pixels, for any painter.
 
-A shape has the name of its colour: which colour that is, a palette of `underfoot.drawing.look` says.
+A shape has the name of its colour, which a palette of `underfoot.drawing.look` defines.
 """
 
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ from underfoot.drawing.look import SMALL_PX
 from underfoot.drawing.thinning import extremes
 
 _MOST_POINTS = 2000
-"""A line of more points than this is thinned to what its pixels can show."""
+"""Number of points above which a line is thinned to what its pixels can show."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle in pixels, y downwards."""
+    """Rectangle in pixels, y downwards."""
 
     left: float
     top: float
@@ -38,7 +38,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Polyline:
-    """A line through `points` [n, 2]."""
+    """Line through `points` [n, 2]."""
 
     points: NDArray[np.float64]
     colour: str
@@ -64,7 +64,7 @@ class Dots:
 
 @dataclass(frozen=True)
 class HeatArea:
-    """An area with the outline `points` [n, 2], filled with the colours of a heat map from pixel `left` to `right`."""
+    """Area with the outline `points` [n, 2], filled with the colours of a heat map from pixel `left` to `right`."""
 
     points: NDArray[np.float64]
     left: float
@@ -73,7 +73,7 @@ class HeatArea:
 
 @dataclass(frozen=True)
 class Area:
-    """An area with the outline `points` [n, 2], filled faintly."""
+    """Area with the outline `points` [n, 2], filled faintly."""
 
     points: NDArray[np.float64]
     colour: str
@@ -91,14 +91,14 @@ class HeatImage:
 
 @dataclass(frozen=True)
 class Backdrop:
-    """A box behind a caption, in the ground's colour, through which what lies below is seen faintly."""
+    """Translucent box in the background colour, behind a caption."""
 
     box: Box
 
 
 @dataclass(frozen=True)
 class Text:
-    """Words whose baseline is at `y`; `anchor` says which part of them is at `x`: start, middle or end."""
+    """Text with its baseline at `y`; `anchor` gives the part of it at `x`: start, middle or end."""
 
     words: str
     x: float
@@ -113,7 +113,7 @@ Shape = Polyline | Segments | Dots | Area | HeatArea | HeatImage | Backdrop | Te
 
 
 def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
-    """The shapes of a series on its axes."""
+    """Yield the shapes of a series on its axes."""
     colour = one.colour
     points = np.column_stack([x.place(one.x), y.place(one.y)])
     seen = _is_finite(points)
@@ -138,7 +138,7 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
 
 
 def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Shape]:
-    """What stands for a series in a legend, `width` pixels wide: a piece of its line, an arrow, or a few dots."""
+    """Yield the legend key of a series, `width` pixels wide: a piece of its line, an arrow, or a few dots."""
     colour = one.colour
     right = left + width
     if one.style != "dots":
@@ -149,12 +149,12 @@ def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Sh
 
 
 def _is_finite(points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points [n, 2] have both their coordinates."""
+    """Return which points [n, 2] have two finite coordinates."""
     return np.isfinite(points[:, 0]) & np.isfinite(points[:, 1])
 
 
 def _runs(points: NDArray[np.float64], seen: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
-    """The pieces of a line between the points that cannot be seen."""
+    """Return the pieces of a line between points that are not visible."""
     if seen.all():
         return [points] if len(points) else []
     pieces = np.split(points, np.flatnonzero(np.diff(seen)) + 1)
@@ -162,7 +162,7 @@ def _runs(points: NDArray[np.float64], seen: NDArray[np.bool_]) -> list[NDArray[
 
 
 def _shown(run: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The points of a line that its pixels can show."""
+    """Return the points of a line that its pixels can show."""
     if len(run) <= _MOST_POINTS:
         return run
     if (np.diff(run[:, 0]) >= 0.0).all():
@@ -174,7 +174,7 @@ def _shown(run: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _one_a_pixel(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """One dot a pixel, however many readings lie there."""
+    """Return one dot per pixel, however many readings lie there."""
     cells = np.round(points).astype(np.int64)
     _, kept = np.unique(cells[:, 0] * (1 << 20) + cells[:, 1], return_index=True)
     return points[np.sort(kept)]

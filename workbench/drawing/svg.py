@@ -1,4 +1,4 @@
-"""Drawings as SVG pictures for reports, that need no other file."""
+"""Drawings as self-contained SVG pictures for reports."""
 
 import base64
 import hashlib
@@ -18,20 +18,20 @@ from underfoot.drawing.shapes import Area, Backdrop, Box, Dots, HeatArea, HeatIm
 
 WIDTH, HEIGHT = 640, 400
 _EQUAL_HEIGHT = 640
-"""Where both axes have one scale, as on a map, a picture is about as high as it is wide."""
+"""Height of a picture with equal axes, e.g. a map: about square."""
 _EM_SHARE = 0.56
-"""About how wide a letter is, in sizes of the font: who reads the picture chooses the font."""
+"""Approximate width of a letter, in font sizes; the reader's system chooses the font."""
 _CURVE_PX = 1.5
 _HEAT_STOPS = 17
 
 
 def height_of(drawing: Drawing) -> int:
-    """How high the picture of a drawing is, in pixels."""
+    """Return the height of a drawing's picture, in pixels."""
     return _EQUAL_HEIGHT if drawing.equal else HEIGHT
 
 
 def svg(drawing: Drawing, colours: str = "dark") -> str:
-    """The drawing as an SVG picture, 640 x 400 (a map 640 x 640), in the "dark" or the "light" palette.
+    """Return the drawing as an SVG picture, 640 x 400 (a map 640 x 640), in the "dark" or the "light" palette.
 
     >>> from underfoot.drawing import series
     >>> text = svg(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),), x_log=True))
@@ -51,7 +51,7 @@ def svg(drawing: Drawing, colours: str = "dark") -> str:
 
 
 def _cut_off(elements: list[str], box: Box) -> list[str]:
-    """Elements without what is beyond a box: an inner picture cuts that off."""
+    """Clip elements to a box, by a nested picture."""
     place = f'x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" height="{box.height:g}"'
     view = f'viewBox="{box.left:g} {box.top:g} {box.width:g} {box.height:g}"'
     return [f"<svg {place} {view}>", *elements, "</svg>"]
@@ -63,7 +63,7 @@ def _width_px(words: str, size_px: int, bold: bool) -> float:
 
 @singledispatch
 def _elements(shape: Shape, colours: str) -> Iterator[str]:
-    """The SVG elements of a shape in a palette."""
+    """Yield the SVG elements of a shape in a palette."""
     raise AssertionError(f"no picture of {type(shape).__name__}")
 
 
@@ -100,7 +100,7 @@ def _(shape: HeatArea, colours: str) -> Iterator[str]:
         f'<stop offset="{share:.4f}" stop-color="#{bytes(table[round(255 * share)][:3]).hex()}"/>' for share in shares
     )
     ends = f'gradientUnits="userSpaceOnUse" x1="{shape.left:.1f}" x2="{shape.right:.1f}" y1="0" y2="0"'
-    name = f"heat-{hashlib.sha256(ends.encode()).hexdigest()[:12]}"  # pictures of one page share their names
+    name = f"heat-{hashlib.sha256(ends.encode()).hexdigest()[:12]}"  # pictures of one page share their namespace
     yield f'<linearGradient id="{name}" {ends}>{stops}</linearGradient>'
     yield f'<polygon points="{_pairs(shape.points)}" fill="url(#{name})"/>'
 
@@ -143,13 +143,13 @@ def _stroke(colour: str, width_px: float, dashed: bool) -> str:
 
 
 def png(indices: NDArray[np.uint8], colours: NDArray[np.uint8]) -> bytes:
-    """A PNG file of a picture [rows, columns], the uppermost row first, of indices into `colours` [256, 4] (RGBA).
+    """Return a PNG file of a picture [rows, columns], top row first, of indices into `colours` [256, 4] (RGBA).
 
     >>> png(np.zeros((2, 3), np.uint8), np.zeros((256, 4), np.uint8))[:8]
     b'\\x89PNG\\r\\n\\x1a\\n'
     """
     rows, columns = indices.shape
-    lines = np.zeros((rows, columns + 1), np.uint8)  # each begins with its filter: none
+    lines = np.zeros((rows, columns + 1), np.uint8)  # each begins with its filter type, 0
     lines[:, 1:] = indices
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 3, 0, 0, 0)),

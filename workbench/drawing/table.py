@@ -1,4 +1,4 @@
-"""Drawings as tables: the numbers behind a plot, for another program."""
+"""Drawings as tables: the numbers of a plot, for other programs."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from underfoot.drawing import Drawing
 
 
 def csv(drawing: Drawing) -> str:
-    """Every point that is drawn: a line each, with its series and, of arrows, where it ends; then every level of a heat
-    map, at the middle of its cell.
+    """Return every point drawn, one per line, with its series and, for arrows, the end; then every level of a heat map,
+    at the centre of its cell.
 
     >>> from underfoot.drawing import series
     >>> print(csv(Drawing("Creep", "time, s", "force, N", (series("held", [1, 10], [40, 41]),))), end="")

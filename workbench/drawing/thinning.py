@@ -1,21 +1,21 @@
-"""Curves of many samples as a few points that look the same: the least and the largest of each step."""
+"""Thinning of curves for display: minimum and maximum per step."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 GAP_PERIODS = 1.5
-"""A curve is broken where samples are further apart than this many of the usual distances."""
+"""Distance of samples, in usual distances, beyond which a curve is broken."""
 
 _FEW = 3.0
-"""Samples a step up to which a curve stays as it is."""
+"""Samples per step up to which a curve is not thinned."""
 
 
 def thinned(
     x: NDArray[np.float64], y: NDArray[np.floating], step: float
 ) -> tuple[NDArray[np.float64], NDArray[np.floating]]:
-    """Curves `y` [n, curves] over evenly sampled, ascending `x` [n], as `extremes` gives them, with a NaN in each gap.
+    """Thin curves `y` [n, curves] over evenly sampled, ascending `x` [n] by `extremes`, with a NaN in each gap.
 
-    A curve of few points stays as it is.
+    A curve of few points is unchanged.
 
     >>> thinned(np.arange(6.0), np.array([[0.0], [9], [1], [5], [7], [6]]), 3.0)[1].ravel()
     array([0., 9., 5., 7.])
@@ -37,11 +37,11 @@ def thinned(
 def extremes(
     x: NDArray[np.float64], y: NDArray[np.floating], step: float
 ) -> tuple[NDArray[np.float64], NDArray[np.floating], NDArray[np.intp]]:
-    """Curves `y` [n, curves] over ascending `x` [n] with two points, least and largest, for each `step` of x; and where
-    in `x` each step begins.
+    """Reduce curves `y` [n, curves] over ascending `x` [n] to minimum and maximum for each `step` of x; also return
+    where in `x` each step begins.
 
-    Steps begin at multiples of `step`, so that a curve which moves along does not flicker, and one that falls has its
-    largest point first, so that slopes are not jagged.
+    Steps begin at multiples of `step`, so that a moving curve does not flicker; a falling curve has its maximum first,
+    so that slopes are not jagged.
     """
     cell = np.floor(x / step)
     starts = np.flatnonzero(np.diff(cell, prepend=-np.inf))

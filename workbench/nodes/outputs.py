@@ -23,7 +23,7 @@ class TileOutput:
 
 @node("sound-output", "Outputs", "Sound")
 class SoundOutput:
-    """Sound for loudspeakers or headphones, on a channel that all tiles share and that no shaker plays."""
+    """Sound for loudspeakers or headphones, summed over all tiles on a channel that no shaker plays."""
 
     accuracy = "exact: to 1e-12"
     sound = Input(doc="sound signal")

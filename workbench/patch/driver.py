@@ -89,14 +89,14 @@ def bring(where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDA
 
 @kernel
 def tail(where: NDArray[np.int64], k: int) -> float:
-    """What a node puts out in its first row with no input, by its own word: 0 for most."""
+    """Return the output bound of a node's first row without input, from its `tail`: 0 for most."""
     p = tables_at(where)
     return _tail(p, k, 0) if p.nodes[k].tail != 0 and p.output.shape[0] > 0 else 0.0
 
 
 @inlined
 def _left_alone(p: Tables, row: int, n: int) -> int:
-    """The end of the rows from `row` on that are idle, and to which the engine brings only zeros in this block."""
+    """Return the end of the rows from `row` on that are idle and receive only zeros from the engine in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
         if p.unfed[row] == 0:
             for buffer in p.hosts:
@@ -109,7 +109,7 @@ def _left_alone(p: Tables, row: int, n: int) -> int:
 
 @inlined
 def _skip(p: Tables, row: int, end: int, n: int) -> None:
-    """There is nothing to be done for these rows."""
+    """Skip these rows: nothing to compute."""
     for j in range(p.scopes.size):
         for one in range(row, end):
             for i in range(n):
@@ -120,7 +120,7 @@ def _skip(p: Tables, row: int, end: int, n: int) -> None:
 
 @inlined
 def _nonzero(p: Tables, at: int, end: int) -> bool:
-    """Whether anything from place `at` of the buffers on, to `end`, is not zero."""
+    """Return whether the buffer memory from `at` to `end` has a nonzero value."""
     some = np.int64(0)
     for i in range(np.uint64(at), np.uint64(end)):  # unsigned: no test for a negative index, which would keep it scalar
         some |= p.bits[i]
@@ -129,7 +129,7 @@ def _nonzero(p: Tables, at: int, end: int) -> bool:
 
 @inlined
 def _forget_events(p: Tables) -> None:
-    """No events in this block, as the last row has none."""
+    """Clear the events of this block, as for a row without any."""
     for k in range(p.nodes.shape[0]):
         for j in range(p.nodes[k].event_outputs):
             p.events[p.nodes[k].event_outputs_at + j, 0] = 0.0
@@ -137,7 +137,7 @@ def _forget_events(p: Tables) -> None:
 
 @inlined
 def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) -> None:
-    """Find out in which intervals a buffer that the engine filled is not zero."""
+    """Find the intervals in which a buffer filled by the engine is nonzero."""
     at = p.buffer_at[buffer] + row * p.row_stride[buffer]
     f = 0
     for interval in range(intervals):
@@ -149,7 +149,7 @@ def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) 
 
 @inlined
 def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, intervals: int) -> bool:
-    """Run a row of a node for the block; true if it was awake for any of it."""
+    """Run a row of a node for the block; return whether it was awake at any time."""
     _begin_block(p, k, row, intervals)
     by_span = p.nodes[k].is_driven != 0 or p.moving[k] != 0
     asleep = p.asleep[k, row] != 0
@@ -190,7 +190,7 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
 
 @inlined
 def _begin_block(p: Tables, k: int, row: int, intervals: int) -> None:
-    """No event taken or made yet; of its outputs only what the interval held before this block."""
+    """Reset a node for the block: no events read or written, outputs nonzero only as the interval was before it."""
     outputs_at = p.nodes[k].outputs_at
     for j in range(p.nodes[k].event_inputs):
         p.cursor[p.nodes[k].event_inputs_at + j] = 0
@@ -206,7 +206,7 @@ def _begin_block(p: Tables, k: int, row: int, intervals: int) -> None:
 def _run_awake(
     p: Tables, k: int, row: int, frame: int, f: int, interval: int, block: tuple[bool, int, int]
 ) -> tuple[int, int]:
-    """Run an awake row from frame `f` to the end of an interval, in stretches; the frame and interval it came to."""
+    """Run an awake row from frame `f` to the end of an interval, in stretches; return frame and interval reached."""
     by_span, first, n = block
     end_of_interval = min(first + interval * SLEEP_INTERVAL, n)
     while f < end_of_interval:
@@ -227,7 +227,7 @@ def _run_awake(
 
 @inlined
 def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
-    """Whether anything in this block could wake a sleeping row."""
+    """Return whether anything in this block could wake a sleeping row."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
     for interval in range(intervals):
         nonzero = 0
@@ -244,7 +244,7 @@ def _may_wake(p: Tables, k: int, row: int, intervals: int) -> bool:
 
 @inlined
 def _wake(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int) -> int:
-    """The first frame in [f, g) at which a sleeping row has something to do, or g."""
+    """Return the first frame in [f, g) at which a sleeping row must wake, or g."""
     watched_at, watched = p.nodes[k].watched_at, p.nodes[k].watched
     wake = g
     if p.nodes[k].sleep_rule == ANY:
@@ -278,7 +278,7 @@ def _wake(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int
 
 @inlined
 def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
-    """Exact zeros in the outputs from frame f to g."""
+    """Write exact zeros to the outputs from frame f to g."""
     if f == g:
         return
     for buffer in range(p.nodes[k].outputs_at, p.nodes[k].outputs_at + p.nodes[k].outputs):
@@ -296,7 +296,7 @@ def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
 
 @inlined
 def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
-    """How far a stretch may go on: over the end of each interval at which its row could not fall asleep anyway."""
+    """Return the end of a stretch: past the end of each interval at which its row could not fall asleep anyway."""
     while g < n:
         nonzero = 0
         for j in range(p.nodes[k].watched_at, p.nodes[k].watched_at + p.nodes[k].watched):
@@ -310,7 +310,7 @@ def _far(p: Tables, k: int, g: int, interval: int, first: int, n: int) -> int:
 
 @inlined
 def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: int, first: int) -> None:
-    """Call a node's kernel for frames f to g of the block, and look at what it wrote."""
+    """Call a node's kernel for frames f to g of the block, and check its output."""
     x = p.pointers.ctypes.data
     at = 0
     for j in range(p.nodes[k].inputs):
@@ -352,7 +352,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
 
 @inlined
 def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
-    """Mark the interval as nonzero if a frame is not zero; true if one is not finite."""
+    """Mark the interval as nonzero if a frame is nonzero; return whether a value is not finite."""
     at = p.buffer_at[buffer]
     some = np.int64(0)
     largest = np.int64(0)
@@ -367,7 +367,7 @@ def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
 
 @inlined
 def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
-    """A kernel made something that is not finite: its outputs and state to zero, and its name to the engine."""
+    """Contain a kernel's non-finite output: zero its outputs and state, and report its name to the engine."""
     first = g
     for buffer in range(p.nodes[k].outputs_at, p.nodes[k].outputs_at + p.nodes[k].outputs):
         at = p.buffer_at[buffer]
@@ -387,7 +387,7 @@ def _contain(p: Tables, k: int, row: int, frame: int, f: int, g: int) -> None:
 
 @inlined
 def _stage(p: Tables, entry: int, j: int, row: int, frame: int, g: int) -> int:
-    """The address of a list of the events on one input before frame g of the block that were not taken yet."""
+    """Return the address of a list of an input's events before frame g of the block that were not read yet."""
     source = p.event_inputs[entry]
     events = _events(p, source + row * p.event_stride[source])
     staged = events_at(p.staged[j], (p.output.shape[1],))
@@ -404,13 +404,13 @@ def _stage(p: Tables, entry: int, j: int, row: int, frame: int, g: int) -> int:
 
 @inlined
 def _events(p: Tables, index: int) -> Memory:
-    """One list of the events of this block."""
+    """Return one of the event lists of this block."""
     return events_at(p.events[index], (p.output.shape[1],))
 
 
 @inlined
 def _may_sleep(p: Tables, k: int, row: int, now: int, interval: int) -> bool:
-    """Whether a row's inputs were zero for the interval that ends at session frame `now`, and nothing remains in it."""
+    """Return whether a row's inputs were zero in the interval that ends at session frame `now`, and its tail is 0."""
     zero = 0
     for j in range(p.nodes[k].watched_at, p.nodes[k].watched_at + p.nodes[k].watched):
         zero += p.nonzero[p.watched[j], interval] == 0
@@ -436,7 +436,7 @@ def _tail(p: Tables, k: int, row: int) -> float:
 
 @inlined
 def _play(p: Tables, row: int, n: int) -> None:
-    """The sum of the sinks to the output, sound to that of all rows, and copies of what somebody looks at."""
+    """Sum the sinks into the output, sound into that of all rows, and copy the scopes."""
     some = 0
     for buffer in p.sinks:
         some += p.is_zero[buffer] == 0

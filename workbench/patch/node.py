@@ -1,4 +1,4 @@
-"""What a node is: ports, parameters and up to three functions, declared by a class of a few lines.
+"""Node types: ports, parameters and up to three functions, declared by a class of a few lines.
 
     @node("low-pass", "Filters")
     class LowPass:
@@ -13,20 +13,20 @@
         def run(signal, coefficients, state, out): ...
         def tail(state, coefficients): ...
 
-The functions are compiled, each for one row, which is one tile. They are given what they name, and nothing else:
+The functions are compiled, each for one row (one tile). They are passed the arguments that they name:
 
-- `run` computes a stretch of frames. It may take the node's inputs and outputs (arrays of the stretch's frames; lists
-  of events), its numbers with `wire="audio"` (arrays), its other numbers, counts and choices (a choice as its place
-  among the options), `controls` (these others all at once), `state`, `coefficients`, prepared tables, `rate` (frames a
+- `run` computes a stretch of frames. It may take the node's inputs and outputs (arrays of the stretch's frames; event
+  lists), its numbers with `wire="audio"` (arrays), its other numbers, counts and choices (a choice as its index among
+  the options), `controls` (these others all at once), `state`, `coefficients`, prepared tables, `rate` (frames per
   second), `frame` and `end` (the stretch in session frames) and `key` (of random draws for this seed, node and tile).
   It must write every frame of its outputs.
-- `design` computes the coefficients. It is called before the first `run`, and when a number that it names has moved.
-- `tail` gives a bound of what can still come out when nothing comes in: 0 for a row that may sleep, infinity for one
-  that may not. It may be a number for all rows; without it a node leaves nothing behind.
+- `design` computes the coefficients. It is called before the first `run`, and when a number that it names has changed.
+- `tail` returns a bound of the remaining output without input: 0 for a row that may sleep, infinity for one that may
+  not. It may be a number for all rows; a node without `tail` has no remaining output.
 
 `state` and `coefficients` are layouts; their sizes come from `sizes(values, rate)`. A row that falls asleep has its
-state set to zero, and keeps its coefficients. What `run` writes may depend on the frames only, never on how they are
-cut into stretches.
+state set to zero, and keeps its coefficients. The output of `run` may depend on the frames only, never on how they are
+split into stretches.
 """
 
 import inspect
@@ -46,7 +46,7 @@ from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 @dataclass(frozen=True)
 class Port:
-    """A place where a wire ends. `kind` is "signal" or "event"; an empty unit fits every unit."""
+    """End point of wires. `kind` is "signal" or "event"; an empty unit accepts every unit."""
 
     name: str
     kind: str
@@ -56,7 +56,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Input:
-    """Declares an input: a signal in `unit`, or events. What `is_brought` comes from the engine instead of a wire."""
+    """Declares an input: a signal in `unit`, or events. With `is_brought` the engine supplies it instead of a wire."""
 
     unit: str = ""
     kind: str = "signal"
@@ -74,22 +74,22 @@ class Output:
 
 
 def prepared(make: Callable[..., Any]) -> Prepared:
-    """A table of one dimension that is made of the node's values, and of the rate, when a program is built."""
+    """Declare a one-dimensional table, made from the node's values and the rate when a program is built."""
     return Prepared(make, 1)
 
 
 def prepared_columns(make: Callable[..., Any]) -> Prepared:
-    """A table of two dimensions, [column, row], that is made of the node's values, and of the rate."""
+    """Declare a two-dimensional table, [column, row], made from the node's values and the rate."""
     return Prepared(make, 2)
 
 
 @dataclass(frozen=True)
 class AskedError:
-    """How a node that keeps the error which its parameter `error` asks for is measured.
+    """How error and cost of a node with a parameter `error` are measured.
 
-    `of` and `cost` say what the error is of, and what is timed. The module `measured_by`, which is imported only then,
-    has `work(values)`, which makes ready what costs and gives what does it once, and `error_found(values)`, the error
-    that comes of it beside a tight solution.
+    `of` and `cost` describe the error, and what is timed. The module `measured_by`, imported only when needed, has
+    `work(values)`, which prepares the work and returns a function that does it once, and `error_found(values)`, the
+    error compared with a tight solution.
     """
 
     of: str
@@ -99,7 +99,7 @@ class AskedError:
 
 @dataclass(frozen=True)
 class NodeType:
-    """What the class of a node declares, in the form that patch, program, window and reference read."""
+    """Declaration of a node, in the form that patch, program, window and reference read."""
 
     type: str
     label: str
@@ -108,39 +108,39 @@ class NodeType:
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     hosts: tuple[str, ...]
-    """Names of the signals that the engine brings."""
+    """Names of the signals that the engine supplies."""
     parameters: Mapping[str, Parameter]
     binding: Binding
     muted_by: tuple[str, ...]
     is_sink: bool
     to_sound: bool
-    """Whether what it plays goes to the channel for ears, not to a tile."""
+    """Whether its output goes to the sound channel, not to a tile."""
     is_struck: bool
-    """Whether the engine may bring it events, as the last of its event inputs."""
+    """Whether the engine may send it events, at the last of its event inputs."""
     is_sum: bool = False
-    """Whether its inputs are added, so that solo silences those that lead from nothing soloed."""
+    """Whether its inputs are added, so that solo silences those without a soloed source."""
     accuracy: str = ""
-    """How exact it is, with the bound that is tested; or that it keeps an error that a parameter asks for."""
+    """Accuracy, with the bound that is tested; or the quantity whose error a parameter asks for."""
     laws: Callable[[Values], tuple[Drawing, ...]] | None = None
-    """What draws the laws of an instance's values: distributions, curves. None where there are none to be drawn."""
+    """Draws the distributions or curves for an instance's values; None if there are none."""
     asked: AskedError | None = None
-    """How its run time and error are measured, where its parameter `error` asks for one."""
+    """How run time and error are measured, for a node with a parameter `error`."""
     missing: str = ""
-    """Why this only stands for a node whose own file was not run (`underfoot.patch.own_nodes`); "" for a real one."""
+    """Why this is a stand-in for a node whose file was not run (`underfoot.patch.own_nodes`); "" for a real node."""
 
     @cached_property
     def signal_parameters(self) -> tuple[Number, ...]:
-        """Numbers that are read once a frame."""
+        """Numbers that are read every frame."""
         return _signal_parameters(self.parameters)
 
     @cached_property
     def controls(self) -> tuple[Parameter, ...]:
-        """Numbers, counts and choices that are read once a span."""
+        """Numbers, counts and choices that are read once per span."""
         return _controls(self.parameters)
 
     @cached_property
     def input_ports(self) -> Mapping[str, Port]:
-        """Every port that a wire may end at: the inputs, and the parameters that a wire may drive."""
+        """Ports at which a wire may end: inputs, and parameters that a wire may drive."""
         ports = {port.name: port for port in self.inputs}
         for parameter in self.parameters.values():
             if isinstance(parameter, Number) and parameter.wire:
@@ -149,20 +149,20 @@ class NodeType:
 
     @cached_property
     def output_ports(self) -> Mapping[str, Port]:
-        """Every port that a wire may begin at."""
+        """Ports at which a wire may start."""
         return {port.name: port for port in self.outputs}
 
     def compile(self) -> None:
-        """Have the kernels compiled, or loaded from the cache."""
+        """Compile the kernels, or load them from the cache."""
         for kernel in (self.binding.run, self.binding.tail):
             assert kernel is None or kernel.address
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
-        """What the kernels of an instance with these values read besides its controls."""
+        """Return the data that the kernels of an instance read besides its controls."""
         return self.binding.data(values, rate)
 
     def values(self, given: Values) -> dict[str, Any]:
-        """Every parameter's value: the given ones checked, the others at their defaults."""
+        """Return every parameter's value: the given ones checked, the others at their defaults."""
         return {
             name: parameter.check(given[name]) if name in given else parameter.default
             for name, parameter in self.parameters.items()
@@ -174,9 +174,9 @@ Registry = Mapping[str, NodeType]
 
 
 def installed_nodes() -> Registry:
-    """Every node type there is: Underfoot's own, and those of plug-ins.
+    """Return every node type: Underfoot's own, and those of plug-ins.
 
-    The module is asked for by its name and not imported: which nodes there are is known above this package.
+    The registry's module is imported by name at run time, because it is above this package.
 
     >>> "tile-output" in installed_nodes()
     True
@@ -186,13 +186,13 @@ def installed_nodes() -> Registry:
 
 
 def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
-    """Turn a class into a `NodeType`; the module says what the class may hold.
+    """Turn a class into a `NodeType`; the module's docstring describes the functions.
 
-    Besides ports, parameters and functions that is: `state` and `coefficients`, layouts, and `sizes(values, rate)`,
-    what their symbols are; prepared tables; `muted_by`, the names of signals any of which at exactly zero makes the
-    output exactly zero; `is_sink`, when its output is played: by the tile, or with `to_sound` for ears; `is_sum`, when
-    its inputs are added; `accuracy`, how exact it is; `asked`, how that is measured where a parameter `error` asks
-    for it; and `laws(values)`, what draws distributions. `BadValue` for a function that names what is not there.
+    Besides ports, parameters and functions a class may have: `state` and `coefficients`, layouts, and
+    `sizes(values, rate)`, the values of their symbols; prepared tables; `muted_by`, signals any of which at exactly
+    zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as sound;
+    `is_sum`, if its inputs are added; `accuracy`; `asked`, how error and cost are measured for a parameter `error`; and
+    `laws(values)`, which draws distributions. `BadValue` for a function with an unknown argument.
     """
 
     def declare(cls: Any) -> NodeType:

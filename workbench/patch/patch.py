@@ -1,4 +1,4 @@
-"""The document: nodes and wires as pure data. Every edit gives a new patch; nothing in a file is ever executed."""
+"""Patch document: nodes and wires as plain data. Every edit returns a new patch; nothing in a file is executed."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -31,17 +31,17 @@ __all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
 
 
 LEAST_SCALE, MOST_SCALE = 0.01, 100.0
-"""Of the factor on all asked errors."""
+"""Range of the factor on all asked errors."""
 _LEFT_OUT = ("notes", "groups", "author", "tags")
-"""Fields that are not in the file where they are empty."""
+"""Fields that are omitted in the file when empty."""
 MARKS = ("muted", "bypassed", "soloed")
-"""How a node can be taken out of what is heard, or all else beside it (`underfoot.patch.heard`)."""
+"""Marks that take a node, or everything else, out of the output (`underfoot.patch.heard`)."""
 
 
 class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A node of a patch: its id, its type, where it stands on the canvas, and the parameters that were set.
+    """Node of a patch: its id, its type, its position on the canvas, and the parameters that were set.
 
-    `muted`, `bypassed` and `soloed` are marks. One that was never set is not in the file.
+    `muted`, `bypassed` and `soloed` are marks. A mark that was never set is not in the file.
     """
 
     id: str
@@ -49,27 +49,27 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     at: tuple[float, float] = (0.0, 0.0)
     parameters: Mapping[str, Any] = {}
     label: str = ""
-    """What it is called on the canvas, in place of its type's name."""
+    """Label on the canvas, in place of its type's name."""
     muted: bool | msgspec.UnsetType = msgspec.UNSET
     bypassed: bool | msgspec.UnsetType = msgspec.UNSET
     soloed: bool | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def marks(self) -> tuple[str, ...]:
-        """Those of `MARKS` that are set."""
+        """Return those of `MARKS` that are set."""
         return tuple(name for name in MARKS if getattr(self, name))
 
 
 Thing = TypeVar("Thing", PlacedNode, Note, Group)
 
 Wire = tuple[str, str]
-"""From "node.port" to "node.port"."""
+"""Wire from "node.port" to "node.port"."""
 
 
 class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A patch. `check` says whether its nodes and wires fit the node types; every edit keeps a checked patch checked.
+    """Patch document. `check` validates its nodes and wires; every edit keeps a valid patch valid.
 
-    Where a method takes a `registry` and none is given, that is every node type there is.
+    Where a method takes a `registry`, the default is all node types.
 
     >>> patch = Patch(title="Hum").add("tone", frequency=80.0).add("tile-output")
     >>> patch = patch.connect("tone.out", "tile-output.acceleration").set("tone", "amplitude", 2.0)
@@ -91,7 +91,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     author: str = ""
     tags: tuple[str, ...] = ()
     error_scale: float = 1.0
-    """A factor on the errors that its nodes are asked for (`underfoot.patch.heard`)."""
+    """Factor on the asked errors of its nodes (`underfoot.patch.heard`)."""
 
     def __repr__(self) -> str:
         nodes, wires = len(self.nodes), len(self.wires)
@@ -100,11 +100,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def types(self) -> dict[str, str]:
-        """The type of each node, by its id."""
+        """Return the type of each node, by its id."""
         return {node.id: node.type for node in self.nodes}
 
     def node(self, id: str) -> PlacedNode:
-        """The node with this id; `BadValue` where there is none."""
+        """Return the node with this id; `BadValue` if there is none."""
         for node in self.nodes:
             if node.id == id:
                 return node
@@ -112,22 +112,22 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         raise BadValue(f"there is no node {id!r}; allowed: {known or 'none, the patch is empty'}")
 
     def group(self, id: str) -> Group:
-        """The group with this id; `BadValue` where there is none."""
+        """Return the group with this id; `BadValue` if there is none."""
         for group in self.groups:
             if group.id == id:
                 return group
         raise BadValue(f"there is no group {id!r}; allowed: {', '.join(g.id for g in self.groups) or 'none'}")
 
     def things(self) -> "tuple[PlacedNode | Note, ...]":
-        """What stands on the canvas: the nodes, then the notes."""
+        """Return everything on the canvas: the nodes, then the notes."""
         return *self.nodes, *self.notes
 
     def ids(self) -> set[str]:
-        """Every id that is taken: of nodes, notes and groups."""
+        """Return all ids in use: of nodes, notes and groups."""
         return {one.id for one in self.things()} | {group.id for group in self.groups}
 
     def free_id(self, stem: str) -> str:
-        """`stem`, or `stem` and the first number that is free."""
+        """Return `stem`, or `stem` with the first free number."""
         taken = self.ids()
         return next(name for name in (f"{stem}{i or ''}" for i in range(len(taken) + 1)) if name not in taken)
 
@@ -136,12 +136,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def add(
         self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: Any
     ) -> "Patch":
-        """With a new node of `type`; its id is the type's name and the first number that is free."""
+        """Add a node of `type`; its id is the type's name with the first free number."""
         made = PlacedNode(self.free_id(type), type, at, parameters)
         return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
-        """Without these nodes and notes, and the wires at them; of a group's id, without the frame."""
+        """Remove these nodes and notes, and the wires at them; of a group, only the frame."""
         gone = set(ids)
         return msgspec.structs.replace(
             self,
@@ -152,23 +152,23 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
-        """With a wire from an output to an input; a wire that was there at the input gives way."""
+        """Add a wire from an output to an input; it replaces an existing wire at the input."""
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
 
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
-        """Without these wires."""
+        """Remove these wires."""
         gone = set(wires)
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: Any, registry: Registry | None = None) -> "Patch":
-        """With one parameter of one node changed."""
+        """Change one parameter of one node."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: value})
         return self._with(changed).check(registry)
 
     def mark(self, ids: Iterable[str], name: str, on: bool) -> "Patch":
-        """With one of `MARKS` set on these nodes, or taken away.
+        """Set or clear one of `MARKS` on these nodes.
 
         >>> from underfoot.nodes import REGISTRY
         >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", True).node("tone").marks
@@ -181,12 +181,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.structs.replace(self, nodes=nodes)
 
     def name(self, id: str, label: str) -> "Patch":
-        """With another name for a node, as the canvas shows it; its id stays."""
+        """Change a node's label on the canvas; its id stays."""
         check_label(f"the name of {id}", label)
         return self._with(msgspec.structs.replace(self.node(id), label=label))
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
-        """With nodes, notes and collapsed groups at other places. What is in a group goes with it."""
+        """Move nodes, notes and collapsed groups. Members of a group move with it."""
         to = {id: (float(x), float(y)) for id, (x, y) in places.items()}
         groups = list(self.groups)
         for i, group in enumerate(groups):
@@ -212,7 +212,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def paste(
         self, other: "Patch", registry: Registry | None = None, by: tuple[float, float] = (32.0, 32.0)
     ) -> "Patch":
-        """With what is in `other` added, under new ids where theirs are taken, moved `by`."""
+        """Add the contents of `other`, with new ids where needed, shifted by `by`."""
         taken = self.ids()
         names: dict[str, str] = {}
         theirs = [*(one.id for one in other.things()), *(group.id for group in other.groups)]
@@ -235,8 +235,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ).check(registry)
 
     def part(self, ids: Iterable[str]) -> "Patch":
-        """Only these nodes and notes, with the wires between them and the groups that are wholly among them: what is
-        copied."""
+        """Return only these nodes and notes, with the wires between them and the groups wholly among them, for
+        copying."""
         kept = set(ids)
         cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
         return self.remove(({one.id for one in self.things()} - kept) | cut)
@@ -247,7 +247,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # --- checks ---
 
     def check(self, registry: Registry | None = None) -> "Patch":
-        """This patch, or `BadValue`: the place in it, the value, and what is allowed."""
+        """Return this patch, or raise `BadValue` with the place, the value, and what is allowed."""
         if registry is None:
             registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
@@ -277,7 +277,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self
 
     def order(self) -> tuple[str, ...]:
-        """Node ids, each behind the nodes that its inputs come from; `BadValue` for a cycle."""
+        """Return the node ids, each after the nodes that its inputs come from; `BadValue` for a cycle."""
         sources: dict[str, list[str]] = {node.id: [] for node in self.nodes}
         for source, target in self.wires:
             sources[target.partition(".")[0]].append(source.partition(".")[0])
@@ -304,10 +304,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # --- files ---
 
     def dumps(self) -> bytes:
-        """The patch as JSON: one line a parameter, in a fixed order, so that files can be compared.
+        """Return the patch as JSON, one line per parameter, in a fixed order, so that files can be compared.
 
-        Names, notes, groups, author and tags are left out where there are none, and so is a factor of 1 on errors:
-        such a file older programs read.
+        Empty names, notes, groups, author and tags are omitted, and so is an error factor of 1: older versions can read
+        such files.
         """
         fields = msgspec.to_builtins(self)
         for node in fields["nodes"]:
@@ -320,21 +320,21 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @staticmethod
     def loads(text: bytes | str, registry: Registry | None = None, source: str = "patch") -> "Patch":
-        """The patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
+        """Parse the patch in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             return msgspec.convert(raw, Patch).check(registry)
 
     @staticmethod
     def unchecked(text: bytes | str, source: str) -> "Patch":
-        """The same, of which only the form is known: nodes and wires may be any."""
+        """Parse a patch but check only its form: nodes and wires may be any."""
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             return msgspec.convert(raw, Patch)
 
     @staticmethod
     def load(path: str | Path, registry: Registry | None = None) -> "Patch":
-        """The patch in a file. Nodes in files beside it are run where that was agreed to; else `BadFile` names them."""
+        """Load a patch file. Node files beside it are run if the user agreed to that; else `BadFile` names them."""
         text = read_file(path)
         if has_nodes(Path(path).parent):
             run_needed(Patch.unchecked(text, str(path)).types.values(), Path(path))
@@ -346,7 +346,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:
-    if type.missing:  # whatever is there is kept
+    if type.missing:  # parameters are kept as they are
         return
     for name, value in node.parameters.items():
         where = f"{place}.parameters"

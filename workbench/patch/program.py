@@ -1,4 +1,4 @@
-"""A patch made ready to run: in order, with its buffers taken once, asleep wherever it can be."""
+"""Program: a patch compiled to run, ordered, with preallocated buffers, asleep wherever possible."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,17 +22,17 @@ from underfoot.patch.patch import Patch
 from underfoot.patch.tables import ALL
 
 _COUNT = list(EVENTS.parts).index("count")
-"""Where a list of events says how many there are."""
+"""Index of the count in an event list."""
 
 
 class Program:
-    """What `patch` does for each of `tiles`, ready to run in blocks of up to `block` frames.
+    """Compiled `patch` for each of `tiles`, ready to run in blocks of up to `block` frames.
 
-    It is built of the patch as its marks have it heard (`underfoot.patch.heard`).
-    Only nodes that reach a sink, or an output named in `scopes` ("node.port"), are built; the others are in `left_out`.
-    `output` is float64 [tiles, block] in m/s^2; `sound` float64 [1, block] is what all tiles together give to ears, of
-    full scale, where the patch `has_sound`; `hosts[name]` is what the engine fills before each run, `scope[name]` the
-    frames of a scope. Building allocates, compiles and reads files; running does none of these.
+    Marks are applied first (`underfoot.patch.heard`). Only nodes that reach a sink, or an output named in `scopes`
+    ("node.port"), are built; the others are in `left_out`. `output` is float64 [tiles, block] in m/s^2. `sound` is
+    float64 [1, block], the sum of all tiles' sound in full scale, if the patch `has_sound`. `hosts[name]` is filled by
+    the engine before each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and reads files;
+    running does none of these.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Program:
         self.node_ids, guards = guarded(patch, registry, alive, scopes)
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in alive)
         self.index = {id: k for k, id in enumerate(self.node_ids)}
-        """Each node's place among those of the tables, by its id."""
+        """Index of each node in the tables, by its id."""
         self._types = [registry[patch.node(id).type] for id in self.node_ids]
         self._values = [
             _placed(type.values(patch.node(id).parameters), type, folder)
@@ -75,21 +75,21 @@ class Program:
         self._where = addresses(self.tables)
         nodes = self.tables.nodes
         self._stirred = set(np.flatnonzero((nodes["sleep_rule"] == ALL) & (nodes["tail"] != 0)).tolist())
-        """Nodes that a moved number wakes: with it, they may have something to say without an input."""
+        """Nodes that a changed number wakes, because it may produce output without input."""
         for k in np.flatnonzero(nodes["sleep_rule"] == ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
-        # No frames, and an event for nobody: these load their kernels, so that the first block and strike need not.
+        # An empty block and an event without a receiver load the kernels, so that the first block and strike need not.
         driver.run_block(self._where, 0, 0)
         driver.bring(self._where, np.zeros((len(HOSTS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8), 0)
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
         self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
-        """The rows of `output` and behind them `sound`, and which of all these are zero throughout."""
+        """Rows of `output`, then `sound`, and which of them are zero throughout."""
         self.has_sound = self.tables.sound_sinks.size > 0
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
         self.begins_anew = False
-        """Whether it takes nothing over from the program before it, but of nodes that follow the floor."""
+        """Whether only nodes that follow the floor take over state from the previous program."""
         self._follow_floor = _follow_floor(patch, registry)
 
     # --- running ---
@@ -97,12 +97,12 @@ class Program:
     def bring(self, signals: np.ndarray, zero_rows: np.ndarray, n: int) -> None:
         """Fill `hosts` with `n` frames of the engine's signals, float64 [signal, row, frame].
 
-        `zero_rows` marks rows in which all of these are zero. Who brings signals writes nothing into `hosts` himself.
+        `zero_rows` marks rows in which all of these are zero. Callers of this do not write to `hosts` themselves.
         """
         driver.bring(self._where, signals, zero_rows, n)
 
     def run(self, frame: int, n: int) -> None:
-        """Run `n` frames, at most `block`, the first of them session frame `frame`."""
+        """Run `n` frames, at most `block`, from session frame `frame` on."""
         if self._pending:
             self._bring(frame + n)
         driver.run_block(self._where, frame, n)
@@ -112,7 +112,7 @@ class Program:
             self._brought.clear()
 
     def set(self, id: str, name: str, value: float, frame: int) -> None:
-        """Let a number of a node go to `value` in a ramp that begins at `frame`, a span edge that was not run yet."""
+        """Ramp a number of a node to `value`, beginning at `frame`, a span edge that was not run yet."""
         if id not in self.index:
             return
         k = self.index[id]
@@ -135,7 +135,7 @@ class Program:
             p.signal_ramp[q, 1], p.signal_start[q], p.signal_moving[q] = value, frame, 1
 
     def strike(self, id: str, tile: str, time: float, strength: float, duration: float = 0.0) -> None:
-        """Bring an event at `time` (session frames, not run yet) to a node that can be struck; "" is every such."""
+        """Send an event at `time` (session frames, not run yet) to a node that can be struck; "" means all of them."""
         require(tile in self.tiles, "tile", tile, ", ".join(self.tiles))
         for k in self._struck:
             if id in ("", self.node_ids[k]):
@@ -143,9 +143,9 @@ class Program:
         self._pending.sort(key=lambda event: event[2])
 
     def take_over(self, old: "Program", frame: int) -> bool:
-        """Take the states of nodes that stayed (same id, type and sizes); their controls go on from where they are.
+        """Take over the states of unchanged nodes (same id, type and sizes); their controls continue from their values.
 
-        Whether all nodes stayed.
+        Returns whether all nodes are unchanged.
         """
         p, q = self.tables, old.tables
         if old.tiles != self.tiles:
@@ -173,7 +173,7 @@ class Program:
     # --- reading ---
 
     def report(self) -> dict[str, list[str]]:
-        """Ids of the nodes that ran, that slept throughout, and that were left out."""
+        """Return the ids of nodes that ran, that slept throughout, and that were left out."""
         ran = self.tables.ran.sum(axis=1)
         return {
             "run": [id for id, k in self.index.items() if ran[k]],
@@ -182,19 +182,19 @@ class Program:
         }
 
     def shares(self) -> dict[str, float]:
-        """Each node's share of the cycles spent since this was last asked."""
+        """Return each node's share of the cycles spent since the last call."""
         spent = self.tables.cycles.tolist()
         self.tables.cycles[:] = 0
         total = max(sum(spent), 1)
         return {id: spent[k] / total for id, k in self.index.items()}
 
     def awake(self) -> dict[str, int]:
-        """How many tiles each node is awake for."""
+        """Return the number of tiles for which each node is awake."""
         rows = (self.tables.asleep == 0) & (self.tables.masked == 0)
         return {id: int(rows[k].sum()) for id, k in self.index.items()}
 
     def fault(self) -> tuple[str, str, int] | None:
-        """The node, tile and session frame of the first value that was not finite, once."""
+        """Return node, tile and session frame of the first value that was not finite, once."""
         k, row, frame = (int(v) for v in self.tables.fault)
         if k < 0:
             return None
@@ -202,16 +202,16 @@ class Program:
         return self.node_ids[k], self.tiles[row], frame
 
     def events(self, scope: str) -> np.ndarray:
-        """The last block's events on an output, of the last tile: (session frame, strength, duration) each."""
+        """Return the last block's events on an output, of the last tile: (session frame, strength, duration) each."""
         found = self._events(self._lists[scope])
         return np.column_stack([found.time, found.strength, found.duration])[: len(found)]
 
     def value(self, id: str, name: str) -> Any:
-        """A parameter's value as it was last set."""
+        """Return the last value set for a parameter."""
         return self._values[self.index[id]][name]
 
     def _bring(self, end: float) -> None:
-        """Put the strikes that fall before `end` where the driver finds them."""
+        """Put the strikes before `end` into the tables."""
         while self._pending and self._pending[0][2] < end:
             k, row, time, strength, duration = self._pending.pop(0)
             events = self._events(self._struck[k] + row)
@@ -221,7 +221,7 @@ class Program:
                 self._brought.append(self._struck[k] + row)
 
     def _events(self, index: int) -> Memory:
-        """One of the lists of events of the present block."""
+        """Return one of the event lists of the present block."""
         return Memory(EVENTS, self.tables.events[index], {"room": self.block})
 
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:
@@ -248,7 +248,7 @@ class Program:
 
 
 def _alive(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
-    """Nodes from which a wire leads to a sink or to an output that somebody looks at."""
+    """Return the nodes from which a path leads to a sink or a scope."""
     types = {node.id: registry[node.type] for node in patch.nodes}
     known = [f"{id}.{port}" for id, type in types.items() for port in type.output_ports]
     for scope in scopes:
@@ -268,7 +268,7 @@ def _alive(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
 
 
 def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
-    """The nodes that the floor tells something, or to which a wire leads from such a node."""
+    """Return the nodes that read signals of the floor, and those that depend on them."""
     found = {node.id for node in patch.nodes if registry[node.type].hosts}
     into: dict[str, set[str]] = {}
     for source, target in patch.wires:
@@ -280,7 +280,7 @@ def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
 
 
 def _placed(values: dict[str, Any], type: NodeType, folder: Path | None) -> dict[str, Any]:
-    """Values with file paths made absolute."""
+    """Return the values with absolute file paths."""
     for name, parameter in type.parameters.items():
         if parameter.kind == "file" and values[name] and folder is not None:
             values[name] = str(folder / values[name])

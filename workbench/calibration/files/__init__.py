@@ -1,1 +1,1 @@
-"""Measurements and reports on disk."""
+"""Files of measurements and reports."""

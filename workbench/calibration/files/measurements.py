@@ -1,8 +1,8 @@
-"""Tables of measurements: pairs of reading and force, and presses at known places.
+"""Measurement tables: pairs of reading and force, and presses at known positions.
 
 FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
-readings in the sensors' own units. Columns may stand in any order, parted by commas, semicolons or tabs; others are
-left alone, and so are lines that begin with #.
+readings in the sensors' own units. Columns may be in any order, separated by commas, semicolons or tabs; other columns
+and lines that begin with # are ignored.
 """
 
 import csv
@@ -23,7 +23,7 @@ _PRESSES = ("tile", "x_m", "y_m", "force_n", "r1", "r2", "r3", "r4")
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of a sensor's reading and the reference force: all (n,), in the order of the file; `sensor` 0 to 3."""
+    """Pairs of a sensor's reading and the reference force: all (n,), in file order; `sensor` 0 to 3."""
 
     tile: str
     time_s: NDArray[np.float64]
@@ -32,13 +32,13 @@ class Pairs:
     force_n: NDArray[np.float64]
 
     def rows(self) -> NDArray[np.float64]:
-        """Time, sensor from 1, reading and force: (n, 4)."""
+        """Return time, sensor from 1, reading and force: (n, 4)."""
         return np.stack([self.time_s, self.sensor + 1.0, self.reading, self.force_n], axis=1)
 
 
 @dataclass(frozen=True)
 class Presses:
-    """Loads on one tile at known places: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4)."""
+    """Loads on one tile at known positions: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4)."""
 
     tile: str
     at_m: NDArray[np.float64]
@@ -46,7 +46,7 @@ class Presses:
     readings: NDArray[np.float64]
 
     def rows(self) -> NDArray[np.float64]:
-        """Place, force and readings: (n, 7)."""
+        """Return position, force and readings: (n, 7)."""
         return np.column_stack([self.at_m, self.force_n, self.readings])
 
 
@@ -55,10 +55,10 @@ PRESS_HEADER = ",".join(_PRESSES)
 
 
 def read_pairs(path: str | Path, tile: str = "") -> Pairs:
-    """The pairs of `tile`, which may be left out where the file has one tile only.
+    """Read the pairs of `tile`, which is optional if the file has only one tile.
 
-    Raises `BadFile` that names the file and the line: no text, a column that is missing, a cell that is not a number, a
-    sensor other than 1 to 4, a reading outside 0 to 65535, a tile that is not there.
+    Raises `BadFile` with file and line for a file that is not text, a missing column, a cell that is not a number, a
+    sensor other than 1 to 4, a reading outside 0 to 65535, or a missing tile.
     """
     names, numbers, columns = _read(path, _PAIRS)
     mine = _of_tile(path, names, tile)
@@ -76,7 +76,7 @@ def read_pairs(path: str | Path, tile: str = "") -> Pairs:
 
 
 def read_presses(path: str | Path, tile: str = "") -> Presses:
-    """The presses on `tile`, which may be left out where the file has one tile only; `BadFile` as `read_pairs`."""
+    """Read the presses on `tile`, optional if the file has only one tile; `BadFile` as in `read_pairs`."""
     names, numbers, columns = _read(path, _PRESSES)
     mine = _of_tile(path, names, tile)
     _within(path, "force_n", columns["force_n"], columns["force_n"] > 0.0, "above 0", mine, numbers)
@@ -86,7 +86,7 @@ def read_presses(path: str | Path, tile: str = "") -> Presses:
 
 
 def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: str) -> None:
-    """A CSV of numbers, beside the file and moved into place; a column `tile` of the header is filled with `tile`."""
+    """Write a CSV of numbers beside the file and move it into place; a column `tile` in the header is filled in."""
     names = header.split(",")
     at = names.index("tile") if "tile" in names else None
     before, after = (rows, rows[:, :0]) if at is None else (rows[:, :at], rows[:, at:])
@@ -100,7 +100,7 @@ def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: 
 def _read(
     path: str | Path, wanted: tuple[str, ...]
 ) -> tuple[NDArray[np.str_], NDArray[np.intp], dict[str, NDArray[np.float64]]]:
-    """The tile of each line, its number in the file, and the other columns as numbers."""
+    """Return the tile and the line number of each line, and the other columns as numbers."""
     try:
         text = read_file(path).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -162,7 +162,7 @@ def _within(
     mine: NDArray[np.bool_],
     numbers: NDArray[np.intp],
 ) -> None:
-    """Refuse a value of the lines that are `mine`."""
+    """Refuse a value out of range in the lines that are `mine`."""
     bad = np.flatnonzero(mine & ~good)
     if bad.size:
         raise BadFile(f"{path}: line {numbers[bad[0]]}, {name} is {values[bad[0]]:g}; allowed: {allowed}")

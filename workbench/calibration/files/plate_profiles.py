@@ -1,4 +1,4 @@
-"""Footsteps on a variable stiffness plate, from a CSV: `position,footstep,force_n,displacement_mm`, a row a sample."""
+"""Footsteps on a variable stiffness plate, from a CSV `position,footstep,force_n,displacement_mm`, a row per sample."""
 
 import csv
 import io
@@ -16,7 +16,7 @@ Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64
 
 
 def read_plate_profiles(path: str | Path) -> Profiles:
-    """The footsteps in a file; `BadFile` names the line that cannot be."""
+    """Read the footsteps in a file; `BadFile` names the invalid line."""
     try:
         lines = list(csv.DictReader(io.StringIO(read_file(path).decode("utf-8-sig"))))
     except (UnicodeDecodeError, csv.Error) as error:

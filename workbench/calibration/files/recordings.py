@@ -15,10 +15,10 @@ Array = NDArray[np.float64]
 
 
 def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[SweepMeasurement, int]":
-    """What a recording tells of its sweep, and their rate; of the only channel with the sweep unless one is named.
+    """Evaluate a recording of a sweep; return the measurement and the sample rate. By default, find the channel.
 
-    `BadFile` for files that cannot be read, `BadMeasurement` for a recording that cannot be right, `BadValue` for a
-    channel that is not there.
+    `BadFile` for files that cannot be read, `BadMeasurement` for an implausible recording, `BadValue` for a missing
+    channel.
     """
     played, rate_hz = read_wav(sweep)
     heard, heard_hz = read_wav(recorded)
@@ -32,7 +32,7 @@ def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[Sw
 
 
 def measure_channel(played: Array, heard: Array, rate_hz: int, channel: int | None) -> "SweepMeasurement":
-    """What one channel of a recording (frames, channels) tells of a sweep (frames,), as `measure_files`."""
+    """Evaluate one channel of a recording (frames, channels) of a sweep (frames,), as `measure_files` does."""
     from underfoot.calibration.science.transfer_function import measure
 
     several = heard.shape[1]
@@ -47,7 +47,7 @@ def measure_channel(played: Array, heard: Array, rate_hz: int, channel: int | No
             found[k] = measure(played, heard[:, k], rate_hz)
         except BadMeasurement as reason:
             reasons.append(reason)
-    # One accelerometer on both channels of a stereo file is one measurement.
+    # The same accelerometer on both channels of a stereo file is one measurement.
     if len(found) > 1 and not _are_one_signal(heard[:, list(found)]):
         raise BadMeasurement(f"channels {', '.join(map(str, found))} all hold the sweep; say --channel")
     if not found:
@@ -56,7 +56,7 @@ def measure_channel(played: Array, heard: Array, rate_hz: int, channel: int | No
 
 
 def read_wav(path: Path) -> tuple[Array, int]:
-    """The samples of a WAV file, (frames, channels), and its rate; `BadFile` where there are none."""
+    """Return the samples of a WAV file, (frames, channels), and its rate; `BadFile` if it has none."""
     import soundfile
 
     try:
@@ -70,5 +70,5 @@ def read_wav(path: Path) -> tuple[Array, int]:
 
 
 def _are_one_signal(channels: Array) -> bool:
-    """Whether channels (frames, channels) are one signal at different levels."""
+    """Return whether channels (frames, channels) are one signal at different levels."""
     return bool((np.corrcoef(channels, rowvar=False) > 0.9999).all())

@@ -1,4 +1,4 @@
-"""The report of a calibration: one page for a paper's appendix, with its raw data beside it."""
+"""Report of a calibration: a page for a paper's appendix, with its raw data."""
 
 import html
 import json
@@ -17,11 +17,10 @@ from underfoot.quantities import quantity
 
 
 def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = (), operator: str = "") -> Path:
-    """Write `<kind>.html`, its raw data and its figures into `folder`, which is made where it is missing; the page's
-    path.
+    """Write `<kind>.html`, its raw data and its figures to `folder`, made if missing; return the path of the page.
 
-    `profile` is the one that has the result in it. `notes` are lines such as where the data come from; `operator` is
-    who measured, by default the account's name. `BadFile` where the folder cannot be written.
+    `profile` is the one with this result. `notes` are lines such as the source of the data; `operator` is the person
+    who measured, by default the account's name. `BadFile` if the folder cannot be written.
     """
     make_folder(folder)
     for name, header, rows in result.raw:
@@ -33,7 +32,7 @@ def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence
 
 
 def figures(result: Result) -> dict[str, object]:
-    """A result for programs: kind, whether it is good, verdict, warnings, and all figures by name."""
+    """Return a result for programs: kind, whether it is good, verdict, warnings, and all figures by name."""
     return {
         "kind": result.kind,
         "good": result.good,
@@ -44,7 +43,7 @@ def figures(result: Result) -> dict[str, object]:
 
 
 def _body(result: Result, profile: Profile, notes: Sequence[str], operator: str) -> list[str]:
-    """The page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
+    """Return the page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
     part = profile.part(result.kind)
     facts = [
         ("tile", profile.tile),
@@ -70,7 +69,7 @@ def _body(result: Result, profile: Profile, notes: Sequence[str], operator: str)
 
 
 def _compared(kind: str, profile: Profile) -> list[str]:
-    """The figures of the part that this one replaces, and of this one; nothing for the first."""
+    """Return the figures of this part beside those of the replaced one; nothing for the first."""
     places = [k for k, earlier in enumerate(profile.earlier) if earlier.kind == kind]
     if not places:
         return []

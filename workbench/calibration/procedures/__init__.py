@@ -1,4 +1,4 @@
-"""The calibrations that there are: each is one file here. `CALIBRATIONS` finds them all."""
+"""Calibration procedures, one per file. `CALIBRATIONS` collects them."""
 
 import importlib
 import pkgutil
@@ -7,7 +7,7 @@ from underfoot.calibration.declaration import Calibration
 
 
 def discover() -> dict[str, type[Calibration]]:
-    """Every calibration that the modules of this folder declare, by its kind, each after the one that it requires.
+    """Return every calibration declared by this package's modules, by kind, each after the one that it requires.
 
     >>> list(discover())
     ['fsr', 'centroid', 'latency', 'response']

@@ -1,4 +1,4 @@
-"""Calibration of places (figure 5.5): presses at known places, their error vectors, and a correction."""
+"""Calibration of positions (figure 5.5): presses at known positions, error vectors, and a correction."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -30,16 +30,16 @@ PATTERNS = ("jittered", "grid", "own")
 DEFAULT_LOADS_N = (150.0, 300.0, 600.0)
 FULL_PLACES, QUICK_PLACES, LEAST_PLACES = 50, 9, 6
 _INSET_M = 0.02
-"""How far from the edge the outermost places lie: a finger or a load cell's foot must stand on the tile."""
+"""Distance of the outermost positions from the edge: a finger or a load cell's foot must fit on the tile."""
 _STEADY_S = 0.5
 _FORCE_BAND = 0.2
-"""A force within this share of what was asked for is near enough."""
+"""Accepted relative deviation from the requested force."""
 _RELEASED_S = 0.3
 
 Values = NDArray[np.float64]
 
 _STATIC, _COMPENSATED = slice(4, 8), slice(8, 12)
-"""Where newtons are kept beside readings: by the static curves, and with hysteresis and creep compensated."""
+"""Columns of newtons beside the readings: by the static curves, and with hysteresis and creep compensated."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class CentroidCalibration(Calibration):
 
 @dataclass(frozen=True)
 class PlaceStep(Step):
-    """A step that presses at a place with a load; a place is a group, from 0."""
+    """Step that presses at one position with one load; a position is a group, from 0."""
 
     at_m: tuple[float, float] = (0.0, 0.0)
     load_n: float = 0.0
@@ -97,9 +97,9 @@ class PlaceStep(Step):
 
 
 class CentroidProcedure(PagedProcedure):
-    """Contact-centroid accuracy of one tile. Readings go through the curves of `profile`, else count as newtons.
+    """Contact-centroid accuracy of one tile. Readings are converted by the curves of `profile`, else taken as newtons.
 
-    At each place it is pressed with one load after the other, rising, and if asked falling again. Fifty places, or
+    Each position is pressed with one load after another, rising, and optionally falling again. Fifty positions, or
     nine.
     """
 
@@ -112,7 +112,7 @@ class CentroidProcedure(PagedProcedure):
         super().__init__(Page("setup", "Contact centroid", instruction, asks=_setup_asks(tile)))
 
     def plan(self, answers: Answers) -> list[Step]:
-        """A tare, each place with each load, and a release at the end."""
+        """Return a tare, each position with each load, and a release at the end."""
         loads = answers["loads_n"]
         if any(two <= one for one, two in pairwise(loads)):
             shown = ", ".join(f"{load:g}" for load in loads)
@@ -133,7 +133,7 @@ class CentroidProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """The error vectors taken so far; the drawings of the result at the end."""
+        """Return the error vectors so far; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
         from underfoot.calibration.results.centroid import error_vectors
@@ -146,7 +146,7 @@ class CentroidProcedure(PagedProcedure):
         return (error_vectors("Taken so far", presses.at_m, (("measured", "alarm", found),), self._tile),)
 
     def conclude(self) -> Result:
-        """The accuracy on rising loads, and the mean error on falling ones where there are any."""
+        """Return the accuracy on rising loads, and the mean error on falling ones if any."""
         from underfoot.calibration.results.centroid import result_of
 
         presses, forces = self._presses(_STATIC, rising=True)
@@ -162,7 +162,7 @@ class CentroidProcedure(PagedProcedure):
         return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
 
     def feed(self, readings: Readings) -> None:
-        """Take readings; each is kept beside its newtons, by the static curves and with hysteresis compensated."""
+        """Take readings; each is stored with its newtons, by the static curves and with hysteresis compensated."""
         static = compensated = readings.values
         if self._profile is not None and readings.time_s.size:
             static = self._profile.force(readings.values)
@@ -172,7 +172,7 @@ class CentroidProcedure(PagedProcedure):
     # --- pages ---
 
     def _places(self, answers: Answers) -> tuple[tuple[float, float], ...]:
-        """The places to press, metres in the tile's frame."""
+        """Return the positions to press, metres in the tile's frame."""
         own = answers["places_m"]
         if answers["pattern"] == "own":
             require(len(own) >= LEAST_PLACES, "places_m", len(own), f"at least {LEAST_PLACES} places of your own")
@@ -199,7 +199,7 @@ class CentroidProcedure(PagedProcedure):
         )
         return PlaceStep(page, partial(self._press, at[k], load, first), k, at[k], load, rising)
 
-    # --- what each page takes ---
+    # --- data of each page ---
 
     def _tare(self, readings: Readings) -> Live | None:
         seen = readings.last(1.0)
@@ -258,19 +258,19 @@ class CentroidProcedure(PagedProcedure):
         return None
 
     def _check(self, load: float, readings: Readings, measured: Values) -> None:
-        """Refuse a tile that gives no signal under a load that the reference measures, and readings that clip."""
+        """Refuse a tile without signal under a load that the reference measures, and readings that clip."""
         from underfoot.calibration.science.press_checks import require_signal, require_unclipped
 
         require_signal(load, readings.force_n, measured)
         if self._profile is not None and self._profile.is_calibrated:
             require_unclipped(readings.values[:, :4], self._tare_counts())
 
-    # --- what was taken ---
+    # --- evaluation ---
 
     def _empty(self, place: int | str | None = None) -> tuple[Values, Values]:
-        """What the empty tile showed before the first press at each place (or at this one), and at the end.
+        """Return values of the empty tile before the first press at each position (or at this one), and at the end.
 
-        Times (n,), in order, and values (n, 12), as `feed` keeps them.
+        Times (n,), in order, and values (n, 12), as stored by `feed`.
         """
         from underfoot.calibration.science.press_checks import EMPTY_S
 
@@ -290,9 +290,9 @@ class CentroidProcedure(PagedProcedure):
         return np.array(times or [0.0]), np.array(values or [np.zeros(12)])
 
     def _begun(self, at: int, readings: Readings, load: float) -> tuple[float, Values, Readings] | None:
-        """When the tile was last empty before a press, its values then, and the press; None while nobody has let go.
+        """Return when the tile was last empty before a press, its values then, and the press; None before a release.
 
-        A sensor still creeps after the load before. What it shows on an empty tile is the baseline of the press.
+        A sensor still creeps after the previous load. Its value on the empty tile is the baseline of the press.
         """
         from underfoot.calibration.science.press_checks import EMPTY_S, press_begun
 
@@ -306,9 +306,9 @@ class CentroidProcedure(PagedProcedure):
         return press_begun(readings, total, load)
 
     def _presses(self, newtons: slice, rising: bool | None) -> tuple[Presses, Values]:
-        """The presses taken so far, with mean readings of the steady stretch, and corner forces (n, 4) less baseline.
+        """Return the presses so far, with mean readings of the steady stretch, and corner forces (n, 4) less baseline.
 
-        `newtons` says which forces are meant; `rising` whether those of rising or of falling loads, None for both.
+        `newtons` selects the kind of forces; `rising` selects rising or falling loads, None both.
         """
         at, load, values, forces = [], [], [], []
         times, empty_values = self._empty()
@@ -316,7 +316,7 @@ class CentroidProcedure(PagedProcedure):
             if not isinstance(step, PlaceStep) or rising not in (None, step.rising):
                 continue
             seen = readings.last(_STEADY_S) or readings
-            # A creeping sensor drifts while it is pressed: the baseline goes straight from empty to empty.
+            # A creeping sensor drifts while it is pressed: the baseline is interpolated from empty to empty.
             now = float(seen.time_s.mean())
             empty = np.array([np.interp(now, times, column) for column in empty_values.T])
             corners = (seen.values.mean(axis=0) - empty)[newtons]
@@ -328,7 +328,7 @@ class CentroidProcedure(PagedProcedure):
         return found, np.array(forces).reshape(-1, 4)
 
     def _assess(self, presses: Presses, forces: Values) -> "CentroidAccuracy":
-        """The accuracy by static curves; where the profile has hysteresis models, with them and in bounds, too."""
+        """Return the accuracy by static curves; with hysteresis models, if the profile has any, and in bounds, too."""
         from underfoot.calibration.science.centroid import assess_forces, best_static_forces
 
         found = assess_forces(presses, forces, self._tile)
@@ -341,16 +341,16 @@ class CentroidProcedure(PagedProcedure):
         found = replace(found, over_time=over_time)
         truest = over_time.correction.linearised(compensated)
         bound = assess_forces(presses, best_static_forces(forces, truest), self._tile)
-        # Too few presses show no bound.
+        # Too few presses for a bound.
         return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
 
     def _has_hysteresis(self) -> bool:
-        """Whether the profile has a hysteresis model for a sensor."""
+        """Return whether the profile has a hysteresis model for a sensor."""
         part = None if self._profile is None else self._profile.fsr
         return part is not None and any(curve.compensation is not None for curve in part.sensors)
 
     def _tare_counts(self) -> Values:
-        """Readings (4,) of the latest tare."""
+        """Return the readings (4,) of the latest tare."""
         tares = [readings for step, readings, _ in self.taken() if step.page.key == "tare"]
         return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
 
@@ -359,7 +359,7 @@ _TARE = "Take everything off the tile and stand clear."
 
 
 def _setup_asks(tile: "Tile") -> tuple[Parameter, ...]:
-    """What the first page asks for."""
+    """Return the parameters of the first page."""
     half = max(tile.size_m) / 2.0
     columns = (("x m", -half, half), ("y m", -half, half))
     return (
@@ -372,7 +372,7 @@ def _setup_asks(tile: "Tile") -> tuple[Parameter, ...]:
 
 
 def places(tile: "Tile", count: int, seed: int | None = None) -> Values:
-    """`count` places on a tile, (count, 2): a grid within 2 cm of the edge, each moved about in its cell by `seed`.
+    """Return `count` positions on a tile, (count, 2): a grid within 2 cm of the edge, each jittered by `seed`.
 
     >>> from underfoot.floor.layout import default_floor
     >>> places(default_floor(1, 1).tiles[0], 9)[[0, 4, 8]].round(3) + 0.0

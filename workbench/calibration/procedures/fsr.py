@@ -30,14 +30,14 @@ REFERENCES = LOAD_CELL, KNOWN_WEIGHTS = "load cell", "known weights"
 DEFAULT_FULL_N = 600.0
 _TARE_S, _STEADY_S = 1.0, 1.0
 _UNSTEADY_S = 20.0
-"""A weight that has not come to rest after so long is given up."""
+"""Time after which a weight that has not come to rest is given up."""
 _NEAR = 0.96
-"""A load that reaches this share of what was asked for is enough."""
+"""Share of the requested load that is enough."""
 _STEPS = 20
 _COVERED = 0.8
-"""A loading must pass through this share of so many equal steps of force."""
+"""Share of equal steps of force that a loading must pass through."""
 _HOLD_SHARE, _HOLD_BAND = 0.6, 0.12
-"""A load is held at this share of full scale, within this share of itself."""
+"""Load of a hold, as a share of full scale, and its accepted relative deviation."""
 
 Values = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ class FsrCalibration(Calibration):
 
 @dataclass(frozen=True)
 class SensorStep(Step):
-    """A step that loads one sensor; `planned_n` is the weight that is suggested, None with a load cell."""
+    """Step that loads one sensor; `planned_n` is the suggested weight, None with a load cell."""
 
     sensor: int = 0
     rising: bool = False
@@ -105,8 +105,8 @@ class SensorStep(Step):
 class FsrProcedure(PagedProcedure):
     """FSR linearisation of one tile.
 
-    With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, sensor after sensor. With known
-    weights: each is typed in, put on and waited for, up and down again. The result has the figures of
+    With a load cell (`Readings.force_n`): tare, loadings up and down, and a hold, for each sensor. With known weights:
+    each is typed in, put on and waited for, up and down again. The result has the figures of
     `results.fsr.quantities_of`.
     """
 
@@ -119,7 +119,7 @@ class FsrProcedure(PagedProcedure):
         super().__init__(Page("setup", "FSR linearisation", instruction, asks=_setup_asks()))
 
     def plan(self, answers: Answers) -> list[Step]:
-        """The steps of all sensors, with a load cell or with known weights."""
+        """Return the steps of all sensors, with a load cell or with known weights."""
         self._reference = answers["reference"]
         if self._reference == LOAD_CELL:
             self._full_n = answers["full_scale_n"]
@@ -134,7 +134,7 @@ class FsrProcedure(PagedProcedure):
         return [step for j in range(4) for step in self._by_weights(j, weights)]
 
     def check_answers(self, step: Step, answers: Answers) -> None:
-        """Refuse a weight that is lighter than the one before it on the way up, or heavier on the way down."""
+        """Refuse a weight that is lighter than the previous one on the way up, or heavier on the way down."""
         if not isinstance(step, SensorStep) or step.planned_n is None:
             return
         before = [given["weight_n"] for _, _, given in self._taken_on(step.sensor) if "weight_n" in given]
@@ -147,7 +147,7 @@ class FsrProcedure(PagedProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """The pairs taken so far; those of the result at the end."""
+        """Return the pairs so far; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
         from underfoot.calibration.results.fsr import taken_so_far
@@ -155,7 +155,7 @@ class FsrProcedure(PagedProcedure):
         return taken_so_far(self._pairs()) if self._taken else ()
 
     def conclude(self) -> Result:
-        """Curves from all pairs; with a load cell a second time, without what other sensors bore of each load."""
+        """Fit curves to all pairs; with a load cell a second time, without the share that other sensors carried."""
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
 
@@ -221,7 +221,7 @@ class FsrProcedure(PagedProcedure):
             steps.append(SensorStep(page, partial(self._weigh, j), j, j, rising, weight))
         return steps
 
-    # --- what each page takes ---
+    # --- data of each page ---
 
     def _tare(self, j: int, readings: Readings) -> Live | None:
         seen = readings.last(_TARE_S)
@@ -297,24 +297,24 @@ class FsrProcedure(PagedProcedure):
         return readings.force_n
 
     def _apparent_load_n(self, j: int, change: float) -> float | None:
-        """The load that a change of reading looks like: by the sensor's own weights so far, else by another's."""
+        """Return the load that a change of reading suggests, by the sensor's weights so far, else by another's."""
         from underfoot.calibration.science.load_checks import apparent_load_n
 
         sensors = [j, *(k for k in range(4) if k != j)]
         weights = next((found for k in sensors if len(found := self._weights(k)) >= 3), None)
         return None if weights is None else apparent_load_n(change, weights)
 
-    # --- what was taken ---
+    # --- evaluation ---
 
     def _taken_on(self, j: int) -> list[tuple[SensorStep, Readings, Answers]]:
-        """What the steps of a sensor have taken so far, in order."""
+        """Return the data that the steps of a sensor have taken so far, in order."""
         return [one for one in self._taken_on_sensors() if one[0].sensor == j]
 
     def _taken_on_sensors(self) -> list[tuple[SensorStep, Readings, Answers]]:
         return [(step, readings, given) for step, readings, given in self.taken() if isinstance(step, SensorStep)]
 
     def _weights(self, j: int) -> list[tuple[float, float]]:
-        """Change of reading and newtons of the weights that a sensor has carried."""
+        """Return change of reading and newtons of the weights that a sensor has carried."""
         rest = float(self._rest_readings()[j])
         carried = [
             (abs(_steady_reading(readings, j) - rest), float(answers["weight_n"]))
@@ -324,14 +324,14 @@ class FsrProcedure(PagedProcedure):
         return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
     def _rest_readings(self) -> Values:
-        """The readings (4,) at the latest tare; NaN before the first."""
+        """Return the readings (4,) at the latest tare; NaN before the first."""
         tares = [readings for step, readings, _ in self.taken() if step.page.key.endswith("-tare")]
         return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
-        """All that was taken, a line a sample.
+        """Return all pairs of readings and reference, one per sample.
 
-        With curves of a `first` fit, what the other sensors bear of a load is taken off the reference.
+        With curves of a `first` fit, the share of a load that the other sensors carry is subtracted from the reference.
         """
         times, sensors, values, forces = [], [], [], []
         shares = np.zeros(4) if first is None else np.array([self._share_of_others(first, j) for j in range(4)])
@@ -353,7 +353,7 @@ class FsrProcedure(PagedProcedure):
         return Pairs(self._tile.id, *(np.concatenate(one) for one in (times, sensors, values, forces)))
 
     def _share_of_others(self, first: "Linearisation", j: int) -> float:
-        """The share of the loads over sensor `j` that the other sensors bear."""
+        """Return the share of the loads over sensor `j` that the other sensors carry."""
         from underfoot.calibration.science.load_checks import share_of_others
 
         loaded = [readings for step, readings, _ in self._taken_on(j) if not step.page.key.endswith("-tare")]
@@ -369,7 +369,7 @@ _TARE = "Take everything off the tile and stand clear."
 
 
 def _setup_asks() -> tuple[Parameter, ...]:
-    """What the first page asks for."""
+    """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest."
     return (
@@ -390,11 +390,11 @@ def _steady_reading(readings: Readings, j: int) -> float:
 
 
 def _covered(force: Values, full: float) -> float:
-    """The share of the steps from 5 to 95 % of full scale that a loading has passed through."""
+    """Return the share of the steps from 5 to 95 % of full scale that a loading has passed through."""
     steps = np.floor((force / full - 0.05) / 0.9 * _STEPS)
     return np.unique(steps[(steps >= 0) & (steps < _STEPS)]).size / _STEPS
 
 
 def _smoothed(values: Values) -> Values:
-    """Means of twenty stretches: how a reading changes, without its noise."""
+    """Return the means of twenty stretches, which show a trend without noise."""
     return np.array([float(np.mean(part)) for part in np.array_split(values, min(20, values.size))])

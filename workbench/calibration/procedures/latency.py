@@ -1,4 +1,4 @@
-"""Latency of the sound card: clicks from an output, looped to an input, or to the accelerometer on the tile."""
+"""Latency of the sound card: clicks from an output, looped back to an input, or to the accelerometer on the tile."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,7 +72,7 @@ class LatencyCalibration(Calibration):
 
 
 class LatencyProcedure(SoundingProcedure):
-    """The round trip of a sound card at `rate_hz`.
+    """Round trip of a sound card at `rate_hz`.
 
     >>> from underfoot.floor.layout import default_floor
     >>> LatencyProcedure(default_floor().tiles[0]).page.key
@@ -96,7 +96,7 @@ class LatencyProcedure(SoundingProcedure):
         super().__init__(Page("setup", "Latency", instruction, asks=asks))
 
     def plan(self, answers: Answers) -> list[Step]:
-        """One page: the clicks."""
+        """Return a single page: the clicks."""
         from underfoot.calibration.science.clicks import click_train
 
         train, self._onsets = click_train(answers["clicks"], self._rate_hz, answers["level"], self._seed)
@@ -105,13 +105,13 @@ class LatencyProcedure(SoundingProcedure):
         return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound))]
 
     def take_sound(self, key: str, played: Array, heard: Array) -> None:
-        """When each click came back."""
+        """Measure the delay of each click."""
         from underfoot.calibration.science.clicks import click_delays
 
         self._found = click_delays(played, self._onsets, heard, self._rate_hz)
 
     def conclude(self) -> Result:
-        """Figures and verdict."""
+        """Return figures and verdict."""
         from underfoot.calibration.results.latency import result_of
 
         if self._found is None:

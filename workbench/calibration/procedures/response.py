@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 LOUDEST = 0.45
-"""The highest peak that is played: its mean square stays under the limit of the safety stage."""
+"""Largest peak that is played: its mean square stays below the limit of the safety stage."""
 SENSITIVITY = 100.0
-"""m/s^2 a full-scale input, unless said otherwise: the simulated accelerometer's range."""
+"""Default m/s^2 at full scale of the input: the range of the simulated accelerometer."""
 SWEEP_HZ = (10.0, 2000.0)
 LOADS = ("none", "standing", "corner")
-"""What stands on the tile while the sweeps are played, in this order."""
+"""Loads on the tile during the sweeps, in order."""
 
 _QUIET_S, _GAP_S = 1.0, 0.6
 _LOUD_NOISE = 0.05
-"""Silence that is recorded at more than this RMS, of full scale, is not silence."""
+"""Largest RMS of recorded silence, in full scale."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +108,9 @@ class ResponseCalibration(Calibration):
 class ResponseProcedure(SoundingProcedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
-    The noise floor, sweeps with nothing on the tile, with somebody standing on it and with a foot on a corner, tones at
-    300 Hz of rising level, and the sweep once more through the equaliser that was designed meanwhile. What a rig
-    records is of full scale; what that is in m/s^2, the first page asks.
+    The noise floor, sweeps with nothing on the tile, with a person standing on it and with a foot on a corner, tones at
+    300 Hz of rising level, and a sweep through the equaliser designed from these. Recordings of a rig are in full
+    scale; the first page asks for the sensitivity in m/s^2.
 
     >>> from underfoot.floor.layout import default_floor
     >>> ResponseProcedure(default_floor().tiles[0]).page.key
@@ -131,7 +131,7 @@ class ResponseProcedure(SoundingProcedure):
         super().__init__(Page("setup", "Frequency response", instruction, asks=_setup_asks()))
 
     def plan(self, answers: Answers) -> list[Step]:
-        """The sounds, and for each load a page to get into place."""
+        """Return the sounds, and for each load a page to get into place."""
         from underfoot.calibration.science.sweep import exponential, train
         from underfoot.calibration.science.tones import TONE_HZ, tone_series
         from underfoot.models.filtering.equaliser import MOST_ORDER
@@ -157,7 +157,7 @@ class ResponseProcedure(SoundingProcedure):
 
     @property
     def page(self) -> Page:
-        """What is wanted now; the last sweeps are known only when the equaliser is."""
+        """Return the present page; the last sweeps are known only with the equaliser."""
         page = super().page
         if page.key != "again" or page.sound is None:
             return page
@@ -165,7 +165,7 @@ class ResponseProcedure(SoundingProcedure):
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
-        """The responses taken so far; the drawings of the result at the end."""
+        """Return the responses so far; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
         from underfoot.calibration.results.response import loads_drawn
@@ -174,14 +174,14 @@ class ResponseProcedure(SoundingProcedure):
         return (loads_drawn(loads, self._settings["sensitivity"]),) if loads else ()
 
     def back(self) -> None:
-        """Return to the page before, and forget what was taken from there on."""
+        """Return to the previous page, and discard the data taken since."""
         super().back()
         for step in self._steps[self._at :]:
             self._measured.pop(step.page.key, None)
         self._through_equaliser = None
 
     def conclude(self) -> Result:
-        """Equaliser, distortion and verdict."""
+        """Return equaliser, distortion and verdict."""
         from underfoot.calibration.results.response import result_of
         from underfoot.calibration.science.response import ResponseMeasurements
 
@@ -202,14 +202,14 @@ class ResponseProcedure(SoundingProcedure):
         return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
 
     def _loaded(self, load: str, title: str, instruction: str, signal: Array) -> list[Step]:
-        """A page to get into place, and the sweeps; both can be skipped, by one person alone for instance."""
+        """Return a page to get into place, and the sweeps; both can be skipped, e.g. by one person alone."""
         place = Page(f"{load}-place", title, f"{instruction} Then continue.", may_skip=True)
         sound = Sound(signal, self._rate_hz, load)
         sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=True)
         return [Step(page, group=load) for page in (place, sounding)]
 
     def take_sound(self, key: str, played: Array, heard: Array) -> None:
-        """Measure what a page has recorded."""
+        """Evaluate the recording of a page."""
         from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
         from underfoot.calibration.science.tones import distortion_over_level
         from underfoot.calibration.science.transfer_function import measure
@@ -233,13 +233,13 @@ class ResponseProcedure(SoundingProcedure):
         return {load: self._measured[load] for load in LOADS if load in self._measured}
 
     def _sweeps(self) -> Array:
-        """The sweeps as they are played without the equaliser."""
+        """Return the sweeps as played without the equaliser."""
         sound = next(step.page.sound for step in self._steps if step.page.key == "none")
         assert sound is not None
         return sound.signal
 
     def _equalised(self) -> tuple[Array, float]:
-        """The sweeps through the equaliser, and by what factor they had to be turned down for it."""
+        """Return the sweeps through the equaliser, and the factor by which they were attenuated for it."""
         if self._through_equaliser is None:
             from underfoot.calibration.science.response import equalise
             from underfoot.models.filtering import equaliser
@@ -254,7 +254,7 @@ class ResponseProcedure(SoundingProcedure):
 
 
 def _setup_asks() -> tuple[Parameter, ...]:
-    """What the first page asks for."""
+    """Return the parameters of the first page."""
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
     doc = "Acceleration at which the input is at full scale, by the accelerometer's data sheet."
@@ -268,7 +268,7 @@ def _setup_asks() -> tuple[Parameter, ...]:
 
 
 def _noise_floor(heard: Array) -> float:
-    """The RMS of recorded silence, of full scale."""
+    """Return the RMS of recorded silence, in full scale."""
     noise = float(np.std(heard))
     if noise > _LOUD_NOISE:
         raise BadMeasurement(

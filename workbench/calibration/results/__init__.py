@@ -1,1 +1,1 @@
-"""What comes of each calibration: figures, verdict, warnings, pictures, raw data, and the profile's part."""
+"""Results of each calibration: figures, verdict, warnings, pictures, raw data, and the profile's part."""

@@ -1,4 +1,4 @@
-"""What comes of presses at known places: figures, verdict, the profile's part, and pictures of the errors."""
+"""Results of presses at known positions: figures, verdict, the profile's part, and pictures of the errors."""
 
 import math
 from datetime import date
@@ -27,7 +27,7 @@ _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
 def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = math.nan) -> Result:
-    """The result of presses; `falling_mm` is the mean error on falling loads, NaN where there were none."""
+    """Return the result of presses; `falling_mm` is the mean error on falling loads, NaN if there were none."""
     quantities = quantities_of(found)
     if np.isfinite(falling_mm):
         quantities += (("mean_after_mm_falling", falling_mm, "mm"),)
@@ -47,7 +47,7 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = mat
 
 
 def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]:
-    """Name, value and unit of all that was measured."""
+    """Return name, value and unit of all measured quantities."""
     after = found.errors_mm(found.after_m)
     several = [("presses", float(len(after)), ""), ("places", float(len(np.unique(found.at_m, axis=0))), "")]
     shown = [("before", found.before_m), ("after", found.after_m)]
@@ -74,7 +74,7 @@ def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]
 
 
 def verdict_of(found: CentroidAccuracy) -> str:
-    """In plain words: how accurate the centroid is, and what limits it."""
+    """Return in plain words how accurate the centroid is, and what limits it."""
     figures = {name: value for name, value, _ in quantities_of(found)}
     words = (
         f"The centroid is accurate to {figures['mean_after_mm']:.1f} mm on average, "
@@ -103,7 +103,7 @@ def verdict_of(found: CentroidAccuracy) -> str:
 
 
 def part_of(found: CentroidAccuracy, reference: str, today: date | None = None) -> Centroid:
-    """The profile's part."""
+    """Return the profile's part."""
     return Centroid(
         made=(today or date.today()).isoformat(),
         reference=reference,
@@ -121,7 +121,7 @@ def part_of(found: CentroidAccuracy, reference: str, today: date | None = None) 
 
 
 def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
-    """Error vectors before and after, the errors' distribution, over load, and those of the candidate forms."""
+    """Return error vectors before and after, error distribution, error over load, and that of the candidate models."""
     shown = [("before", "alarm", found.before_m), ("after", "contact", found.after_m)]
     if found.over_time is not None:
         shown.append(("after, hysteresis and creep compensated", "vibration", found.over_time.after_m))
@@ -144,7 +144,7 @@ def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
 
 
 def error_vectors(title: str, at_m: Values, found: tuple[tuple[str, str, Values], ...], tile: Tile) -> Drawing:
-    """Dots at the true places, arrows to the measured ones, and the tile's edge: figure 5.5."""
+    """Draw dots at the true positions, arrows to the measured ones, and the tile's edge: figure 5.5."""
     half = np.array(tile.size_m) / 2.0
     edge = np.array([half, half * (-1, 1), -half, half * (1, -1), half])
     shown: list[Series] = [series("", 1e3 * edge[:, 0], 1e3 * edge[:, 1], "line", "muted")]

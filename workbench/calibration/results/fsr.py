@@ -1,4 +1,4 @@
-"""What comes of a linearisation: figures, verdict, the profile's part, and pictures of curves, residuals and creep."""
+"""Results of a linearisation: figures, verdict, the profile's part, and pictures of curves, residuals and creep."""
 
 from datetime import date
 
@@ -25,14 +25,14 @@ METHOD = (
     "lags and hysteresis by play operators (underfoot.models.tile.fsr_hysteresis)."
 )
 _DOTS = 250
-"""Dots of a series, at most about twice this number."""
+"""Approximate number of dots of a series; at most about twice this."""
 _LOADED_N = 1.0
 _COLOURS = ("force", "vibration", "events", "contact")
 _DIRECTIONS = ((RISING, "rising", "force"), (FALLING, "falling", "events"), (HELD, "held", "contact"))
 
 
 def result_of(found: Linearisation, reference: str) -> Result:
-    """The result of a linearisation against a reference, which is named in the profile."""
+    """Return the result of a linearisation against `reference`, whose name goes to the profile."""
     return Result(
         kind="fsr",
         title=f"FSR linearisation of {found.tile}",
@@ -48,7 +48,7 @@ def result_of(found: Linearisation, reference: str) -> Result:
 
 
 def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
-    """Name, value and unit of all that was measured: means over the sensors, then each."""
+    """Return name, value and unit of all measured quantities: means over the sensors, then each sensor."""
     measured = [sensor.characteristics for sensor in found.sensors if sensor.characteristics is not None]
     several: list[tuple[str, float, str]] = [
         ("full_scale_n", found.full_scale_n, "N"),
@@ -65,7 +65,7 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
 
 
 def verdict_of(found: Linearisation) -> str:
-    """In plain words: how accurate the forces are, and what limits them."""
+    """Return in plain words how accurate the forces are, and what limits them."""
     figures = {name: value for name, value, _ in quantities_of(found)}
     words = f"Forces are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
     if "memory_error_percent" in figures:
@@ -90,7 +90,7 @@ def verdict_of(found: Linearisation) -> str:
 
 
 def part_of(found: Linearisation, reference: str, today: date | None = None) -> Fsr:
-    """The profile's part."""
+    """Return the profile's part."""
     first, second, third, fourth = (sensor.curve for sensor in found.sensors)
     return Fsr(
         made=(today or date.today()).isoformat(),
@@ -106,7 +106,7 @@ def part_of(found: Linearisation, reference: str, today: date | None = None) -> 
 
 
 def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
-    """Curves and residuals of every sensor, then hysteresis, creep and the candidates of all."""
+    """Return curves and residuals of every sensor, then hysteresis, creep and candidates of all."""
     fits = [(j, sensor) for j, sensor in enumerate(found.sensors) if sensor.pairs is not None]
     every: list[Drawing] = []
     for j, sensor in fits:
@@ -116,7 +116,7 @@ def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
 
 
 def taken_so_far(pairs: Pairs) -> tuple[Drawing, ...]:
-    """The pairs themselves, a colour each sensor; nothing before the first load."""
+    """Return a drawing of the pairs, one colour per sensor; nothing before the first load."""
     if pairs.force_n.max(initial=0.0) < _LOADED_N:
         return ()
     shown = []
@@ -129,7 +129,7 @@ def taken_so_far(pairs: Pairs) -> tuple[Drawing, ...]:
 
 
 def _curve(j: int, sensor: SensorFit) -> Drawing:
-    """Pairs of a sensor and the curve through them."""
+    """Draw pairs of a sensor and the curve through them."""
     pairs, curve = sensor.pairs, sensor.curve
     assert pairs is not None
     x = np.linspace(curve.readings[0], curve.readings[-1], 400)
@@ -144,7 +144,7 @@ def _curve(j: int, sensor: SensorFit) -> Drawing:
 
 
 def _residuals(j: int, sensor: SensorFit) -> Drawing:
-    """Held-out error of a sensor over force."""
+    """Draw the held-out error of a sensor over force."""
     pairs, estimate_n = sensor.pairs, sensor.estimate_n
     assert pairs is not None
     assert estimate_n is not None
@@ -161,7 +161,7 @@ def _residuals(j: int, sensor: SensorFit) -> Drawing:
 
 
 def _creep(fits: list[tuple[int, SensorFit]]) -> Drawing:
-    """The longest hold of each sensor."""
+    """Draw the longest hold of each sensor."""
     shown = []
     for j, sensor in fits:
         pairs = sensor.pairs
@@ -178,7 +178,7 @@ def _creep(fits: list[tuple[int, SensorFit]]) -> Drawing:
 
 
 def _candidates(fits: list[tuple[int, SensorFit]]) -> Drawing:
-    """Held-out error of the candidates, in their order."""
+    """Draw the held-out error of the candidates, in order."""
     shown = []
     names = [name for name, _ in fits[0][1].tried] if fits else []
     for j, sensor in fits:

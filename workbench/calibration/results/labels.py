@@ -1,6 +1,6 @@
-"""What a person reads for the name of a figure: words without the unit, and the unit.
+"""Readable labels and units of figures.
 
-Names of figures are keys of profiles and of JSON output; they carry their unit, as `mean_after_mm`.
+Names of figures are keys of profiles and of JSON output; they end with their unit, as in `mean_after_mm`.
 """
 
 import re
@@ -9,7 +9,7 @@ _UNITS = {
     "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N",
     "m": "m", "s": "s",
 }  # fmt: skip
-"""Units as the names of figures have them, behind what they are of."""
+"""Units as suffixes of the names of figures."""
 _WORDS = {
     "round_trip_99_ms": "round_trip,_99 %",
     "round_trip_worst_ms": "round_trip,_worst",
@@ -47,11 +47,11 @@ _WORDS = {
     "thd_loudest_percent": "thd_of_the_loudest_tone",
     "loudest_ms2": "loudest_tone",
 }
-"""Figures whose names say too little."""
+"""Labels of figures whose names are not clear enough."""
 
 
 def label_of(name: str) -> str:
-    """A figure's name in words, without its unit.
+    """Return a figure's label, without its unit.
 
     >>> label_of("full_scale_n"), label_of("error_percent_2"), label_of("Force")
     ('Full scale', 'Error of sensor 2', 'Force')
@@ -69,7 +69,7 @@ def label_of(name: str) -> str:
 
 
 def unit_of(name: str) -> str:
-    """The unit that a figure's name ends with; "" where it has none.
+    """Return the unit at the end of a figure's name; "" if it has none.
 
     >>> unit_of("full_scale_n"), unit_of("error_percent_2"), unit_of("sensors"), unit_of("mean_mm_at_150_n")
     ('N', '%', '', 'mm')

@@ -1,4 +1,4 @@
-"""What comes of a latency measurement: figures, a verdict, its distribution, and the profile's part."""
+"""Results of a latency measurement: figures, a verdict, its distribution, and the profile's part."""
 
 from datetime import date
 
@@ -10,7 +10,7 @@ from underfoot.drawing import Drawing, Series
 from underfoot.floor.profile import Latency
 
 STEADY_MS = 0.5
-"""Jitter, as a standard deviation, that is still taken as steady."""
+"""Largest jitter, as a standard deviation, that counts as steady."""
 METHOD = (
     "Clicks of 1 ms are played at random intervals of 18 to 30 ms and recorded. Each is aligned with the mean of all "
     "responses by the peak of their cross-correlation, between samples by a parabola; the delay is that of the moment "
@@ -19,7 +19,7 @@ METHOD = (
 
 
 def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None = None) -> Result:
-    """The result of a round trip's delays; `today` dates the profile's part."""
+    """Return the result of round-trip delays; `today` dates the profile's part."""
     ms = 1e3 * found.delay_s
     median, high, worst = float(np.median(ms)), float(np.quantile(ms, 0.99)), float(ms.max())
     jitter = float(np.std(ms))
@@ -67,7 +67,7 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None =
 
 
 def _drawings(found: ClickDelays) -> tuple[Drawing, ...]:
-    """How often each delay came, and how it went over time."""
+    """Return a histogram of the delays, and the delay over time."""
     ms = 1e3 * found.delay_s
     counts, edges = np.histogram(ms, bins=max(int(np.sqrt(len(ms))), 8))
     middles = 0.5 * (edges[:-1] + edges[1:])

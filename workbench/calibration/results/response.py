@@ -1,4 +1,4 @@
-"""What comes of a frequency response: figures, verdict, warnings, the profile's part, pictures and raw data."""
+"""Results of a frequency response: figures, verdict, warnings, the profile's part, pictures and raw data."""
 
 import math
 from collections.abc import Mapping
@@ -34,17 +34,17 @@ METHOD = (
 )
 LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
-"""Distortion, as a share, from which on a warning is given."""
+"""Distortion, as a share, above which a warning is given."""
 _HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 a unit"
 _SPAN_HZ = (20.0, 2000.0)
 _KEPT_AN_OCTAVE = 48
-"""Points of the response that a profile keeps."""
+"""Points per octave of the response that a profile stores."""
 _COLOURS = {"none": "vibration", "standing": "force", "corner": "events"}
 _ORDER_COLOURS = dict(zip(ORDERS, ("force", "events", "contact", "muted"), strict=True))
 
 
 def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
-    """The result of a frequency response; `today` dates the profile's part."""
+    """Return the result of a frequency response; `today` dates the profile's part."""
     quantities = quantities_of(found)
     values = {name: value for name, value, _ in quantities}
     after = "flatness_measured_db" if found.again is not None else "flatness_computed_db"
@@ -75,7 +75,7 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
 
 
 def _stood_on(values: Mapping[str, float]) -> str:
-    """What becomes of the flatness when somebody stands on the tile, as far as it was measured."""
+    """Return in words how flat the response is with a person on the tile, as far as it was measured."""
     whose = {"standing_changes_db": "a person in the middle", "corner_changes_db": "a foot on a corner"}
     known = [f"{who} changes that by up to {values[key]:.1f} dB" for key, who in whose.items() if key in values]
     if not known:
@@ -85,7 +85,7 @@ def _stood_on(values: Mapping[str, float]) -> str:
 
 
 def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], ...]:
-    """Name, value and unit of all that was measured."""
+    """Return name, value and unit of all measured quantities."""
     free = found.loads["none"]
     f = free.frequencies_hz
     before, computed = found.relative_db(free.magnitude), found.relative_db(found.computed)
@@ -133,7 +133,7 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
 
 
 def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple[str, ...]:
-    """What speaks against trusting the result without a look."""
+    """Return reasons to inspect the result before use."""
     lines = []
     if values["most_gain_db"] > 15.0:
         lift = values["most_gain_db"]
@@ -156,7 +156,7 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
 def _part(
     found: ResponseMeasurements, values: Mapping[str, float], after: str, good: bool, verdict: str, today: date
 ) -> Response:
-    """The profile's part."""
+    """Return the profile's part."""
     free = found.loads["none"]
     low = max(float(free.frequencies_hz[0]), 0.4 * found.band_hz[0])
     high = min(float(free.frequencies_hz[-1]), 3.0 * found.band_hz[1])
@@ -181,7 +181,7 @@ def _part(
 
 
 def drawings_of(found: ResponseMeasurements) -> tuple[Drawing, ...]:
-    """Load states, correction, spread and noise, distortion by order and over level."""
+    """Return load states, correction, spread and noise, distortion by order and over level."""
     free = found.loads["none"]
     drawn = [loads_drawn(found.loads, found.sensitivity), _correction_drawn(found)]
     f, shown = _shown(free.frequencies_hz)
@@ -208,7 +208,7 @@ def drawings_of(found: ResponseMeasurements) -> tuple[Drawing, ...]:
 
 
 def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Drawing:
-    """Load states side by side (thesis figure 4.13)."""
+    """Draw the load states side by side (thesis figure 4.13)."""
     lines = []
     for load, measured in loads.items():
         f, shown = _shown(measured.frequencies_hz)
@@ -218,7 +218,7 @@ def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Dr
 
 
 def _correction_drawn(found: ResponseMeasurements) -> Drawing:
-    """Before and after (thesis figure 4.14)."""
+    """Draw the response before and after (thesis figure 4.14)."""
     free = found.loads["none"]
     f, shown = _shown(free.frequencies_hz)
     lines = [
@@ -232,7 +232,7 @@ def _correction_drawn(found: ResponseMeasurements) -> Drawing:
 
 
 def _shown(frequencies_hz: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """The frequencies that are drawn, and which they are."""
+    """Return the frequencies to draw, and their mask."""
     inside = (frequencies_hz >= _SPAN_HZ[0]) & (frequencies_hz <= _SPAN_HZ[1])
     return frequencies_hz[inside], inside
 
@@ -242,7 +242,7 @@ def _db(magnitude: Array) -> Array:
 
 
 def _raw(found: ResponseMeasurements) -> tuple[tuple[str, str, Array], ...]:
-    """Tables of the responses, the equaliser, and the distortion over level."""
+    """Return tables of the responses, the equaliser, and the distortion over level."""
     tables = []
     states = [*found.loads.items(), *([("equalised", found.again)] if found.again is not None else [])]
     for name, measured in states:

@@ -1,4 +1,4 @@
-"""A rig of hardware: a tile that sends its readings, a person who presses it, and a load cell beside it."""
+"""Hardware rig: a tile that sends its readings, a person who presses it, and a load cell beside it."""
 
 import threading
 from collections.abc import Callable
@@ -13,16 +13,16 @@ from underfoot.devices.transport_reader import TransportReader
 from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
-"""Readings that nobody takes for this long are dropped, the oldest first."""
+"""Longest time for which unread readings are kept; the oldest are dropped first."""
 _KEPT_ARRIVALS = 50
-"""Arrivals of the load cell's frames that are kept for the times of the tile's readings."""
+"""Arrivals of load cell frames kept to time the tile's readings."""
 
 
 @dataclass(frozen=True)
 class LoadCell:
-    """A load cell that sends frames as a tile does: over `port`, or over the tile's own transport where that is None.
+    """Load cell that sends frames as a tile does: over `port`, or over the tile's own transport if that is None.
 
-    It is channel `sensor` (0 to 3) of tile number `tile`; newtons are `newtons_per_count` times what is above `zero`.
+    It is channel `sensor` (0 to 3) of tile number `tile`; force is `newtons_per_count` times the counts above `zero`.
     """
 
     tile: int
@@ -38,7 +38,7 @@ class LoadCell:
 
 
 def load_cell_of(text: str) -> LoadCell:
-    """A load cell that comes over the tile's own transport, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
+    """Parse a load cell on the tile's own transport, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
 
     >>> load_cell_of("9.1:0.05:120")
     LoadCell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
@@ -53,10 +53,10 @@ def load_cell_of(text: str) -> LoadCell:
 
 
 class DeviceRig:
-    """Reads tile number `tile` from `port`, and a load cell where there is one; a person presses.
+    """Rig that reads tile number `tile` from `port`, and an optional load cell; a person presses.
 
-    `read` never waits; where the line has gone away readings stop, and go on when it is back. After `silent_reads`
-    calls without a reading, which is ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
+    `read` never waits. When the line is lost, readings stop until it is back. After `silent_reads` calls without a
+    reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
     """
 
     def __init__(self, port: Transport, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
@@ -74,10 +74,10 @@ class DeviceRig:
             reader.start()
 
     def press(self, press: PressRequest | None) -> None:
-        """Nothing: a person reads the page."""
+        """Do nothing: a person reads the page."""
 
     def read(self) -> Readings:
-        """What came in since the last call; `DeviceError` when nothing has come for ten seconds."""
+        """Return the readings since the last call; `DeviceError` if nothing arrived for ten seconds."""
         with self._lock:
             frames, self._frames = self._frames, []
             cell = list(self._forces)
@@ -100,20 +100,20 @@ class DeviceRig:
         return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
 
     def news(self) -> str:
-        """The latest notices of the transports, in a sentence each."""
+        """Return the latest notices of the transports, a sentence each."""
         return "; ".join(line for reader in self._readers for line in list(reader.notices)[-2:])
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """A tile's line carries no sound."""
+        """Refuse: a tile's line carries no sound."""
         raise BadValue("a tile's line carries no sound; the response is measured through a sound card")
 
     def close(self) -> None:
-        """Let the lines go."""
+        """Close the lines."""
         for reader in self._readers:
             reader.close()
 
     def _hear(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
-        """The function that takes the samples of one transport, in its thread."""
+        """Return the function that takes the samples of one transport, in its thread."""
         is_tiles = self._cell is None or self._cell.port is None or port is not self._cell.port
 
         def hear(samples: NDArray[np.void], now: float) -> None:
@@ -135,7 +135,7 @@ class DeviceRig:
         return hear
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
-        """Device time on the host's clock: even, and set once for each epoch of a device, by its first arrival."""
+        """Map device time to the host's clock: even, and set once per epoch of a device by its first arrival."""
         device_s = samples["microseconds"] * 1e-6
         epoch = (line, int(samples["epoch"][-1]))
         zero = self._zero_s.setdefault(epoch, now - float(device_s[-1]))

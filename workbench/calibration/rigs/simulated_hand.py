@@ -1,4 +1,4 @@
-"""A simulated rig: a hand that presses the simulated tile, with a load cell."""
+"""Simulated rig: a hand that presses the simulated tile, with a load cell."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,22 +8,22 @@ from underfoot.floor.simulated_tile import SimulatedTile
 
 _BLOCK_S = 0.1
 _TREMOR, _TREMOR_S = 0.008, 0.06
-"""Tremor of a hand that holds with care: RMS as a share of the force, and its correlation time."""
+"""Tremor of a careful hand: RMS as a share of the force, and its correlation time."""
 _PLACEMENT_M = 0.0007
-"""Standard deviation of where a press lands, in x and in y."""
+"""Standard deviation of the position of a press, in x and in y."""
 _CELL = 0.001
 """Standard deviation of the load cell's gain from block to block."""
 _RISE_S = (1.5, 2.5)
 """Shortest and longest time of a rise or fall of the force."""
 _GAP_S = 0.3
-"""How long the hand stays off the tile on its way to another place."""
+"""Time that the hand stays off the tile on its way to another position."""
 
 
 class SimulatedHand:
-    """Presses what is asked, in simulated time, as fast as it goes.
+    """Hand that presses as requested, in simulated time, as fast as possible.
 
-    The force rises and falls as a hand's does, with tremor, and about a millimetre from where it should be; all this is
-    drawn from `seed`. `read` gives a tenth of a second at `rate_hz`, with the load cell's newtons.
+    The force rises and falls as a hand's does, with tremor, at about a millimetre from the requested position; all this
+    is drawn from `seed`. `read` returns a tenth of a second at `rate_hz`, with the load cell's newtons.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tile = default_floor(1, 1).tiles[0]
@@ -44,7 +44,7 @@ class SimulatedHand:
         self._samples = 0
 
     def press(self, press: PressRequest | None) -> None:
-        """What the page asks for; the hand begins at once, at another place only after letting go."""
+        """Start a press; at another position only after letting go."""
         wanted = press or PressRequest((0.0, 0.0), 0.0)
         if wanted == self._asked:
             return
@@ -58,7 +58,7 @@ class SimulatedHand:
             self._land(wanted)
 
     def read(self) -> Readings:
-        """The next tenth of a second of readings."""
+        """Return the next tenth of a second of readings."""
         count = int(round(_BLOCK_S * self._rate_hz))
         force = np.empty(count)
         places = np.empty((count, 2))
@@ -78,12 +78,12 @@ class SimulatedHand:
         return Readings(time_s, self._tile.sense(corners, self._rate_hz), cell)
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """What the simulated accelerometer records of a sound through the simulated shaker, of its full scale."""
+        """Return the simulated accelerometer's recording of a sound through the simulated shaker, in full scale."""
         heard = self._tile.respond(sound.signal, float(sound.rate_hz), sound.load)
         return heard / self._tile.parameters.accelerometer.range_m_s2
 
     def close(self) -> None:
-        """Nothing to let go."""
+        """Do nothing: no resources are held."""
 
     def _land(self, press: PressRequest) -> None:
         if self._force_n() == 0.0:

@@ -1,1 +1,1 @@
-"""What measurements say of a tile: curves, corrections, responses, and whether they can be right."""
+"""Evaluation of measurements on a tile: curves, corrections, responses, and plausibility checks."""

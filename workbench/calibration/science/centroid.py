@@ -1,8 +1,8 @@
-"""How accurate the contact centroid of a tile is, and the correction that makes it so (section 5.4, figure 5.5).
+"""Accuracy of a tile's contact centroid, and its correction (section 5.4, figure 5.5).
 
-Loads are put on known places. Gains of the sensors, or bends of their curves, and a displacement of low order are
-fitted; the form is chosen by the error on places that were left out of the fit. Nothing is extrapolated: outside the
-area of the places used, the displacement is held.
+Loads are applied at known positions. Gains of the sensors, or bends of their curves, and a displacement of low order
+are fitted; the model is chosen by the error at positions left out of the fit. Nothing is extrapolated: outside the area
+of the positions used, the displacement is held constant.
 """
 
 from dataclasses import dataclass
@@ -29,30 +29,30 @@ from underfoot.models.tile.fsr_curves import rising
 Values = NDArray[np.float64]
 
 ALLOWED_M = 0.020
-"""Mean error that is allowed: what the thesis finds typical on one calibrated tile (section 5.4)."""
+"""Allowed mean error: what the thesis finds typical on one calibrated tile (section 5.4)."""
 SHEAR_SHARE = 0.17
 """Horizontal over vertical force while walking: RMS over 30 measured steps."""
 _FOLDS = 10
 _SIMPLER = 1.03
-"""A simpler form is taken if its error is at most this factor above the least one."""
+"""Largest factor in error by which a simpler model may exceed the best one and still be taken."""
 _LEAST_GAIN = 0.9
-"""A correction that leaves more than this share of the error has fitted the noise of its places."""
+"""A correction that leaves more than this share of the error has fitted the noise of its positions."""
 _COVERED, _CARRIED = 0.25, 0.2
-"""Places that span less than this share of the tile do not show the rest of it: only gains are fitted there, and only
-where each sensor has carried at least this share of a load."""
+"""Smallest share of the tile's area that positions must span; below it only gains are fitted, and only if each sensor
+has carried at least the second share of a load."""
 _NO_BETTER = 0.8
-"""Readings that leave more than this share of the error of a guess do not depend on the places."""
+"""Readings that leave more than this share of the error of a guess do not depend on the position."""
 _OTHER_UNIT = 4.0
 """Calibrated sensors measure a load within this factor."""
 
 
 @dataclass(frozen=True)
 class CentroidAccuracy:
-    """The contact centroid of presses on one tile: `at_m` (n, 2) are the true places, `force_n` (n,) the loads.
+    """Contact centroids of presses on one tile: `at_m` (n, 2) are the true positions, `force_n` (n,) the loads.
 
-    `before_m` (n, 2) are the plain centroids, `after_m` (n, 2) the corrected ones, each by a correction that was fitted
-    without its place. `form` is the correction's, `tried` the RMS error of every form on places left out, mm, and
-    `left_out` a line on each press that was not used.
+    `before_m` (n, 2) are the plain centroids, `after_m` (n, 2) the corrected ones, each by a correction fitted without
+    its position. `form` is the model of the correction, `tried` the RMS error of every model at left-out positions, mm,
+    and `left_out` a line on each unused press.
     """
 
     tile: Tile
@@ -65,30 +65,30 @@ class CentroidAccuracy:
     correction: CentroidCorrection
     left_out: tuple[str, ...]
     over_time: "CentroidAccuracy | None" = None
-    """The same presses, with hysteresis and creep compensated in their forces."""
+    """Same presses, with hysteresis and creep compensated in their forces."""
     bound: "CentroidAccuracy | None" = None
-    """The same presses, by the static curves that suit them best: `best_static_forces`."""
+    """Same presses, with the best possible static curves: `best_static_forces`."""
 
     def errors_mm(self, found_m: Values) -> Values:
-        """Distance (n,) of centroids (n, 2) from the true places, mm."""
+        """Return the distance (n,) of centroids (n, 2) from the true positions, mm."""
         return np.asarray(1e3 * np.hypot(*(found_m - self.at_m).T))
 
     @property
     def mean_mm(self) -> float:
-        """The mean error of the corrected centroids, mm."""
+        """Mean error of the corrected centroids, mm."""
         return float(self.errors_mm(self.after_m).mean())
 
     @property
     def good(self) -> bool:
-        """Whether the mean error is allowed."""
+        """Whether the mean error is within the allowed one."""
         return self.mean_mm <= 1e3 * ALLOWED_M
 
 
 def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> CentroidAccuracy:
-    """The centroid's accuracy for presses on `tile`, and its correction; readings go through the profile's curves.
+    """Return the centroid's accuracy for presses on `tile`, and its correction, by the profile's curves.
 
-    `BadValue` for fewer than 6 presses or 4 places, places off the tile, a sensor that is dead or has no curve, sensors
-    that look swapped, and a table whose forces or places do not fit its readings.
+    `BadValue` for fewer than 6 presses or 4 positions, positions off the tile, a sensor that is dead or has no curve,
+    sensors that look swapped, and a table whose forces or positions do not fit its readings.
     """
     if profile is None or not profile.is_calibrated:
         return assess_forces(presses, presses.readings, tile)
@@ -102,7 +102,7 @@ def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> Cent
 
 
 def assess_forces(presses: Presses, forces: Values, tile: Tile) -> CentroidAccuracy:
-    """As `assess`, with the corner forces (n, 4) of the presses already known."""
+    """Assess presses as `assess` does, from known corner forces (n, 4)."""
     silent = np.flatnonzero(~np.isfinite(forces).all(axis=0))
     if silent.size:
         raise BadValue(f"sensor {silent[0] + 1} has no curve, so there is no centroid; calibrate its forces first")
@@ -149,9 +149,9 @@ def assess_forces(presses: Presses, forces: Values, tile: Tile) -> CentroidAccur
 
 
 def best_static_forces(static_n: Values, true_n: Values) -> Values:
-    """Corner forces (n, 4) by the rising curve of each sensor that comes nearest to the true ones (n, 4).
+    """Return corner forces (n, 4) by the rising curve of each sensor that comes nearest to the true ones (n, 4).
 
-    Light and heavy loads count alike. No static curve can leave less error than these.
+    Light and heavy loads count alike. No static curve has a smaller error.
 
     >>> static, true = np.array([[1.0], [2.0], [2.1]]) * np.ones(4), np.array([[10.0], [30.0], [20.0]]) * np.ones(4)
     >>> best_static_forces(static, true)[:, 0].round(1)
@@ -169,7 +169,7 @@ def best_static_forces(static_n: Values, true_n: Values) -> Values:
 def _held_out(
     forces: Values, at_m: Values, sensors_m: Values, fold: NDArray[np.intp], form: tuple[str, int, tuple[float, ...]]
 ) -> Values:
-    """Corrected centroids (n, 2), each by a correction that was fitted to the other folds (n,)."""
+    """Return corrected centroids (n, 2), each by a correction fitted to the other folds (n,)."""
     found = np.empty_like(at_m)
     for one in np.unique(fold):
         out = fold == one
@@ -179,12 +179,12 @@ def _held_out(
 
 
 def edge_distance_m(tile: Tile, at_m: Values) -> Values:
-    """Distance (n,) of places (n, 2) of a tile from its nearest edge."""
+    """Return the distance (n,) of positions (n, 2) on a tile from its nearest edge."""
     return np.asarray((0.5 * np.array(tile.size_m) - np.abs(at_m)).min(axis=1))
 
 
 def _fittable_forms(at_m: Values, forces: Values, tile: Tile) -> tuple[tuple[str, str, int], ...]:
-    """The forms that these places can be fitted with."""
+    """Return the models that can be fitted to these positions."""
     if _area(convex_hull(at_m)) >= _COVERED * float(np.prod(tile.size_m)):
         return FORMS
     shares = forces / forces.sum(axis=1, keepdims=True)
@@ -192,6 +192,6 @@ def _fittable_forms(at_m: Values, forces: Values, tile: Tile) -> tuple[tuple[str
 
 
 def _area(corners_m: tuple[tuple[float, float], ...]) -> float:
-    """The area of a polygon, m^2."""
+    """Return the area of a polygon, m^2."""
     x, y = np.array(corners_m).T
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))

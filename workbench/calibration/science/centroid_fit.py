@@ -1,4 +1,4 @@
-"""Fitting the correction of a contact centroid: gains or bends of the sensors, then a displacement of low order."""
+"""Fit of a contact centroid's correction: gains or bends of the sensors, then a displacement of low order."""
 
 import numpy as np
 from msgspec.structs import replace
@@ -20,9 +20,9 @@ FORMS = (
     ("bends and quadratic", "bends", 3),
     ("bends and cubic", "bends", 4),
 )
-"""Forms of a correction, simplest first: name, what is fitted of the sensors, and which surface displaces places."""
+"""Models of a correction, simplest first: name, sensor parameters, and order of the displacement."""
 BENDS = (1.0 / 75.0, 0.1)
-"""Forces at which a sensor's curve may bend, as shares of the heaviest load."""
+"""Forces at which a sensor's curve may bend, as shares of the largest load."""
 _SCALE_M = 0.1
 _POWERS = {
     0: (),
@@ -33,13 +33,13 @@ _POWERS = {
 }
 _SENSOR_PARAMETERS = {"": 0, "gains": 4, "bends": 4 * (2 + len(BENDS))}
 _GAIN_SPREAD = 0.25
-"""How far gains differ from one sensor to the next, before anything is measured: standard deviation."""
+"""Prior standard deviation of the gains between sensors."""
 _STIFFNESS = 0.0075
-"""Regularisation of gains and bends: as a share of the sensors' distance from the middle, RMS."""
+"""Regularisation of gains and bends, relative to the RMS distance of the sensors from the centre."""
 
 
 def parameter_count(sensed: str, order: int) -> int:
-    """How many numbers a form fits: of the sensors, and of both components of the displacement.
+    """Return how many parameters a model fits: of the sensors, and of both components of the displacement.
 
     >>> parameter_count("gains", 1), parameter_count("bends", 4)
     (10, 36)
@@ -48,17 +48,17 @@ def parameter_count(sensed: str, order: int) -> int:
 
 
 def centroid(forces_n: Values, sensors_m: Values) -> Values:
-    """Plain centroids (n, 2) of corner forces (n, 4): equation 5.3, tared."""
+    """Return plain centroids (n, 2) of corner forces (n, 4): equation 5.3, tared."""
     return np.asarray((forces_n @ sensors_m) / forces_n.sum(axis=-1, keepdims=True))
 
 
 def fit_correction(
     forces_n: Values, at_m: Values, sensors_m: Values, sensed: str, order: int, bends_n: tuple[float, ...] = ()
 ) -> CentroidCorrection:
-    """The correction of one form (`FORMS`), by least squares, from corner forces (n, 4) of loads at places (n, 2).
+    """Fit the correction of one model (`FORMS`) by least squares, from corner forces (n, 4) of loads at (n, 2).
 
-    `sensed` is "gains", whose mean is 1, "bends" for gains and bends at `bends_n`, or "" for neither; `order` says
-    which surface displaces the places then.
+    `sensed` is "gains", whose mean is 1, "bends" for gains and bends at `bends_n`, or "" for neither; `order` selects
+    the displacement.
 
     >>> sensors = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
     >>> at = np.array([[0.05, 0.02], [-0.04, 0.06], [-0.07, -0.03], [0.08, -0.08], [0.0, 0.0]])
@@ -94,7 +94,7 @@ def fit_correction(
 
 
 def convex_hull(points_m: Values) -> tuple[tuple[float, float], ...]:
-    """The corners of the convex hull of points (n, 2), counter-clockwise.
+    """Return the corners of the convex hull of points (n, 2), counter-clockwise.
 
     >>> convex_hull(np.array([[0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2.0]]))
     ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
@@ -113,7 +113,7 @@ def convex_hull(points_m: Values) -> tuple[tuple[float, float], ...]:
 
 
 def _fit_gains(forces_n: Values, at_m: Values, sensors_m: Values) -> Values:
-    """Gains that bring the centroids to the true places; the more they leave unexplained, the nearer they stay to 1."""
+    """Fit gains that bring the centroids to the true positions; the larger the residual, the closer they stay to 1."""
     total = forces_n.sum(axis=1)
     pull = forces_n[:, :, None] * (sensors_m - at_m[:, None, :]) / total[:, None, None]
     rows = np.concatenate([pull[:, :, 0], pull[:, :, 1]])
@@ -127,7 +127,7 @@ def _fit_gains(forces_n: Values, at_m: Values, sensors_m: Values) -> Values:
 
 
 def _fit_bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple[float, ...]) -> tuple[Values, Values]:
-    """Gains, and the bends of the sensors' curves, fitted together with an affine displacement of the places.
+    """Fit gains and bends of the sensors' curves, together with an affine displacement.
 
     The displacement keeps misplaced sensors from being taken for bent ones.
     """
@@ -154,10 +154,10 @@ def _fit_bends(forces_n: Values, at_m: Values, sensors_m: Values, bends_n: tuple
 
 
 def _terms(places_m: Values, powers: tuple[tuple[int, int], ...]) -> Values:
-    """Monomials of places (n, 2), in units of `_SCALE_M`: (n, powers)."""
+    """Return monomials of positions (n, 2), in units of `_SCALE_M`: (n, powers)."""
     return np.stack([np.prod((places_m / _SCALE_M) ** power, axis=1) for power in powers], axis=1)
 
 
 def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    """Above 0 where the way from a over b to c turns left."""
+    """Return a number above 0 if the path from a over b to c turns left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,4 +1,4 @@
-"""Measuring a delay by clicks: when each one that was played comes back."""
+"""Delay measurement with clicks."""
 
 import math
 from dataclasses import dataclass
@@ -12,20 +12,20 @@ from underfoot.models.signals.random import stream_key, uniform
 Array = NDArray[np.float64]
 
 CLICK_S = 0.001
-"""A click is a raised cosine of this length."""
+"""Length of a click, a raised cosine."""
 NEAREST_S, FURTHEST_S = 0.018, 0.030
-"""Clicks follow one another by random times between these: no other alignment fits the whole train."""
+"""Range of the random intervals between clicks: no other alignment fits the whole train."""
 _BEFORE_S, _AFTER_S = 0.002, 0.012
 _SEARCH_S = 0.003
 _REACHED = 0.1
-"""A response begins where it reaches this share of its peak."""
+"""Share of its peak at which a response begins."""
 _LOST = 0.25
-"""A click is lost where this share of the mean response is not in the recording."""
+"""A click is lost if this share of the mean response is not in the recording."""
 
 
 @dataclass(frozen=True)
 class ClickDelays:
-    """`delay_s` (n,) of the clicks that came back, `played_s` (n,) when they were played, and how many were `lost`."""
+    """`delay_s` (n,) of the clicks received, `played_s` (n,) when they were played, and the number of `lost` ones."""
 
     delay_s: Array
     played_s: Array
@@ -33,7 +33,7 @@ class ClickDelays:
 
 
 def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tuple[Array, NDArray[np.int64]]:
-    """`count` clicks of peak `level` with half a second of silence before and behind, and the frames they begin at.
+    """Return `count` clicks of peak `level` with half a second of silence at both ends, and their start frames.
 
     >>> train, onsets = click_train(3, 48000.0, 0.5)
     >>> float(train.max()), len(onsets), int(onsets[0])
@@ -51,7 +51,7 @@ def click_train(count: int, rate_hz: float, level: float, seed: int = 1) -> tupl
 
 
 def click_onsets(played: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
-    """Where the clicks of a recorded train begin; `BadMeasurement` where there are none.
+    """Return the start frames of a recorded train of clicks; `BadMeasurement` if there are none.
 
     >>> train, onsets = click_train(5, 48000.0, 0.3)
     >>> bool((click_onsets(train, 48000.0) == onsets).all())
@@ -65,9 +65,9 @@ def click_onsets(played: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
 
 
 def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike, rate_hz: float) -> ClickDelays:
-    """When each click came back: where its response, as the mean of all has it, begins.
+    """Return when each click was received: the start of its response, from the mean of all responses.
 
-    `BadMeasurement` where nothing of the train is in the recording, or less than half of the clicks came back.
+    `BadMeasurement` if nothing of the train is in the recording, or less than half of the clicks were received.
 
     >>> train, onsets = click_train(20, 48000.0, 0.5)
     >>> found = click_delays(train, onsets, np.roll(0.1 * train, 480), 48000.0)
@@ -84,7 +84,7 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike,
     if len(windows) < len(onsets) / 2:
         raise BadMeasurement(f"of {len(onsets)} clicks {len(windows)} are in the recording; is it long enough?")
     shift, match = np.zeros(len(windows)), np.ones(len(windows))
-    for _ in range(3):  # a mean of responses that are not aligned yet is smeared
+    for _ in range(3):  # the mean of unaligned responses is smeared
         mean = _mean(windows, shift, match > _LOST, search)
         shift, match = _aligned(windows, mean, search)
     back = match > _LOST
@@ -96,16 +96,16 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike,
 
 
 def _mean(windows: Array, shift: Array, used: NDArray[np.bool_], search: int) -> Array:
-    """The mean of responses, each moved back by its shift, between samples straight; its rest at 0."""
+    """Return the mean of responses, each shifted back with linear interpolation; its rest at 0."""
     at = np.arange(search, windows.shape[1] - search, dtype=np.float64)
     places = np.arange(windows.shape[1])
     moved = [np.interp(at + by, places, one) for one, by in zip(windows[used], shift[used], strict=True)]
     mean = np.mean(moved, axis=0)
-    return np.asarray(mean - mean[: search // 4].mean())  # which lies before every response
+    return np.asarray(mean - mean[: search // 4].mean())  # before every response
 
 
 def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
-    """By how many samples each response comes later than the mean, and how much of the mean is in it."""
+    """Return the delay of each response behind the mean, in samples, and the share of the mean in it."""
     offsets, energy = np.arange(-search, search + 1), float(mean @ mean)
     found = [
         _peak(np.lib.stride_tricks.sliding_window_view(window, len(mean)) @ mean / energy, offsets)
@@ -116,7 +116,7 @@ def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
 
 
 def _lag(sent: Array, came: Array) -> int:
-    """By how many samples the recording is best moved; `BadMeasurement` where it holds nothing of what was sent."""
+    """Return the best shift of the recording in samples; `BadMeasurement` if it has nothing of the played signal."""
     size = 1 << (len(sent) + len(came) - 1).bit_length()
     cross = np.fft.irfft(np.conj(np.fft.rfft(sent, size)) * np.fft.rfft(came, size), size)[: len(came)]
     lag = int(np.argmax(np.abs(cross)))
@@ -127,7 +127,7 @@ def _lag(sent: Array, came: Array) -> int:
 
 
 def _peak(values: Array, offsets: NDArray[np.int64]) -> tuple[float, float]:
-    """Where values are greatest, between samples by a parabola, and how great."""
+    """Return position and height of the maximum, interpolated by a parabola."""
     k = int(np.argmax(values))
     if 0 < k < len(values) - 1:
         low, mid, high = values[k - 1 : k + 2]
@@ -137,7 +137,7 @@ def _peak(values: Array, offsets: NDArray[np.int64]) -> tuple[float, float]:
 
 
 def _begin(response: Array) -> float:
-    """Where a response first reaches a tenth of its peak, straight between samples."""
+    """Return where a response first reaches a tenth of its peak, interpolated linearly."""
     size = np.abs(response)
     least = _REACHED * size.max()
     k = int(np.argmax(size >= least))

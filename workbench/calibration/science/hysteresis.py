@@ -1,4 +1,4 @@
-"""Hysteresis and creep of a sensor, fitted to the same pairs as its curve."""
+"""Fit of a sensor's hysteresis and creep to the pairs of its curve."""
 
 from dataclasses import dataclass
 
@@ -15,22 +15,22 @@ from underfoot.models.tile.fsr_hysteresis import HysteresisModel
 Values = NDArray[np.float64]
 
 _RATE_HZ = 100.0
-"""A rate that is enough for hysteresis and creep."""
+"""Sample rate that is sufficient for hysteresis and creep."""
 _ROUNDS, _FOLDS = 4, 3
 _MOST_CREEP = 0.15
 _LEAST_PERCENT = 0.3
-"""A static curve with a smaller error needs no hysteresis model."""
+"""Error of a static curve below which no hysteresis model is needed."""
 _LIGHT = 0.1
-"""Forces well below this share of full scale count alike; above it, the less the larger they are."""
+"""Forces well below this share of full scale have equal weight; above it, weight falls with force."""
 _PIECES = 12
 _LEAST_GAIN = 0.9
-"""A hysteresis model is kept if it leaves less than this share of the error on held-out loadings."""
+"""Largest share of the error on held-out loadings that a hysteresis model may leave."""
 _MOST_WEIGHT = 6.0
-"""Weights that would amplify a change of force by more than this have fitted noise."""
+"""Largest amplification of a change of force by the weights; above it they have fitted noise."""
 
 
 def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | None:
-    """The model with the least error on held-out loadings; None where it is not better than the static curve.
+    """Return the model with the least error on held-out loadings; None if it is no better than the static curve.
 
     `static_percent` is the static curve's error on held-out loadings, % of full scale.
     """
@@ -62,7 +62,7 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | 
 
 
 def curve_knots(pairs: SensorPairs, law: FittedCurve) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    """The knots of a law over rising readings: readings, newtons, slopes."""
+    """Return the knots of a curve over rising readings: readings, newtons, slopes."""
     order = slice(None) if pairs.sign > 0.0 else slice(None, None, -1)
     return (
         tuple(pairs.reading(law.x)[order].tolist()),
@@ -73,7 +73,7 @@ def curve_knots(pairs: SensorPairs, law: FittedCurve) -> tuple[tuple[float, ...]
 
 @dataclass(frozen=True)
 class _Decimated:
-    """The pairs of a sensor, all (n,), at a rate that is enough for hysteresis and creep."""
+    """Pairs of a sensor, all (n,), at a rate sufficient for hysteresis and creep."""
 
     time_s: Values
     x: Values
@@ -83,7 +83,7 @@ class _Decimated:
 
 
 def _decimated(pairs: SensorPairs) -> _Decimated:
-    """The pairs averaged down to `_RATE_HZ`, or a little above."""
+    """Return the pairs averaged down to `_RATE_HZ`, or slightly above."""
     period = float(np.median(np.diff(pairs.time_s)))
     count = max(1, int(round(1.0 / (max(period, 1e-6) * _RATE_HZ))))
     ends = pairs.x.size // count * count
@@ -102,7 +102,7 @@ def _decimated(pairs: SensorPairs) -> _Decimated:
 
 
 def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
-    """The creep, a share of the force a decade, that leaves the least squares: a scan, then golden sections."""
+    """Return the creep, a share of the force per decade, with least squares: a scan, then golden-section search."""
 
     def left(creep: float) -> float:
         return _fit_in_turns(slow, slow.weight, kind, full, creep)[2]
@@ -117,7 +117,7 @@ def _best_creep(slow: _Decimated, kind: str, full: float) -> float:
 
 
 def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) -> float:
-    """RMS error on held-out loadings, % of full scale; infinite for models that have fitted noise."""
+    """Return the RMS error on held-out loadings, % of full scale; infinite for models that have fitted noise."""
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
     for one in np.unique(slow.fold):
         out = slow.fold == one
@@ -132,9 +132,9 @@ def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) ->
 def _fit_in_turns(
     slow: _Decimated, weight: Values, kind: str, full: float, creep: float
 ) -> tuple[FittedCurve, HysteresisModel, float]:
-    """Curve and hysteresis model, fitted in turns, each to what the other leaves, and the squares that both leave.
+    """Fit curve and hysteresis model in turns, each to the residual of the other; return both and the squared residual.
 
-    A contact centroid depends on ratios of forces, so light loads count for more here than their newtons.
+    A contact centroid depends on ratios of forces, so light loads have more weight here than their newtons.
     """
     thin = max(1, slow.x.size // 2000)
     counts = weight / (_LIGHT + np.maximum(slow.force_n, 0.0) / full)
@@ -149,7 +149,7 @@ def _fit_in_turns(
 
 
 def _compensated(slow: _Decimated, law: FittedCurve, found: HysteresisModel, full: float) -> Values:
-    """Newtons (n,) by curve and hysteresis model."""
+    """Return newtons (n,) by curve and hysteresis model."""
     apparent = np.minimum(law.force(slow.x), 2.0 * full)
     newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
     return np.clip(newtons, -0.1 * full, 1.25 * full)

@@ -1,8 +1,8 @@
-"""Readings of force sensing resistors to newtons (section 4.3.2): candidate curves, and the choice among them.
+"""Linearisation of force sensing resistors (section 4.3.2): candidate curves to newtons, and their choice.
 
-A static curve is chosen by cross-validation over whole loadings. No curve can do better than the mean of rising and
-falling loads; that bound is measured, too. Where the pairs show hysteresis and creep, a model of them
-(`underfoot.models.tile.fsr_hysteresis`) is fitted besides, and judged on the same held-out loadings.
+A static curve is chosen by cross-validation over whole loadings. No curve can be better than the mean of rising and
+falling loads; that bound is measured, too. If the pairs show hysteresis and creep, a model of them
+(`underfoot.models.tile.fsr_hysteresis`) is fitted as well, and judged on the same held-out loadings.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,18 +26,18 @@ Values = NDArray[np.float64]
 Fit = Callable[[Values, Values, Values], FittedCurve | None]
 
 ALLOWED_PERCENT = 5.0
-"""RMS error that is allowed, % of full scale: what the thesis reaches after calibration (section 4.3.2)."""
+"""Allowed RMS error, % of full scale: what the thesis reaches after calibration (section 4.3.2)."""
 _PIECES = (3, 5, 8, 12)
 _SIMPLER, _AS_GOOD_PERCENT = 1.03, 0.01
-"""A law with fewer constants is taken if its error is at most this factor, or so much, above the least one."""
+"""Largest factor in error, or excess in %, by which a curve with fewer constants may exceed the best one."""
 _MOST_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
 class VoltageDivider:
-    """How a resistance is read: `resistance_ohm` in series, `full_counts` at no resistance.
+    """Voltage divider: `resistance_ohm` in series, `full_counts` at zero resistance of the sensor.
 
-    `falling` where the reading falls with force: the sensor is on the other side of the divider.
+    `falling` if the reading falls with force: the sensor is on the other side of the divider.
     """
 
     resistance_ohm: float
@@ -45,7 +45,7 @@ class VoltageDivider:
     falling: bool = False
 
     def conductance(self, reading: Values) -> Values:
-        """Conductance of the sensor at readings, siemens."""
+        """Return the conductance of the sensor at readings, siemens."""
         share = np.clip(reading / self.full_counts, 0.0, 1.0 - 1e-6)
         share = np.clip(1.0 - share, 0.0, 1.0 - 1e-6) if self.falling else share
         return np.asarray(share / ((1.0 - share) * self.resistance_ohm))
@@ -53,7 +53,7 @@ class VoltageDivider:
 
 @dataclass(frozen=True)
 class SensorFit:
-    """One sensor's curve, its pairs (None where they cannot be used), and its characteristics.
+    """Curve of one sensor, its pairs (None if unusable), and its characteristics.
 
     `tried` is the held-out error of every candidate, % of full scale; `estimate_n` are held-out newtons of the samples
     `seen` of the pairs.
@@ -67,7 +67,7 @@ class SensorFit:
     estimate_n: Values | None = None
 
     def rows(self, sensor: int) -> Values:
-        """Time, sensor from 1, reading and force of every pair: (n, 4)."""
+        """Return time, sensor from 1, reading and force of every pair: (n, 4)."""
         if self.pairs is None:
             return np.empty((0, 4))
         one = self.pairs
@@ -77,7 +77,7 @@ class SensorFit:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """The curves of a tile's four sensors, and what speaks against them."""
+    """Curves of a tile's four sensors, and objections to them."""
 
     tile: str
     full_scale_n: float
@@ -86,31 +86,31 @@ class Linearisation:
 
     @property
     def calibrated(self) -> tuple[int, ...]:
-        """The sensors that have a curve, from 0."""
+        """Sensors that have a curve, from 0."""
         return tuple(j for j, sensor in enumerate(self.sensors) if not sensor.curve.uncalibrated)
 
     @property
     def error_percent(self) -> float:
-        """Held-out RMS error of the static curves, % of full scale, mean over the sensors that have one."""
+        """Held-out RMS error of the static curves, % of full scale, mean over the sensors with a curve."""
         return float(np.mean([self.sensors[j].curve.error_percent for j in self.calibrated]))
 
     @property
     def good(self) -> bool:
-        """Whether all sensors are calibrated over nearly all of full scale, with no more than the allowed error."""
+        """Whether all sensors are calibrated over nearly all of full scale, within the allowed error."""
         errors = [sensor.curve.error_percent for sensor in self.sensors]
         return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 
     @property
     def saturated(self) -> tuple[tuple[int, float], ...]:
-        """The sensors that saturate well below full scale, from 0, and from which force on, newtons."""
+        """Sensors that saturate well below full scale, from 0, with the saturating force, newtons."""
         ends = [(j, sensor.pairs.saturates_n) for j, sensor in enumerate(self.sensors) if sensor.pairs]
         return tuple((j, end_n) for j, end_n in ends if end_n < 0.9 * self.full_scale_n)
 
 
 def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: bool = True) -> Linearisation:
-    """Fit the four sensors of a tile; without `hysteresis` the static curves only, which is quick.
+    """Fit the four sensors of a tile; without `hysteresis` only the static curves, which is fast.
 
-    `BadValue` where no sensor can be calibrated, with the reasons, and for forces that cannot be right
+    `BadValue` with reasons if no sensor can be calibrated, and for implausible forces
     (`underfoot.calibration.science.pair_plausibility.require_plausible`).
     """
     mine = [pairs.sensor == j for j in range(4)]
@@ -135,7 +135,7 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: b
 
 
 def candidates(pairs: SensorPairs, divider: VoltageDivider | None) -> list[tuple[str, Fit]]:
-    """Laws to try, fewest constants first."""
+    """Return the curve families to try, fewest constants first."""
     found: list[tuple[str, Fit]] = [("power", fsr_curves.power)]
     if divider is not None:
         at_rest = divider.conductance(np.array([pairs.rest]))
@@ -185,9 +185,9 @@ def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -
 
 
 def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp]) -> Values | None:
-    """Newtons of every sample from a curve that was fitted to the other folds; None where one cannot be fitted.
+    """Return newtons of every sample from a curve fitted to the other folds; None if one cannot be fitted.
 
-    Beyond the other folds' readings, where only one loading went, they come from the curve that was fitted to all.
+    Beyond the other folds' readings, reached by one loading only, they come from the curve fitted to all.
     """
     whole = fit(x, f, w)
     if whole is None:
@@ -204,7 +204,7 @@ def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp])
 
 
 def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
-    """Sensors whose readings go the opposite way to those of most."""
+    """Return messages on sensors whose readings change in the opposite direction to most."""
     signs = [0.0 if one is None else one.sign for one in sensors]
     return [
         f"sensor {j + 1}: its reading {'rises' if sign > 0.0 else 'falls'} with force, unlike the others'; wired the "
@@ -215,7 +215,7 @@ def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
 
 
 def _doubts(pairs: SensorPairs) -> list[str]:
-    """What makes the curve of a sensor doubtful."""
+    """Return doubts about the curve of a sensor."""
     found = []
     if not pairs.rested:
         found.append("the empty tile was not read; its reading there is extrapolated")

@@ -1,4 +1,4 @@
-"""Loads over single sensors while they are measured: whether they can be right, and what other sensors bear."""
+"""Plausibility of loads over single sensors during a measurement, and the share carried by other sensors."""
 
 from collections.abc import Sequence
 
@@ -12,20 +12,20 @@ from underfoot.floor.curves import Curve
 Values = NDArray[np.float64]
 
 _MOST_SHARED = 0.1
-"""The other sensors bear at most this share of a load over one sensor."""
+"""Largest share of a load over one sensor that the others carry."""
 _RAILS = (0.0, LARGEST_READING)
-"""The ends of the converter."""
+"""Ends of the converter's range."""
 _LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
-"""A change of reading that is less than the first is none; one above the second is no noise."""
+"""Changes of reading: below the first value there is none, above the second it is not noise."""
 _LOADED = 0.3
-"""From this share of full scale on, a sensor must respond."""
+"""Share of full scale above which a sensor must respond."""
 _LEAST_SAMPLES = 20
 _APPARENT = (0.35, 2.8)
-"""A typed weight is within these factors of what its reading looks like."""
+"""Range of factors between a typed weight and the load that its reading suggests."""
 
 
 def require_response(sensor: int, rest: Values, readings: Values, force_n: Values, full_scale_n: float) -> None:
-    """Raise `BadMeasurement` for a silent sensor, one that clips, another that responds, and a silent load cell.
+    """Raise `BadMeasurement` for a silent sensor, a clipping one, a response of another one, and a silent load cell.
 
     `rest` (4,) are the readings of the empty tile, `readings` (n, 4) those under `force_n` (n,) over `sensor`, from 0.
     """
@@ -59,10 +59,10 @@ def require_weight(
     full_scale_n: float,
     apparent_n: float | None,
 ) -> None:
-    """Raise `BadMeasurement` for a weight over `sensor`, from 0, that cannot be what was typed, `given_n`.
+    """Raise `BadMeasurement` for an implausible weight `given_n` over `sensor`, from 0.
 
-    `reading` is the sensor's steady one, `readings` (4,) are those of all sensors and `rest` (4,) those of the empty
-    tile; `apparent_n` is what the reading looks like by other weights (`apparent_load_n`), None where that is unknown.
+    `reading` is the sensor's steady reading, `readings` (4,) are those of all sensors and `rest` (4,) those of the
+    empty tile; `apparent_n` is the load suggested by other weights (`apparent_load_n`), None if unknown.
     """
     change = abs(reading - float(rest[sensor]))
     if reading in _RAILS and change > _CLEAR_COUNTS:
@@ -80,7 +80,7 @@ def require_weight(
 
 
 def _require_own(sensor: int, change: Values, is_what: str) -> None:
-    """Refuse changes of reading (4,) of which another sensor's is the strongest by far."""
+    """Refuse changes of reading (4,) if that of another sensor is by far the largest."""
     strongest = int(np.argmax(change))
     if strongest != sensor and change[strongest] > _CLEAR_COUNTS and change[strongest] > 2.0 * change[sensor]:
         raise BadMeasurement(
@@ -89,9 +89,9 @@ def _require_own(sensor: int, change: Values, is_what: str) -> None:
 
 
 def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> float:
-    """The load that a change of reading looks like, by known weights: (change of reading, newtons) of each.
+    """Return the load suggested by a change of reading, from known weights: (change of reading, newtons) of each.
 
-    Interpolated on logarithmic axes; beyond the weights along the last slope.
+    Interpolated on logarithmic axes; extrapolated along the last slope.
 
     >>> round(apparent_load_n(400.0, [(100.0, 10.0), (200.0, 20.0), (800.0, 80.0)]), 6)
     40.0
@@ -109,10 +109,10 @@ def apparent_load_n(change: float, weights: Sequence[tuple[float, float]]) -> fl
 
 
 def share_of_others(curves: Sequence[Curve], sensor: int, time_s: Values, readings: Values, load_n: Values) -> float:
-    """The share of loads (n,) over one sensor that the other sensors bear, for a plate is never quite true.
+    """Return the share of loads (n,) over one sensor that the others carry, as a plate is never perfectly flat.
 
     `curves` are those of all sensors, `readings` (n, 4) at `time_s` (n,). It is the slope of the others' sum over the
-    load, with a slow drift taken out: they still creep after loads of their own.
+    load, with a slow drift removed: they still creep after loads of their own.
     """
     others = np.nansum([curve.force(readings[:, k]) for k, curve in enumerate(curves) if k != sensor], axis=0)
     terms = np.stack([load_n, np.ones(load_n.size), time_s - time_s[0], np.log1p(time_s - time_s[0])], axis=1)

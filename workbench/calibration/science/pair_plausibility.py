@@ -1,6 +1,7 @@
-"""Whether the reference forces of pairs can be right: another unit, a mistyped weight, or a wrong order is refused.
+"""Plausibility of reference forces: another unit, a mistyped weight, or a wrong order is refused.
 
-Readings tell: a sensor under a larger force never reads less, but for hysteresis and creep, which have bounds.
+The check uses the readings: a sensor under a larger force never reads less, apart from hysteresis and creep, which are
+bounded.
 """
 
 from itertools import pairwise
@@ -21,29 +22,29 @@ from underfoot.errors import BadValue
 Values = NDArray[np.float64]
 
 _FORCES_N = (0.5, 20000.0)
-"""Least and greatest full scale that a floor's sensor can have."""
+"""Smallest and largest full scale of a floor's sensor."""
 _STEP, _OPPOSITE = 0.09, 0.05
-"""After a step of the load of this share of the largest force, the reading may not go the opposite way by this share of
-its range."""
+"""After a load step of the first share of the largest force, the reading may not change in the opposite direction by
+the second share of its range."""
 _APART_SHARE, _APART_FACTOR = 0.15, 1.5
-"""The same for two loads with others between them: they differ by this share, and by this factor of the lesser one."""
+"""Same for two loads with others between them: they differ by this share, and by this factor of the smaller one."""
 _MOST_WRONG = 0.25
-"""Contradictions by more than this share of the loads are not typing errors, but a loose sensor."""
+"""Share of contradicting loads above which the cause is not typing errors but a loose sensor."""
 _LEAP, _TENTH, _NEAR = 4.0, 0.1, 1.5
-"""A largest force this many times the next one is mistyped where its reading is near that of a tenth of it."""
+"""Factor by which a mistyped largest force exceeds the next one, while its reading is near that of a tenth of it."""
 _SPIKE = 0.3
-"""A single force that differs from its neighbours by this share of the largest is an outlier."""
+"""Share of the largest force by which an outlier differs from its neighbours."""
 _ALIKE = 6.0
-"""Sensors of one tile need the same force for the same reading within this factor; parts differ by 25 %."""
+"""Largest factor between forces of a tile's sensors at the same reading; parts differ by 25 %."""
 _WEAK = 0.2
-"""A sensor whose reading changes by less than this share of the usual one is not compared with the others."""
+"""Share of the usual change of reading below which a sensor is not compared with the others."""
 
 
 def require_plausible(sensors: list[tuple[Values, Values, Values]]) -> None:
-    """Raise `BadValue` for reference forces that the readings contradict; `sensors` are (time, reading, force) of each.
+    """Raise `BadValue` for reference forces that contradict the readings; `sensors` are (time, reading, force) of each.
 
-    For forces of another unit or sign, weights out of order, one that is mistyped, and a sensor whose forces are in
-    another unit than the others'.
+    Detects forces in another unit or of another sign, weights out of order, a mistyped weight, and a sensor whose
+    forces are in another unit than the others'.
     """
     full = max((float(force.max(initial=0.0)) for _, _, force in sensors), default=0.0)
     for j, (_, _, force) in enumerate(sensors):
@@ -65,7 +66,7 @@ def require_plausible(sensors: list[tuple[Values, Values, Values]]) -> None:
 
 
 def _contradiction(time_s: Values, reading: Values, force_n: Values) -> str:
-    """How one sensor's readings contradict its forces, all in order of time; "" where they do not."""
+    """Return how a sensor's readings contradict its forces, all in order of time; "" if they do not."""
     x = direction_of(reading, force_n) * reading
     x = x - x.min()
     timed = is_timed(time_s)
@@ -73,7 +74,7 @@ def _contradiction(time_s: Values, reading: Values, force_n: Values) -> str:
 
 
 def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
-    """A single force far from those before and after it, without a change of the reading."""
+    """Find a single force far from its neighbours, without a change of the reading."""
     from scipy.ndimage import median_filter
 
     usual = median_filter(force_n, 5)
@@ -90,7 +91,7 @@ def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
 
 
 def _leap(x: Values, force_n: Values) -> str:
-    """A largest force far above all others, where the others lie close and the reading is that of a lesser one."""
+    """Find a largest force far above the others, which are close together, with the reading of a smaller one."""
     levels = np.unique(force_n[force_n > 0.0])
     for k in np.flatnonzero(levels[1:] >= _LEAP * levels[:-1]):
         below, above = levels[k], levels[k + 1]
@@ -110,7 +111,7 @@ def _leap(x: Values, force_n: Values) -> str:
 
 
 def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
-    """Two held loads whose readings are in the opposite order."""
+    """Find two held loads whose readings are in the opposite order."""
     runs = _held_loads(time_s, force_n) if timed else [slice(k, k + 1) for k in range(force_n.size)]
     f, seen = (np.array([values[run].mean() for run in runs]) for values in (force_n, x))
     if not 3 <= f.size <= 400:
@@ -139,7 +140,7 @@ def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
 
 
 def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
-    """Where a load is held, relative to the usual force: one that is ten times too large does not count."""
+    """Return where a load is held, relative to the usual force, so that one that is ten times too large is ignored."""
     usual = max(float(np.quantile(force_n, 0.75)), 1e-9)
     held = directions(smoothed(force_n, time_s), time_s, usual) == HELD
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
@@ -147,7 +148,7 @@ def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
 
 
 def _require_one_unit(sensors: list[tuple[Values, Values]]) -> None:
-    """Refuse a sensor whose forces are in another unit than those of the others, at the same distance from rest."""
+    """Refuse a sensor whose forces are in another unit than the others', at the same distance from rest."""
     known: dict[int, tuple[Values, Values]] = {}
     for j, (reading, force) in enumerate(sensors):
         if force.size >= 4 and abs(rank_correlation(reading, force)) >= 0.5:

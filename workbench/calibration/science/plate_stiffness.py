@@ -1,7 +1,7 @@
 """Stiffness of a variable stiffness plate from footsteps on it (thesis 6.3): a line for each, then over the position.
 
-Every footstep is one profile of force against displacement. Its stiffness is the slope of the line that fits it best,
-by least squares; the plate's at a position is the mean over that position's profiles.
+Each footstep is a profile of force over displacement. Its stiffness is the slope of the least-squares line; that of the
+plate at a position is the mean over the profiles there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,16 +18,16 @@ from underfoot.errors import BadMeasurement
 
 LEAST_SAMPLES = 50
 LEAST_TRAVEL_MM = 0.2
-"""A footstep that moves the plate less says nothing of its stiffness."""
+"""Smallest travel of the plate that shows its stiffness."""
 ALLOWED_ERROR = 0.03
-"""Mean relative error from which on a calibration should be made again; the thesis had about 1 %."""
+"""Mean relative error above which a calibration should be repeated; the thesis had about 1 %."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class FootstepLine:
-    """The line through one profile: its stiffness, the force at no displacement, and the share of force it explains."""
+    """Line through one profile: its stiffness, the force at zero displacement, and explained variance."""
 
     position: float
     stiffness_n_mm: float
@@ -37,7 +37,7 @@ class FootstepLine:
 
 @dataclass(frozen=True)
 class PlateFit:
-    """A calibration with the lines that it is made of, and `errors`: each line's relative error against the others."""
+    """Calibration with its lines, and `errors`: each line's relative error against the others."""
 
     calibration: PlateCalibration
     lines: tuple[FootstepLine, ...]
@@ -50,7 +50,7 @@ class PlateFit:
 
 
 def line_of(position: float, force_n: Array, displacement_mm: Array) -> FootstepLine:
-    """The line of one footstep. `BadMeasurement` where it is too short, or does not press the plate.
+    """Fit the line of one footstep. `BadMeasurement` if it is too short, or does not press the plate.
 
     >>> x = np.linspace(0.0, 8.0, 100)
     >>> line_of(0.5, 20.0 + 90.0 * x, x).stiffness_n_mm.round(6)
@@ -70,7 +70,7 @@ def line_of(position: float, force_n: Array, displacement_mm: Array) -> Footstep
 
 
 def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
-    """The calibration of all lines. `BadMeasurement` for one position only, or stiffness that does not rise."""
+    """Fit the calibration of all lines. `BadMeasurement` for a single position, or stiffness that does not rise."""
     by_position: dict[float, list[FootstepLine]] = {}
     for line in lines:
         by_position.setdefault(line.position, []).append(line)
@@ -97,7 +97,7 @@ def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
 
 
 def drawings_of(fit: PlateFit, profiles: Mapping[float, tuple[Array, Array]]) -> tuple[Drawing, ...]:
-    """Stiffness over position, and one profile of each position (displacement, force) with its line."""
+    """Return stiffness over position, and one profile of each position (displacement, force) with its line."""
     at = [line.position for line in fit.lines]
     every = series("footsteps", at, [line.stiffness_n_mm for line in fit.lines], "dots", "force")
     mean = series("calibration", fit.calibration.positions, fit.calibration.stiffness_n_mm)
@@ -113,7 +113,7 @@ def drawings_of(fit: PlateFit, profiles: Mapping[float, tuple[Array, Array]]) ->
 
 
 def _error(line: FootstepLine, alike: Sequence[FootstepLine]) -> float:
-    """Of a line against the mean of the others at its position; NaN where it is alone."""
+    """Return the relative error of a line against the mean of the others at its position; NaN if it is alone."""
     others = [one.stiffness_n_mm for one in alike if one is not line]
     if not others:
         return float("nan")

@@ -1,4 +1,4 @@
-"""Presses at known places while they are measured: when one begins, and whether it is steady and can be right."""
+"""Checks of presses at known positions during a measurement: start, steadiness and plausibility."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,24 +10,24 @@ from underfoot.errors import BadMeasurement
 Values = NDArray[np.float64]
 
 EMPTY_S = 0.15
-"""How long the tile must be empty before a press, for its baseline."""
+"""Time for which the tile must be empty before a press, for its baseline."""
 PRESSED = 0.3
-"""From this share of the load on, the tile is pressed."""
+"""Share of the load above which the tile counts as pressed."""
 _FORCE_STEADY, _PLACE_STEADY_M = 0.05, 0.006
-"""Standard deviations up to which a press is steady: of the force, as a share of the load, and of the place."""
+"""Largest standard deviations of a steady press: of the force, as a share of the load, and of the position."""
 _UNSTEADY_S = 20.0
-"""A press that is not steady after so long is given up."""
+"""Time after which an unsteady press is given up."""
 _WRONG_PLACE_M = 0.08
-"""A press that is measured further than this from where it was asked for is at another place."""
+"""Largest distance of a press from the requested position."""
 _LEAST_SHARE = 0.02
-"""Sensors that measure less than this share of a load give no signal."""
+"""Share of a load below which sensors count as giving no signal."""
 
 
 def press_begun(readings: Readings, total_n: Values, load_n: float) -> tuple[float, Values, Readings] | None:
-    """When the tile was last empty before a press with `load_n`, the values (m,) then, and the readings of the press.
+    """Return when the tile was last empty before a press with `load_n`, the values (m,) then, and the press's readings.
 
-    `total_n` (n,) is the load during the readings, from a reference or from the sensors. None where the readings do not
-    begin with an empty tile.
+    `total_n` (n,) is the load during the readings, from a reference or from the sensors. None if the readings do not
+    start with an empty tile.
     """
     light = np.flatnonzero(total_n < PRESSED * load_n)
     if not light.size:
@@ -41,7 +41,7 @@ def press_begun(readings: Readings, total_n: Values, load_n: float) -> tuple[flo
 
 
 def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
-    """Whether these standard deviations are small; `BadMeasurement` where they are not after `pressed_s` of pressing.
+    """Return whether these standard deviations are small; `BadMeasurement` if they are not after `pressed_s`.
 
     >>> is_steady(0.01, 0.001, 0.5), is_steady(0.2, 0.001, 0.5)
     (True, False)
@@ -57,7 +57,7 @@ def is_steady(force_share: float, place_m: float, pressed_s: float) -> bool:
 
 
 def require_place(measured_m: tuple[float, float], wanted_m: tuple[float, float]) -> None:
-    """Raise `BadMeasurement` for a press that is measured far from where it was asked for."""
+    """Raise `BadMeasurement` for a press measured far from the requested position."""
     off = float(np.hypot(measured_m[0] - wanted_m[0], measured_m[1] - wanted_m[1]))
     if off > _WRONG_PLACE_M:
         raise BadMeasurement(
@@ -74,7 +74,7 @@ def require_signal(load_n: float, reference_n: Values | None, measured_n: Values
 
 
 def require_unclipped(readings: Values, rest: Values) -> None:
-    """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at the converter's end; `rest` (4,) do not."""
+    """Raise `BadMeasurement` for a sensor whose readings (n, 4) stay at the converter's limit, unlike `rest` (4,)."""
     railed = np.flatnonzero((readings >= LARGEST_READING).mean(axis=0) > 0.5)
     railed = railed[np.abs(rest[railed] - LARGEST_READING) > 400.0]
     if railed.size:

@@ -1,4 +1,4 @@
-"""Whether presses at known places can be right: dead sensors, sensors in another order, and slips of a press."""
+"""Plausibility of presses at known positions: dead sensors, sensors in another order, and misplaced presses."""
 
 from itertools import permutations
 
@@ -12,15 +12,15 @@ from underfoot.errors import BadValue
 Values = NDArray[np.float64]
 
 _MOST_OUT = 0.1
-"""If more presses than this share disagree with their force, the table is wrong and not single presses."""
+"""Share of presses that disagree with their force above which the table is wrong, not single presses."""
 _SLIP_M, _SLIP_FACTOR = 0.03, 6.0
-"""A press that is further off than this, and than so many times the median at its load, is a slip."""
+"""A press further off than this distance, and than this many times the median at its load, is misplaced."""
 _DEAD = 0.002
 """A sensor whose force varies by less than this share of the largest is dead."""
 
 
 def require_alive(forces: Values) -> None:
-    """Raise `BadValue` for corner forces (n, 4) that pull, and for a sensor that gives the same at every press."""
+    """Raise `BadValue` for corner forces (n, 4) that pull, and for a sensor with the same value at every press."""
     total = float(np.median(forces.sum(axis=1)))
     if total <= 0.0:
         raise BadValue(f"the sensors' forces add up to {total:.3g} N; allowed: forces that press down")
@@ -45,9 +45,9 @@ def require_order(forces: Values, at_m: Values, sensors_m: Values) -> None:
 
 
 def plausible_presses(presses: Presses, forces: Values, sensors_m: Values) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Which presses (n,) agree with their force and place, and a line on each that is left out.
+    """Return which presses (n,) agree with their force and position, and a line on each that is left out.
 
-    `BadValue` where so many disagree with their force that the table must be wrong.
+    `BadValue` if so many disagree with their force that the table must be wrong.
     """
     ratio = forces.sum(axis=1) / presses.force_n
     usual = float(np.median(ratio))
@@ -75,7 +75,7 @@ def plausible_presses(presses: Presses, forces: Values, sensors_m: Values) -> tu
 
 
 def load_groups(force_n: Values) -> list[tuple[float, NDArray[np.bool_]]]:
-    """The loads that were used, newtons, each with its presses: forces within a fifth of each other are one load."""
+    """Return the loads used, newtons, each with its presses: forces within a fifth of each other are one load."""
     ordered = np.sort(force_n)
     cuts = ordered[1:][np.diff(np.log(ordered)) > 0.2]
     group = np.searchsorted(cuts, force_n, side="right")

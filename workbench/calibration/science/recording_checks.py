@@ -1,4 +1,4 @@
-"""Whether a recording can be that of the sound that was played: silence, clipping, and other signals are refused."""
+"""Checks that a recording is that of the sound played: silence, clipping, and other signals are refused."""
 
 import math
 from itertools import pairwise
@@ -11,14 +11,14 @@ from underfoot.errors import BadMeasurement, require
 Array = NDArray[np.float64]
 
 _LEAST_SIGNAL = 1e-5
-"""A recording whose largest sample is less than this, of full scale, is silent."""
+"""Largest sample, in full scale, of a silent recording."""
 _EXPLAINED, _STRANGE = 0.3, 0.5
-"""The least share of the power that the sweep must explain, and the most that it may leave unexplained in an octave."""
+"""Smallest share of the power that the sweep must explain, and largest unexplained share in an octave."""
 _DISPERSED_FROM_HZ, _MOST_DISPERSED_MS = 100.0, 30.0
 
 
 def signal_of(name: str, given: ArrayLike) -> Array:
-    """One channel of finite samples (frames,); `BadValue` for anything else."""
+    """Return one channel of finite samples (frames,); `BadValue` for anything else."""
     signal = np.asarray(given, dtype=np.float64)
     require(signal.ndim == 1 and signal.size > 0, name, signal.shape, "one channel, shape (frames,)")
     require(bool(np.isfinite(signal).all()), name, "a signal with values that are not finite", "finite samples")
@@ -26,7 +26,7 @@ def signal_of(name: str, given: ArrayLike) -> Array:
 
 
 def require_not_silent(heard: Array) -> None:
-    """Raise `BadMeasurement` for a recording of nothing."""
+    """Raise `BadMeasurement` for a silent recording."""
     largest = float(np.abs(heard - heard.mean()).max(initial=0.0))
     if largest < _LEAST_SIGNAL:
         raise BadMeasurement(
@@ -35,12 +35,12 @@ def require_not_silent(heard: Array) -> None:
 
 
 def require_not_clipped(heard: Array) -> None:
-    """Raise `BadMeasurement` for a recording whose peaks are cut off: runs of equal samples at its own extremes."""
+    """Raise `BadMeasurement` for a clipped recording: runs of equal samples at its own extremes."""
     for extreme in (float(heard.max()), float(heard.min())):
         at = np.flatnonzero(heard == extreme)
         steps = np.abs(np.diff(heard))
         finest = float(steps[steps > 0.0].min(initial=math.inf))
-        # Coarse samples stay on one value at every peak of a slow sine: that is no clipping.
+        # Coarsely quantised samples stay on one value at every peak of a slow sine: that is not clipping.
         if at.size < 8 or abs(extreme) < 300.0 * finest:
             continue
         runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)

@@ -1,4 +1,4 @@
-"""The frequency response of a tile to its shaker: its level, its equaliser, how flat it is, and its usable band."""
+"""Frequency response of a tile to its shaker: its level, its equaliser, its flatness, and its usable band."""
 
 import math
 from collections.abc import Mapping
@@ -15,21 +15,21 @@ from underfoot.models.filtering import cascade, equaliser
 Array = NDArray[np.float64]
 
 INNER_HZ = (60.0, 700.0)
-"""Where the corrected response is to be flat."""
+"""Band over which the corrected response has to be flat."""
 ALLOWED_DB = 2.0
-"""Deviation from flat, over `INNER_HZ`, up to which a response is good."""
+"""Largest deviation from flat, over `INNER_HZ`, of a good response."""
 USABLE_DB = 10.0
-"""A band is usable where the response is no further below its level than this (thesis figure 4.14)."""
+"""Largest drop below its level in the usable band of a response (thesis figure 4.14)."""
 
 
 @dataclass(frozen=True)
 class ResponseMeasurements:
-    """All that was measured of one tile; from files, only `loads["none"]`.
+    """Measurements of one tile; from files, only `loads["none"]`.
 
-    `loads` are responses by what stands on the tile ("none", "standing", "corner"), in recorded units a played unit, a
+    `loads` are responses by load on the tile ("none", "standing", "corner"), in recorded units per played unit, a
     recorded unit being `sensitivity` m/s^2. `order` is the equaliser's, `tones` the distortion over level, `again` the
-    response measured through the equaliser, and `noise` the RMS of silence, of full scale. `sections` are the equaliser
-    that is designed for the response with nothing on the tile.
+    response measured through the equaliser, and `noise` the RMS of silence, in full scale. `sections` are the equaliser
+    designed for the response of the empty tile.
     """
 
     loads: Mapping[str, SweepMeasurement]
@@ -56,23 +56,23 @@ class ResponseMeasurements:
 
     @property
     def level(self) -> float:
-        """m/s^2 a full-scale unit: the level at which a stimulus in m/s^2 plays."""
+        """m/s^2 per full-scale unit: the level at which a stimulus in m/s^2 plays."""
         free = self.loads["none"]
         return self.sensitivity * equaliser.level(free.frequencies_hz, free.magnitude, self.band_hz)
 
     @property
     def computed(self) -> Array:
-        """Magnitude of the equalised response as computed, in recorded units a played unit."""
+        """Computed magnitude of the equalised response, in recorded units per played unit."""
         free = self.loads["none"]
         return free.magnitude * np.abs(equaliser.gain(self.sections, free.frequencies_hz, self.rate_hz))
 
     def relative_db(self, magnitude: Array) -> Array:
-        """Decibels of a magnitude in recorded units over the tile's level."""
+        """Return a magnitude in recorded units as decibels above the tile's level."""
         return np.asarray(20.0 * np.log10(np.maximum(self.sensitivity * magnitude / self.level, 1e-9)))
 
 
 def flatness_db(frequencies_hz: Array, relative_db: Array, band_hz: tuple[float, float] = INNER_HZ) -> float:
-    """The largest deviation from the middle between highest and lowest, over a band.
+    """Return the largest deviation from the midpoint between maximum and minimum, over a band.
 
     >>> flatness_db(np.array([50.0, 100.0, 200.0]), np.array([-9.0, 1.0, -1.0]))
     1.0
@@ -83,7 +83,7 @@ def flatness_db(frequencies_hz: Array, relative_db: Array, band_hz: tuple[float,
 
 
 def usable_band_hz(frequencies_hz: Array, relative_db: Array, below_db: float = USABLE_DB) -> tuple[float, float]:
-    """The band about 200 Hz in which the response is nowhere more than `below_db` under its level.
+    """Return the band around 200 Hz in which the response is at most `below_db` below its level.
 
     >>> usable_band_hz(np.array([40.0, 50.0, 200.0, 700.0, 800.0]), np.array([-20.0, -9.0, 0.0, 1.0, -11.0]))
     (50.0, 700.0)
@@ -98,7 +98,7 @@ def usable_band_hz(frequencies_hz: Array, relative_db: Array, below_db: float = 
 
 
 def change_db(measured: ResponseMeasurements, load: str) -> float:
-    """The largest change of the response by a load, over `INNER_HZ`, dB."""
+    """Return the largest change of the response by a load, over `INNER_HZ`, dB."""
     free, loaded = measured.loads["none"], measured.loads[load]
     other = np.interp(free.frequencies_hz, loaded.frequencies_hz, loaded.magnitude)
     inside = (free.frequencies_hz >= INNER_HZ[0]) & (free.frequencies_hz <= INNER_HZ[1])
@@ -106,7 +106,7 @@ def change_db(measured: ResponseMeasurements, load: str) -> float:
 
 
 def equalise(sections: Array, signal: Array) -> Array:
-    """A signal (frames,) after an equaliser of second-order sections (n, 6).
+    """Filter a signal (frames,) by an equaliser of second-order sections (n, 6).
 
     >>> equalise(np.array([[0.5, 0.0, 0.0, 1.0, 0.0, 0.0]]), np.ones(2))
     array([0.5, 0.5])

@@ -23,20 +23,20 @@ from underfoot.models.tile.fsr_curves import rising
 Values = NDArray[np.float64]
 
 _LEAST_HOLD_S = 1.5
-"""A load that is held for less does not show creep."""
+"""Shortest hold of a load that shows creep."""
 _SETTLED_S = 0.1
-"""When a held load has settled, and creep begins to count."""
+"""Time after which a held load has settled, and creep counts."""
 
 
 @dataclass(frozen=True)
 class SensorCharacteristics:
-    """Measured on one sensor; NaN where its pairs do not show it. % are of full scale, but for creep.
+    """Characteristics of one sensor; NaN if its pairs do not show them. % are of full scale, except for creep.
 
-    `error_percent` is the RMS error on held-out loadings, all forces weighted alike; `bound_percent` the least that any
-    rising curve can reach on the same data; `memory_error_percent` as `error_percent`, with hysteresis and creep
-    compensated. `hysteresis_percent` is the widest gap between falling and rising loads, `creep_percent_decade` how
-    much the reading of a held load grows a decade of time (% of itself), `repeatability_percent` the standard deviation
-    from one loading to the next, `noise_n` that of one reading of the empty tile.
+    `error_percent` is the RMS error on held-out loadings, all forces weighted alike; `bound_percent` the smallest error
+    of any rising curve on the same data; `memory_error_percent` as `error_percent`, with hysteresis and creep
+    compensated. `hysteresis_percent` is the widest gap between falling and rising loads, `creep_percent_decade` the
+    growth of a held load's reading per decade of time (% of itself), `repeatability_percent` the standard deviation
+    between loadings, `noise_n` that of one reading of the empty tile.
     """
 
     error_percent: float
@@ -51,7 +51,7 @@ class SensorCharacteristics:
 
     @staticmethod
     def units() -> dict[str, str]:
-        """Names and units."""
+        """Return names and units."""
         return {
             "error_percent": "% of full scale",
             "bound_percent": "% of full scale",
@@ -66,7 +66,7 @@ class SensorCharacteristics:
 
 
 def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estimate_n: Values) -> SensorCharacteristics:
-    """The characteristics of a sensor; `estimate_n` are the held-out newtons of the samples `seen`."""
+    """Return the characteristics of a sensor; `estimate_n` are the held-out newtons of the samples `seen`."""
     f, w, full = pairs.force_n[seen], pairs.weight[seen], pairs.full_scale_n
     order = np.argsort(pairs.x[seen], kind="stable")
     best = rising(f[order], w[order]) - f[order]
@@ -86,20 +86,20 @@ def characterise(pairs: SensorPairs, curve: Curve, seen: NDArray[np.intp], estim
 
 
 def rms_percent(errors_n: Values, weight: Values, full_scale_n: float) -> float:
-    """Weighted RMS, % of full scale."""
+    """Return the weighted RMS, % of full scale."""
     return 100.0 * float(np.sqrt((weight * errors_n**2).sum() / weight.sum())) / full_scale_n
 
 
 def spread_percent(curves: Sequence[Curve]) -> float:
-    """Spread of the sensors of a tile: half the range of the forces at which they read the same, % of their mean.
+    """Return the spread of a tile's sensors: half the range of the forces at which they read the same, % of their mean.
 
-    The reading is the one at which they bear half of full scale in the mean. Readings would not do: a divider
-    compresses them, and parts that differ by 8 % in force differ by 3 % there.
+    The reading is the one at which they carry half of full scale on average. Spread of readings would mislead: a
+    divider compresses them, and parts that differ by 8 % in force differ by 3 % there.
     """
     if len(curves) < 2:
         return float("nan")
     ways = [max((end - curve.unloaded_reading for end in curve.readings), key=abs) for curve in curves]
-    moved = np.linspace(0.0, min(map(abs, ways)), 2001)  # how far a reading is from the unloaded one
+    moved = np.linspace(0.0, min(map(abs, ways)), 2001)  # distance of a reading from the unloaded one
     forces = np.array(
         [
             curve.force(curve.unloaded_reading + math.copysign(1.0, way) * moved)
@@ -112,7 +112,7 @@ def spread_percent(curves: Sequence[Curve]) -> float:
 
 
 def creep_runs(pairs: SensorPairs) -> list[slice]:
-    """Stretches over which a load above a fifth of full scale is held."""
+    """Return stretches over which a load above a fifth of full scale is held."""
     if not pairs.timed:
         return []
     held = (pairs.direction == HELD) & (pairs.force_n > 0.2 * pairs.full_scale_n)
@@ -122,12 +122,12 @@ def creep_runs(pairs: SensorPairs) -> list[slice]:
 
 
 def held_s(pairs: SensorPairs, run: slice) -> Values:
-    """How long a load has been held at each sample of a stretch; a hold is detected half of `HELD_S` late."""
+    """Return how long a load has been held at each sample of a stretch; a hold is detected half of `HELD_S` late."""
     return np.asarray(pairs.time_s[run] - pairs.time_s[run.start] + 0.5 * HELD_S)
 
 
 def _by_level(pairs: SensorPairs, values: Values, chosen: NDArray[np.bool_]) -> Values:
-    """Mean of the chosen `values` in each bin of force, NaN where there are none."""
+    """Return the mean of the chosen `values` in each bin of force, NaN for empty bins."""
     at = force_bin(pairs.force_n[chosen], pairs.full_scale_n)
     total = np.bincount(at, values[chosen], minlength=BINS)
     count = np.bincount(at, minlength=BINS)
@@ -149,7 +149,7 @@ def _creep_percent(pairs: SensorPairs, apparent: Values) -> float:
         later = since >= _SETTLED_S
         decades = np.log10(since[later])
         ratio = apparent[run][later] / pairs.force_n[run][later]
-        # On a logarithmic axis samples crowd at the end of a hold; the weights let each decade count alike.
+        # On a logarithmic axis samples are dense at the end of a hold; the weights make all decades count alike.
         weight = 1.0 / np.sqrt(since[later])
         slopes.append(float(np.polyfit(decades, ratio, 1, w=weight)[0] / ratio.mean()))
         spans.append(float(np.ptp(decades)))

@@ -1,4 +1,4 @@
-"""The pairs of one sensor made ready to fit: in order of time, zeroed at rest, cut into loadings, and weighted."""
+"""Preparation of one sensor's pairs for the fit: sorted by time, zeroed at rest, split into loadings, weighted."""
 
 from dataclasses import dataclass
 
@@ -8,31 +8,31 @@ from numpy.typing import NDArray
 Values = NDArray[np.float64]
 
 RISING, FALLING, HELD, UNKNOWN = 0, 1, 2, 3
-"""Whether the load rose, fell or was held at a sample."""
+"""Direction of the load at a sample."""
 BINS = 48
 """Equal bins of force, from 0 to full scale."""
 _SMOOTH_S = 0.05
 HELD_S, _HELD_SHARE = 0.5, 0.05
-"""A load that stays within this share of full scale for this long is held; a hand does not hold it better."""
+"""Time for which, and share of full scale within which, a load must stay to be held; a hand is no better."""
 _HELD_WEIGHT = 0.3
-"""What a sample of a held load counts: a recording dwells on it, and it creeps."""
+"""Weight of a sample of a held load: a recording dwells on it, and it creeps."""
 _FOLDS = 6
 _UNLOADED = 0.005
 _RANGE = 50.0
-"""A reading that changes by fewer of its smallest steps than this cannot tell forces apart."""
+"""Smallest range of a reading, in its smallest steps, that resolves forces."""
 _SATURATED_SLOPE = 0.05
-"""A reading whose slope over force is less than this part of its usual slope is saturated."""
+"""Slope of reading over force, relative to its usual slope, below which a reading is saturated."""
 
 
 @dataclass(frozen=True)
 class SensorPairs:
-    """The pairs of one sensor, all (n,), in order of time.
+    """Pairs of one sensor, all (n,), in order of time.
 
-    `x` is the reading's distance from `rest`, positive when pressed (`sign` -1 where readings fall). `direction` is
-    RISING, FALLING, HELD or UNKNOWN. `usable` leaves out saturated samples; `weight` makes all forces count alike,
-    however long the load stayed at them; `fold` is the cross-validation fold that a sample's loading is in. `timed`
-    says whether times can be trusted, `cycles` is the number of loadings, `rested` whether the empty tile was read, and
-    `saturates_n` the force from which on the reading is saturated, infinite where it is not.
+    `x` is the reading's distance from `rest`, positive when pressed (`sign` is -1 if readings fall). `direction` is
+    RISING, FALLING, HELD or UNKNOWN. `usable` excludes saturated samples; `weight` makes all forces count alike,
+    however long the load stayed at them; `fold` is the cross-validation fold of a sample's loading. `timed` says
+    whether times can be trusted, `cycles` is the number of loadings, `rested` whether the empty tile was read, and
+    `saturates_n` the force above which the reading is saturated, infinite if it is not.
     """
 
     time_s: Values
@@ -51,12 +51,12 @@ class SensorPairs:
     saturates_n: float
 
     def reading(self, x: Values) -> Values:
-        """Readings at distances from rest."""
+        """Return readings at distances from rest."""
         return self.rest + self.sign * x
 
 
 def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> SensorPairs | str:
-    """A sensor's pairs made ready, or why they cannot be used. `full_scale_n` is that of all sensors together."""
+    """Prepare a sensor's pairs, or return why they are unusable. `full_scale_n` is that of all sensors together."""
     trouble = _insufficient(reading, force_n, full_scale_n)
     if trouble:
         return trouble
@@ -85,22 +85,22 @@ def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: floa
 
 
 def force_bin(force_n: Values, full_scale_n: float) -> NDArray[np.intp]:
-    """Which of the `BINS` of force each sample falls into."""
+    """Return the bin of force of each sample, of `BINS`."""
     return np.clip((force_n / full_scale_n * BINS).astype(np.intp), 0, BINS - 1)
 
 
 def is_timed(time_s: Values) -> bool:
-    """Whether times, in order, are those of a recording, and not of weights put on one by one."""
+    """Return whether times, in order, are those of a recording, and not of weights put on one by one."""
     return bool(time_s.size >= 100 and np.count_nonzero(np.diff(time_s) > 0.0) > 0.5 * time_s.size)
 
 
 def direction_of(reading: Values, force_n: Values) -> float:
-    """1 where readings rise with force, -1 where they fall."""
+    """Return 1 if readings rise with force, -1 if they fall."""
     return -1.0 if rank_correlation(reading, force_n) < 0.0 else 1.0
 
 
 def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
-    """Why these pairs are too few, or too much alike; "" where they are not."""
+    """Return why these pairs are too few, or too similar; "" if they are not."""
     if reading.size == 0:
         return "it has no pairs"
     distinct = np.unique(np.stack([reading, force_n]), axis=1).shape[1]
@@ -114,9 +114,9 @@ def _insufficient(reading: Values, force_n: Values, full_scale_n: float) -> str:
 
 
 def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.bool_], full_scale_n: float) -> str:
-    """Why the reading does not follow the force; "" where it does."""
+    """Return why the reading does not follow the force; "" if it does."""
     change = float(np.quantile(x[force_n >= 0.5 * force_n.max()], 0.9))
-    # Before the first load: what is left of loads afterwards is no noise.
+    # Before the first load: the after-effects of loads are not noise.
     quiet = x[unloaded & _before_loads(force_n, full_scale_n)]
     noise = float(np.std(quiet)) if quiet.size > 10 else 0.0
     step = _finest(x)
@@ -131,7 +131,7 @@ def _unresponsive(x: Values, force_n: Values, rest: float, unloaded: NDArray[np.
 
 
 def _finest(x: Values) -> float:
-    """The smallest step of a reading, at most one count; less for one in volts."""
+    """Return the smallest step of a reading, at most one count; less for one in volts."""
     steps = np.diff(np.unique(x))
     return min(float(steps.min(initial=1.0)), 1.0)
 
@@ -142,7 +142,7 @@ def _before_loads(force_n: Values, full_scale_n: float) -> NDArray[np.bool_]:
 
 
 def rank_correlation(a: Values, b: Values) -> float:
-    """Spearman's rank correlation of two series (n,); 0 where one does not vary."""
+    """Return Spearman's rank correlation of two series (n,); 0 if one is constant."""
     from scipy.stats import rankdata
 
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -150,13 +150,13 @@ def rank_correlation(a: Values, b: Values) -> float:
 
 
 def _rest(reading: Values, force_n: Values, unloaded: NDArray[np.bool_], full_scale_n: float) -> float:
-    """The unloaded reading before the first load: afterwards hysteresis and creep still show."""
+    """Return the unloaded reading before the first load: afterwards hysteresis and creep remain."""
     before = unloaded & _before_loads(force_n, full_scale_n)
     return float(np.median(reading[before if np.count_nonzero(before) >= 5 else unloaded]))
 
 
 def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
-    """The reading at 0 N, along the lowest tenth of the forces; not beyond the converter's ends."""
+    """Return the reading at 0 N, along the lowest tenth of the forces, limited to the converter's range."""
     order = np.argsort(force_n, kind="stable")[: max(3, force_n.size // 10)]
     if np.ptp(force_n[order]) == 0.0:
         return float(np.median(reading[order]))
@@ -170,9 +170,9 @@ def _extrapolated_rest(reading: Values, force_n: Values, sign: float) -> float:
 def _unsaturated(
     x: Values, reading: Values, force_n: Values, direction: NDArray[np.intp], full_scale_n: float
 ) -> tuple[NDArray[np.bool_], float]:
-    """Samples that are not saturated, and the least force that saturates the reading (infinite where none does).
+    """Return the samples that are not saturated, and the least saturating force (infinite if there is none).
 
-    A reading saturates at the end of the converter's range, or where it stays while the load goes on rising. Falling
+    A reading saturates at the end of the converter's range, or where it stays constant under a rising load. Falling
     loads do not count: there hysteresis holds the reading, too.
     """
     top = float(x.max())
@@ -190,13 +190,13 @@ def _unsaturated(
 
 
 def _is_flat(x: Values, force_n: Values, above: NDArray[np.bool_]) -> bool:
-    """Whether the reading no longer rises with force over the samples `above` one; noise alone reaches the top, too."""
+    """Return whether the reading no longer rises with force over the samples `above`; noise alone can reach the top."""
     rise = float(np.polyfit(force_n[above], x[above], 1)[0])
     return rise < _SATURATED_SLOPE * float(x.max()) / float(force_n.max())
 
 
 def smoothed(force_n: Values, time_s: Values) -> Values:
-    """A running mean of forces (n,) over 50 ms."""
+    """Return a running mean of forces (n,) over 50 ms."""
     steps = np.diff(time_s)
     count = max(1, int(round(_SMOOTH_S / float(np.median(steps[steps > 0.0])))))
     padded = np.concatenate([np.full(count, force_n[0]), force_n, np.full(count, force_n[-1])])
@@ -204,20 +204,20 @@ def smoothed(force_n: Values, time_s: Values) -> Values:
 
 
 def directions(smooth: Values, time_s: Values, full_scale_n: float) -> NDArray[np.intp]:
-    """RISING, FALLING or HELD at each sample (n,), from smoothed forces and their times."""
+    """Return RISING, FALLING or HELD at each sample (n,), from smoothed forces and their times."""
     from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
     steps = np.diff(time_s)
     count = max(3, int(round(HELD_S / float(np.median(steps[steps > 0.0])))))
     extent = maximum_filter1d(smooth, count) - minimum_filter1d(smooth, count)
-    # Repeated times give slopes without meaning; the median of the neighbours has one.
+    # Repeated times give meaningless slopes; the median over neighbours removes them.
     speed = median_filter(np.gradient(smooth, time_s + 1e-9 * np.arange(time_s.size)), size=5)
     held = extent < _HELD_SHARE * full_scale_n
     return np.where(held, HELD, np.where(speed > 0.0, RISING, FALLING)).astype(np.intp)
 
 
 def _weight_directions(force_n: Values) -> NDArray[np.intp]:
-    """Weights put on one by one: RISING or FALLING from the one before; UNKNOWN where they are in random order."""
+    """Return directions of weights put on one by one: RISING or FALLING; UNKNOWN if they are in random order."""
     steps = np.diff(force_n, prepend=force_n[0])
     steps = steps[np.maximum.accumulate(np.where(steps != 0.0, np.arange(steps.size), 0))]
     turns = np.count_nonzero(np.diff(np.sign(steps)))
@@ -227,9 +227,9 @@ def _weight_directions(force_n: Values) -> NDArray[np.intp]:
 
 
 def _folds(smooth: Values, own_full: float, timed: bool) -> tuple[NDArray[np.intp], int]:
-    """Cross-validation folds, and how many loadings there are.
+    """Return cross-validation folds, and the number of loadings.
 
-    A fold holds whole loadings where there are three or more, else stretches of time, else every n-th force.
+    A fold holds whole loadings if there are three or more, else stretches of time, else every n-th force.
     """
     high, low = smooth > 0.5 * own_full, smooth < 0.2 * own_full
     state = np.where(high, 1, np.where(low, -1, 0))

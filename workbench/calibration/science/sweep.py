@@ -1,4 +1,4 @@
-"""Exponential sweeps (Farina, AES 2000): what is played, and what its samples show."""
+"""Exponential sweeps (Farina, AES 2000): generation and detection."""
 
 import math
 
@@ -10,13 +10,13 @@ from underfoot.errors import require
 Array = NDArray[np.float64]
 
 _LEAST_GAP_S = 0.05
-"""Silence between two passes is at least so long."""
+"""Shortest silence between two passes."""
 
 
 def exponential(
     low_hz: float, high_hz: float, seconds: float, rate_hz: float, level: float = 0.5, fade_s: float = 0.02
 ) -> Array:
-    """One sweep whose frequency rises by equal factors in equal times, faded in and out: shape (frames,).
+    """Return one sweep whose frequency rises exponentially with time, faded in and out: shape (frames,).
 
     >>> sweep = exponential(20.0, 2000.0, 1.0, 48000.0)
     >>> len(sweep), float(sweep[0]), bool(np.abs(sweep).max() <= 0.5)
@@ -38,7 +38,7 @@ def exponential(
 
 
 def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -> Array:
-    """A quiet stretch, then `passes` sweeps, each with a quiet stretch behind it: shape (frames,).
+    """Return a silence, then `passes` sweeps, each followed by a silence: shape (frames,).
 
     >>> len(train([0.5, 0.5], 2, 10.0, 0.3))
     13
@@ -49,9 +49,9 @@ def train(sweep: ArrayLike, passes: int, rate_hz: float, quiet_s: float = 0.6) -
 
 
 def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array]:
-    """Where the passes of a sweep begin, in frames, and one of them.
+    """Return the start frames of the passes of a sweep, and one of them.
 
-    There are several only if all are the same and silence is between them.
+    There are several only if all are equal and separated by silence.
 
     >>> starts, one = find_passes(train(np.ones(800), 2, 8000.0), 8000.0)
     >>> starts.tolist(), one.size
@@ -73,7 +73,7 @@ def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array
 
 
 def growth_s(one: Array, rate_hz: float) -> float:
-    """The time in which a sweep's frequency rises by a factor e, by its zero crossings; NaN if it is not exponential.
+    """Return the time in which a sweep's frequency rises by a factor e, by its zero crossings; NaN if not exponential.
 
     >>> round(growth_s(exponential(20.0, 2000.0, math.log(100.0), 48000.0), 48000.0), 3)
     1.0

@@ -1,4 +1,4 @@
-"""Distortion over level: a series of tones of rising level, and the harmonics of each in a recording."""
+"""Distortion over level: tones of rising level, and the harmonics of each in a recording."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from underfoot.calibration.science.recording_checks import signal_of
 Array = NDArray[np.float64]
 
 TONE_HZ = 300.0
-"""Where distortion over level is measured (thesis 4.5.1)."""
+"""Frequency at which distortion over level is measured (thesis 4.5.1)."""
 LEVELS_DB = tuple(range(-30, 1, 3))
 """Levels of the tones, relative to the loudest."""
 _TONE_S, _GAP_S = 0.5, 0.2
@@ -19,7 +19,7 @@ _TONE_S, _GAP_S = 0.5, 0.2
 
 @dataclass(frozen=True)
 class DistortionOverLevel:
-    """Of tones of rising level: `drive` of full scale, `acceleration` of the fundamental in m/s^2, `thd` as a share."""
+    """Distortion of tones: `drive` in full scale, `acceleration` of the fundamental in m/s^2, `thd` as a share."""
 
     drive: Array
     acceleration: Array
@@ -27,7 +27,7 @@ class DistortionOverLevel:
 
 
 def tone_series(level: float, rate_hz: float, quiet_s: float) -> Array:
-    """Tones of rising level up to `level`, each faded in and out, after `quiet_s`, with silence between: (frames,).
+    """Return tones of rising level up to `level`, each faded in and out, after `quiet_s`, with silence between.
 
     >>> tones = tone_series(0.5, 8000.0, 0.25)
     >>> round(len(tones) / 8000.0, 3), round(float(np.abs(tones).max()), 3)
@@ -46,9 +46,9 @@ def tone_series(level: float, rate_hz: float, quiet_s: float) -> Array:
 def distortion_over_level(
     recorded: Array, level: float, rate_hz: float, begins_s: float, sensitivity: float
 ) -> DistortionOverLevel:
-    """The distortion of each tone of a `tone_series` in its recording, in which the first tone begins at `begins_s`.
+    """Return the distortion of each tone of a `tone_series` in its recording, whose first tone begins at `begins_s`.
 
-    `sensitivity` is what a full-scale sample of the recording is in m/s^2.
+    `sensitivity` is the acceleration of a full-scale sample of the recording, m/s^2.
     """
     drive, acceleration, thd = [], [], []
     for k, db in enumerate(LEVELS_DB):
@@ -62,7 +62,7 @@ def distortion_over_level(
 
 
 def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: int = 10) -> Array:
-    """Amplitudes of a steady tone and its harmonics, by least squares: shape (orders,); 0 above 0.45 of the rate.
+    """Return the amplitudes of a steady tone and its harmonics, by least squares: shape (orders,); 0 above 0.45 rate.
 
     >>> time_s = np.arange(4800) / 48000.0
     >>> tone = np.sin(2.0 * np.pi * 300.0 * time_s) + 0.05 * np.sin(2.0 * np.pi * 600.0 * time_s)
@@ -74,7 +74,7 @@ def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: 
     kept = [k for k in range(1, orders + 1) if k * frequency_hz <= 0.45 * rate_hz]
     angle = 2.0 * math.pi * frequency_hz * np.outer(time_s, kept)
     columns = np.concatenate([np.cos(angle), np.sin(angle), np.ones((heard.size, 1))], axis=1)
-    # Normal equations: harmonics are all but orthogonal, and lstsq would hold the interpreter for 100 ms.
+    # Normal equations: harmonics are nearly orthogonal, and lstsq would hold the interpreter for 100 ms.
     found = np.linalg.solve(columns.T @ columns, columns.T @ heard)
     amplitudes = np.zeros(orders)
     amplitudes[: len(kept)] = np.hypot(found[: len(kept)], found[len(kept) : 2 * len(kept)])

@@ -1,8 +1,8 @@
-"""Measuring a transfer function by an exponential sweep (Farina, AES 2000).
+"""Measurement of a transfer function with an exponential sweep (Farina, AES 2000).
 
-Dividing the recording's spectrum by the sweep's gives the impulse response. The k-th harmonic of the tile's distortion
-arrives as a response of its own, earlier by L ln k, L being the time in which the sweep rises by a factor e: one sweep
-separates the linear response and each order of distortion.
+The recording's spectrum divided by that of the sweep gives the impulse response. The k-th harmonic of the tile's
+distortion appears as a separate response, earlier by L ln k, where L is the time in which the sweep rises by a factor
+e: one sweep separates the linear response and each order of distortion.
 """
 
 import math
@@ -24,28 +24,28 @@ from underfoot.errors import BadMeasurement, require
 Array = NDArray[np.float64]
 
 POINTS_AN_OCTAVE = 96
-"""Points of a measured response."""
+"""Points per octave of a measured response."""
 ORDERS = (2, 3, 4, 5)
 """Harmonics whose distortion is measured."""
 LEAST_SNR_DB = 10.0
-"""A recording whose signal is nearer to its noise than this, in the middle of its band, is refused."""
+"""Smallest signal-to-noise ratio, in the middle of its band, of an accepted recording."""
 
 _SLACK_S = 0.01
-"""By how much a recording may begin after the sweep, or end before it."""
+"""Longest time by which a recording may begin after the sweep, or end before it."""
 _BEFORE_S, _AFTER_S = 0.005, 0.5
-"""How much of the impulse response is kept, before and after its arrival."""
+"""Parts of the impulse response that are kept, before and after its arrival."""
 _LOOPBACK_DB, _LOOPBACK_FROM_HZ = 0.1, 40.0  # below that a sound card's own high-pass shows
 
 
 @dataclass(frozen=True)
 class SweepMeasurement:
-    """A transfer function at `frequencies_hz` (n,), in recorded units a played unit, and how far it can be trusted.
+    """Transfer function at `frequencies_hz` (n,), in recorded units per played unit, with measures of its reliability.
 
-    `transfer` (n,) complex, the mean over `passes`, its delay of `latency_s` taken out; `spread_db` (n,) its standard
-    deviation over the passes, NaN for one; `noise` (n,) the magnitude that noise alone would have given, NaN where the
+    `transfer` (n,) complex is the mean over `passes`, with its delay of `latency_s` removed; `spread_db` (n,) its
+    standard deviation over the passes, NaN for one; `noise` (n,) the magnitude that noise alone would give, NaN if the
     recording has no quiet part; `coherence` (n,) the share of the recorded power that the sweep explains, 0 to 1.
-    `distortion[k]` (n,) is the k-th harmonic's magnitude while the sweep is at that frequency, of the fundamental's;
-    NaN where it was not measured. `noise_rms` is of the recording's quiet parts; NaN where it has none.
+    `distortion[k]` (n,) is the k-th harmonic's magnitude, relative to the fundamental, while the sweep is at that
+    frequency; NaN if not measured. `noise_rms` is that of the recording's quiet parts; NaN without any.
     """
 
     frequencies_hz: Array
@@ -61,21 +61,21 @@ class SweepMeasurement:
 
     @property
     def magnitude(self) -> Array:
-        """The modulus of the transfer function."""
+        """Modulus of the transfer function."""
         return np.abs(self.transfer)
 
     def snr_db(self, low_hz: float, high_hz: float) -> float:
-        """The median of signal over noise in a band, dB."""
+        """Return the median signal-to-noise ratio in a band, dB."""
         inside = (self.frequencies_hz >= low_hz) & (self.frequencies_hz <= high_hz)
         return 20.0 * math.log10(float(np.median(self.magnitude[inside] / np.maximum(self.noise[inside], 1e-300))))
 
 
 def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasurement:
-    """The transfer function from `sweep` (frames,) to `recorded` (frames,), both at `rate_hz`.
+    """Return the transfer function from `sweep` (frames,) to `recorded` (frames,), both at `rate_hz`.
 
-    `sweep` is all that was played: one pass or several equal ones with silence between. The recording may begin up to
-    the whole of its own length before it, or in the silence that the sweep begins with; its latency is found. Raises
-    `BadMeasurement` for a recording that cannot be right, and `BadValue` for values that are no signals.
+    `sweep` is all that was played: one pass, or several equal ones separated by silence. The recording may begin up to
+    its own length before it, or in the initial silence of the sweep; its latency is determined. Raises `BadMeasurement`
+    for an implausible recording, and `BadValue` for values that are no signals.
 
     >>> from underfoot.calibration.science.sweep import exponential, train
     >>> sweep = train(exponential(20.0, 2000.0, 1.0, 8000.0), 1, 8000.0)
@@ -94,13 +94,13 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
 
 
 def _lag(played: Array, heard: Array, begins: int, ends: int, rate_hz: float) -> int:
-    """By how many frames the recording is late: where their correlation, whitened over the sweep's band, begins.
+    """Return the delay of the recording in frames: the start of the correlation, whitened over the sweep's band.
 
-    Frames `begins` to `ends` of what was played sound, and must be in the recording.
+    Frames `begins` to `ends` of the played signal are not silent, and must be in the recording.
     """
     size, slack = _fft_size(played.size + heard.size), round(_SLACK_S * rate_hz)
     whole = np.abs(np.fft.irfft(np.fft.rfft(heard, size) * _inverse(np.fft.rfft(played, size)), size))
-    # From the earliest lag on that there can be, of a recording that begins when the sweep is over.
+    # From the earliest possible lag on, of a recording that begins when the sweep is over.
     response = np.concatenate([whole[size - ends :], whole[: heard.size]])
     first, last = max(ends - begins - slack, 0), heard.size + slack
     peak = int(np.argmax(response))
@@ -115,18 +115,18 @@ def _lag(played: Array, heard: Array, begins: int, ends: int, rate_hz: float) ->
 
 
 def _fft_size(frames: int) -> int:
-    """The next power of two."""
+    """Return the next power of two."""
     return 1 << max(frames - 1, 1).bit_length()
 
 
 def _inverse(spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """One over a spectrum, regularised where it is far below its largest value."""
+    """Return the inverse of a spectrum, regularised where it is far below its maximum."""
     power = np.abs(spectrum) ** 2
     return np.asarray(spectrum.conj() / (power + 1e-6 * power.max()))
 
 
 def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, float]:
-    """The band in which a sweep has power: within 30 dB of its strongest part, counted by octaves."""
+    """Return the band in which a sweep has power: within 30 dB of its strongest part, counted by octaves."""
     f = np.fft.rfftfreq(2 * (spectrum.size - 1), 1.0 / rate_hz)
     edges = np.geomspace(2.0, 0.45 * rate_hz, 12 * 12)
     cell = np.digitize(f, edges)
@@ -136,9 +136,9 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
 
 
 def _measure_passes(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz: float) -> SweepMeasurement:
-    """The measurement from one pass, where the passes begin in the recording, and the recording itself."""
+    """Return the measurement, from one pass, the starts of the passes in the recording, and the recording."""
     before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
-    # Up to the next pass. What rings on beyond the recording's end is that of the last frequencies only.
+    # Up to the next pass. Ringing beyond the recording's end belongs to the last frequencies only.
     after = longest
     kept = int(np.diff(starts).min(initial=one.size + after))
     size = _fft_size(2 * one.size + longest + before)
@@ -188,7 +188,7 @@ def _measure_passes(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz
 
 
 def _cut(signal: Array, first: int, frames: int, size: int) -> Array:
-    """Frames `first` to `first + frames` of a signal, zero where it has none, in an array of `size`."""
+    """Return frames `first` to `first + frames` of a signal, padded with zeros, in an array of `size`."""
     part = np.zeros(size)
     begin, end = max(first, 0), min(first + frames, signal.size)
     part[begin - first : end - first] = signal[begin:end]
@@ -196,7 +196,7 @@ def _cut(signal: Array, first: int, frames: int, size: int) -> Array:
 
 
 def _window(before: int, after: int) -> Array:
-    """1 about an arrival at frame `before`, faded in before it and out over the last fifth."""
+    """Return a window that is 1 around frame `before`, faded in before it and out over the last fifth."""
     fade = max(after // 5, 1)
     rise = 0.5 - 0.5 * np.cos(math.pi * np.arange(before) / max(before, 1))
     fall = 0.5 + 0.5 * np.cos(math.pi * np.arange(fade) / fade)
@@ -204,7 +204,7 @@ def _window(before: int, after: int) -> Array:
 
 
 def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArray[np.complex128]:
-    """The spectrum of a stretch at frequencies of a grid, time counted from its frame `before`."""
+    """Return the spectrum of a stretch at frequencies of a grid, with time 0 at its frame `before`."""
     size = _fft_size(max(stretch.size, round(2.0 * rate_hz)))
     f = np.fft.rfftfreq(size, 1.0 / rate_hz)
     spectrum = np.fft.rfft(stretch, size) * np.exp(2j * math.pi * f * before / rate_hz)
@@ -212,7 +212,7 @@ def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArr
 
 
 def _quiet(heard: Array, starts: NDArray[np.int64], sounds: int, before: int) -> Array:
-    """The longest stretch of a recording in which nothing plays, its mean taken off; empty where it is too short."""
+    """Return the longest stretch of a recording in which nothing plays, without its mean; empty if too short."""
     begins = np.append(0, starts + sounds)
     ends = np.append(starts - before, heard.size)
     longest = int(np.argmax(ends - begins))
@@ -221,7 +221,7 @@ def _quiet(heard: Array, starts: NDArray[np.int64], sounds: int, before: int) ->
 
 
 def _density(quiet: Array, frames: int, f: Array, rate_hz: float) -> Array:
-    """The power of `quiet` a frame, at frequencies f, from stretches of so many frames; NaN where there is none."""
+    """Return the power of `quiet` per frame, at frequencies f, from stretches of `frames`; NaN if there are none."""
     if not quiet.size:
         return np.full(f.size, np.nan)
     length = min(quiet.size, frames)
@@ -234,7 +234,7 @@ def _density(quiet: Array, frames: int, f: Array, rate_hz: float) -> Array:
 def _distortion(
     response: Array, one: Array, magnitude: Array, grid: Array, before: int, rate_hz: float
 ) -> dict[int, Array]:
-    """Each harmonic's magnitude of the fundamental's, at the frequency that was played."""
+    """Return each harmonic's magnitude relative to the fundamental, at the frequency that was played."""
     growth = growth_s(one, rate_hz)
     found = {}
     for k in ORDERS:

@@ -74,8 +74,8 @@ def _shortest_step(block: BlockOnBelt, error: float) -> float:
     """Return the step near the belt velocity, s, from the bias measured against `SlipDistribution` with 2e6 slips.
 
     Drift that changes within a step costs 0.12 (max(w0, zeta) h)^2. Drawing the positions of survivors without regard
-    to the belt velocity costs 0.06 (2 D h / gap^2)^1.3. An acceleration that moves further in a step than the noise
-    changes by a share of max(w0, zeta) h, and shifts the crossing by some 0.2 of that in deviations of the noise.
+    to the belt velocity costs 0.06 (2 D h / gap^2)^1.3. An acceleration whose effect in a step exceeds that of the
+    noise changes by a share of max(w0, zeta) h, and shifts the crossing by some 0.2 of that in deviations of the noise.
     """
     w0, zeta, noise, belt_velocity, x0, v0 = block
     gap = belt_velocity - v0
