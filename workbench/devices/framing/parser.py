@@ -144,11 +144,11 @@ class Parser:
     def feed(
         self, data: bytes | bytearray | memoryview, senders: NDArray[np.int64] | None = None, now_s: float = 0.0
     ) -> NDArray[np.void]:
-        """Return the valid frames that end in these bytes, except doubled, stale and foreign ones: records of `SAMPLE`
-        (n,).
+        """Return the valid frames that end in these bytes: records of `SAMPLE` (n,).
 
-        `senders` (n, 2) has the end of each sender's bytes, and its number; they arrived at `now_s`. Without it, all
-        are from one sender. Microseconds are unwrapped. The array belongs to the parser; the next call overwrites it.
+        Doubled, stale and foreign ones are left out. `senders` (n, 2) has the end of each sender's bytes, and its
+        number; they arrived at `now_s`. Without it, all are from one sender. Microseconds are unwrapped. The array
+        belongs to the parser; the next call overwrites it.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)
