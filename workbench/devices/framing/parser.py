@@ -20,7 +20,7 @@ from underfoot.kernels import kernel
 
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
-"""A frame that is older than the newest by this many cannot be told from an old one."""
+"""Frames at least this many behind the newest are stale: they cannot be told from old ones."""
 
 HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
