@@ -83,7 +83,7 @@ def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> 
 
 
 def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float64]:
-    """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on another, late computer.
+    """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on a computer `late_s` late.
 
     One for each sample in which a foot of four people is on both halves.
     """
