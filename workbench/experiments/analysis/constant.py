@@ -59,7 +59,7 @@ def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Of one person: PSE, slope and intercept of each condition's curve; NaN for one that cannot be fitted."""
+    """Estimate one person's PSE, slope and intercept for each condition's curve; NaN if it cannot be fitted."""
     axis, condition = axis_and_condition(rows)
     found = []
     for (value,), part in sorted(grouped(rows, condition).items()) if condition else [(("",), rows)]:
