@@ -162,9 +162,7 @@ class Scale:
 
 
 def weighing(made, by_hand=False, gate=None, failure=None):
-    """Return the calibration for the workspace; its results are appended to `made`. With a `failure` it cannot be
-    made.
-    """
+    """Return the calibration for the workspace; results are appended to `made`. With a `failure` it fails."""
 
     def make(target, tile, profile, reference):
         if failure is not None:

@@ -18,9 +18,7 @@ BEGIN_S = 0.6
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of 60 per second: the contacts that are sent, and the tiles that certainly, and possibly, carry a
-    foot.
-    """
+    """A frame of 60 per second: the contacts sent, and the tiles that certainly, and possibly, carry a foot."""
 
     time_s: float
     contacts: tuple

@@ -107,9 +107,7 @@ def macaron():
 
 
 class Syntacts:
-    """Signals as Syntacts writes them with cereal: types are numbered in order of appearance, and named the first
-    time.
-    """
+    """Signals as Syntacts writes them with cereal: types are numbered by appearance, and named the first time."""
 
     def __init__(self, names_each_time=False):
         """With `names_each_time`, parts can be combined in any order."""

@@ -31,9 +31,7 @@ class Given:
 
 
 def standing(rate_hz, rate=RATE, seconds=2.0):
-    """Return samples of a person who stands on the first tile from 0.3 to 1.3 s and sways: stamps in frames, and
-    forces.
-    """
+    """Return samples of a person who stands and sways on the first tile from 0.3 to 1.3 s: stamps in frames, forces."""
     time_s = np.arange(round(seconds * rate_hz)) / rate_hz
     forces = np.zeros((len(time_s), 2, 4))
     on = (time_s >= QUIET_S) & (time_s < QUIET_S + STAND_S)

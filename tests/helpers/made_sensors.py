@@ -27,9 +27,7 @@ def loadings(rate_hz, seed, count=4, full_n=FULL_N):
 
 
 def lagging(force_n, width=0.08):
-    """Return the force read by a sensor that reads `width` more while force falls: a play with a width relative to the
-    force.
-    """
+    """Return the reading of a sensor with a play: it reads `width`, relative to the force, more while force falls."""
     felt, held = np.empty_like(force_n), 0.0
     for i, force in enumerate(force_n):
         held = min(max(held, force), (1.0 + width) * force)

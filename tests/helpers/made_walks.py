@@ -31,9 +31,7 @@ class Foot:
     peak2_n: float = 780.0
 
     def force_n(self, time_s):
-        """Return quarter sines up to the first peak and down from the second, with half cosines between the
-        extremes.
-        """
+        """Return quarter sines up to the first peak and down from the second, and half cosines between extremes."""
         p = (np.asarray(time_s) - self.start_s) / self.duration_s
         rise = self.peak1_n * np.sin(np.pi / 2 * p / 0.25)
         down = self.valley_n + (self.peak1_n - self.valley_n) * (0.5 + 0.5 * np.cos(np.pi * (p - 0.25) / 0.25))

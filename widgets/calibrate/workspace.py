@@ -180,9 +180,7 @@ class CalibrateWorkspace(Workspace):
     # --- measurement ---
 
     def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; if `alone`, the simulator runs it from first to last
-        page.
-        """
+        """Begin the chosen calibration of the chosen tile; if `alone`, the simulator runs all of its pages."""
         if self._target is None or self.is_measuring or why_not(self._target):
             return
         self._alone = alone

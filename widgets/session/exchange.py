@@ -54,9 +54,7 @@ class Exchange(QObject):
         self._open_patch.when_safe(lambda: self._read(path))
 
     def handlers(self) -> Handlers:
-        """Return the functions for dropped files. A JSON file is a patch, unless its content identifies another
-        program.
-        """
+        """Return the functions for dropped files. JSON is a patch, unless its content identifies another program."""
         from underfoot.exchange.formats import READ
 
         def open_json(path: Path) -> None:

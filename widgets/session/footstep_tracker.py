@@ -55,9 +55,7 @@ class FootstepTracker:
         self._counter = StepCounter(self.floor)
 
     def load_kernels(self) -> None:
-        """Load the kernels in a thread, preferably after another process has compiled them: compiling would slow this
-        one down.
-        """
+        """Load the kernels in a thread, preferably after another process has compiled them."""
         self._loaded = _load_kernels()
 
     @property

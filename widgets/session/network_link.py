@@ -20,9 +20,7 @@ LENT = "a study has the floor, which takes no cues meanwhile"
 
 
 class NetworkLink(QObject):
-    """Serves the window's session according to the settings, which `apply` changes. Another thread handles the
-    sockets.
-    """
+    """Serves the window's session by the settings, which `apply` changes. Another thread handles the sockets."""
 
     def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
         """`panic` silences everything that the window plays."""

@@ -45,7 +45,8 @@ class TargetSelection:
             self._use("simulator", "", default_floor(self._settings.rows, self._settings.columns))
 
     def use_forces(self, path: Path) -> None:
-        """Play back the forces in a file: a CSV with its floor beside it, a recording, or force plates in a C3D file.
+        """Play back the forces in a file: a CSV with its floor, a recording, or force plates in a C3D file.
+
         Raises `BadFile` if one cannot be read.
         """
         self._use("replay", str(path), floor_of(path))

@@ -8,9 +8,7 @@ from underfoot.widgets.transport import Choices
 
 
 def choices() -> Choices:
-    """Return the floors and tiles to choose from. Keys are a kind, and the choice within it if no question is
-    needed.
-    """
+    """Return the floors and tiles to choose from, by keys: a kind and, if no question follows, the choice within it."""
     return (
         ("simulator 2 2", "Simulated floor  2 × 2"),
         ("simulator 6 6", "Simulated floor  6 × 6"),

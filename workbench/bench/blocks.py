@@ -127,8 +127,7 @@ def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
 
 
 def stepping(floor: Floor, feet: int) -> ForceSeries:
-    """Return a second of sensor forces under this many feet, each of which takes a step on its tile, at its own
-    moment.
+    """Return a second of sensor forces under this many feet, each stepping on its tile at its own moment.
 
     It loops seamlessly. A foot that only stood would soon be silent on most grounds.
 

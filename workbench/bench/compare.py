@@ -16,9 +16,7 @@ _LEAST = 0.05
 
 
 class Time(msgspec.Struct, frozen=True):
-    """A time of one run: its row, the time of one unit (less is better), and the slowness and spread of
-    `timing.Timed`.
-    """
+    """A time of one run: row, time of one unit (less is better), and slowness and spread as in `timing.Timed`."""
 
     row: str
     value: float

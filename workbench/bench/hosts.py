@@ -1,5 +1,4 @@
-"""Floors on several computers, simulated: the accuracy of clock synchronisation over a network, and its effect on
-contacts.
+"""Simulated floors on several computers: the errors of clock synchronisation, and their effect on contacts.
 
 `python -m underfoot.bench.hosts` prints the table of docs/hosts.md.
 """
@@ -24,8 +23,10 @@ PROBE_S, PROBES = 5.0, 10
 
 @dataclass(frozen=True)
 class Link:
-    """A network path between two computers, in seconds: the least delay of a message, the mean queueing delay added to
-    it, and the excess of the forward over the return delay.
+    """A network path between two computers, in seconds.
+
+    `least_s` is the least delay of a message, `queue_s` the mean queueing delay added to it, and `longer_s` the excess
+    of the forward over the return delay.
     """
 
     least_s: float
@@ -49,8 +50,9 @@ LINKS = {
 
 
 def by_round_trips(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
-    """Return the errors in seconds of another computer's clock at the end of each interval between two rounds of
-    probes: half of a round trip is taken as the delay, and the result holds until the next round.
+    """Return the errors of another computer's clock, estimated from round trips, before each new round of probes.
+
+    In seconds. Half of a round trip is taken as the delay, and the result holds until the next round.
 
     >>> bool(abs(by_round_trips(Link(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
     True
@@ -81,8 +83,9 @@ def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> 
 
 
 def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float64]:
-    """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on another computer, and its forces
-    are late by this much: for each sample in which a foot of four people is on both halves.
+    """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on a computer `late_s` late.
+
+    One for each sample in which a foot of four people is on both halves.
     """
     source = SimulatedFloor(default_floor(6, 6), RATE_HZ, people=simulation("people=4")[1])
     parts = []

@@ -160,9 +160,7 @@ def _impact(seen: Seen) -> str:
 
 
 def _work(force: NDArray[np.float64], moved: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the most work that a force can have done by each of `frames`, if it is constant after one frame: F x;
-    otherwise infinity.
-    """
+    """Return the most work of a force by each of `frames`, F x, if it is constant after one frame; else infinity."""
     steady = np.flatnonzero(force)
     if steady.size == 0 or np.ptp(force[steady[0] :]) > 0.0 or force[-1] < 0.0 or moved.min(initial=0.0) < 0.0:
         return np.full(frames.size, math.inf)

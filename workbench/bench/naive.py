@@ -89,9 +89,7 @@ def sum_of_sines(f0_hz: float, amplitudes: NDArray[np.float64], frames: int, rat
 
 
 def sorted_fibres(load: NDArray[np.float64], fibres: int, shape: float, scale: float, seed: int) -> NDArray[np.float64]:
-    """Compute the strain of a slowly loaded bundle of stiffness 1 per fibre: draw all thresholds, sort, break in
-    order.
-    """
+    """Compute the strain of a slowly loaded bundle of stiffness 1 per fibre, with sorted thresholds."""
     thresholds = scale * np.random.default_rng(seed).weibull(shape, fibres)
     thresholds.sort()
     strain = np.empty(load.size)
@@ -134,8 +132,7 @@ def _scan(load: Floats, thresholds: Floats, strain: Floats) -> None:
 
 @kernel
 def slip_by_euler(force: Floats, h: float, ground: Memory, energy: float, out: Floats) -> None:
-    """Compute elasto-plastic slips of one `energy` by the semi-implicit Euler method, with a step of `h` seconds per
-    value of `force`.
+    """Compute elasto-plastic slips of one `energy` by semi-implicit Euler, a step of `h` seconds per value of `force`.
 
     `ground` is `Ground.parameters()`.
     """

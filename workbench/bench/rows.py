@@ -71,8 +71,7 @@ def driven(modes: ArrayLike, rate: float, floor: float, excitation: Floats) -> M
 
 
 def hit(modes: ArrayLike | ModalObject, rate: float, events: Sequence[Sequence[float]], **of_hammer: float) -> Memory:
-    """Return an object at rest that is hit at `events`: (time, velocity), by a hammer with the fields of
-    `hammer.HAMMER`.
+    """Return an object at rest, hit at `events` (time, velocity) by a hammer with the fields of `hammer.HAMMER`.
 
     `modes` [4, m] are rows of frequency (Hz), decay (1/s), modal mass (kg) and shape.
     """
@@ -99,9 +98,7 @@ def ringing(row: Memory, first: int, blocks: int) -> Callable[[], None]:
 
 @cache
 def _compiled(layout: Layout) -> CFunc:
-    """Return the kernel for rows of a layout: it takes address, the layout's sizes, first block and number of
-    blocks.
-    """
+    """Return the kernel for rows of a layout: of address, the layout's sizes, first block and number of blocks."""
     runs: dict[Layout, Callable[..., None]] = {STRUCK: _strike, DRIVEN: _drive, HIT: _hit}
     return callback(types.void(_POINTER, *[_COUNT] * (len(layout.symbols) + 2)), runs[layout])
 

@@ -312,9 +312,7 @@ def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int,
 def random_points(
     type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
 ) -> Iterator[Patch]:
-    """Yield patches with a node at the corners of its parameter box, then at random points, with some parameters
-    wired.
-    """
+    """Yield patches with a node at the corners of its parameter box, then at random points, partly wired."""
     node = registry[type]
     numbers = {name: p for name, p in node.parameters.items() if isinstance(p, Number | Count)}
     whole = 2 ** len(numbers)

@@ -71,8 +71,7 @@ class Conversion:
         self.newtons(nothing, np.zeros((0, 4), np.int64), np.zeros(0), nothing)  # loads the kernel
 
     def newtons(self, rows: Whole, readings: Whole, time_s: Floats, epochs: Whole) -> Floats:
-        """Return the forces (n, 4) in newtons of readings (n, 4), each of the floor's tile in `rows` (n,), in order of
-        arrival.
+        """Return the forces (n, 4) in newtons of readings (n, 4) of the tiles in `rows` (n,), in order of arrival.
 
         `time_s` is the tile's own clock; a change of a tile's number in `epochs` means that it has restarted, with its
         sensors at rest.

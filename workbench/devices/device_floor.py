@@ -100,9 +100,7 @@ class DeviceFloor:
 
     @property
     def latency_s(self) -> float:
-        """Time in seconds from a sample's jitter-free arrival to the first frame that it changes, averaged over a
-        second.
-        """
+        """Seconds from a sample's jitter-free arrival to the first frame that it changes, averaged over a second."""
         return float(self._progress["latency"]) / self._rate
 
     def take_notices(self) -> list[str]:

@@ -38,9 +38,7 @@ class ForceSource(Protocol):
     forces: NDArray[np.float64]
 
     def pull(self, end: int) -> int:
-        """Write the samples before session frame `end`, at most `MAX_SAMPLES`, and return their number. Allocates
-        nothing.
-        """
+        """Write the samples before session frame `end`, at most `MAX_SAMPLES`; return their number. No allocation."""
         ...
 
 

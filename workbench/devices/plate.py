@@ -67,8 +67,7 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Plate:
-    """The plate at a serial port. `want` sets the stiffness, `poll` drives it there and reports arrival, without
-    waiting.
+    """The plate at a serial port. `want` sets the stiffness; `poll` drives it there without waiting.
 
     It never moves under a load: a requested move waits until nobody is on the plate, and a move in progress is held
     when somebody steps on, and then repeated.
@@ -93,9 +92,7 @@ class Plate:
         self._position, self._is_wanted = self.calibration.position(stiffness_n_mm), True
 
     def poll(self, is_loaded: bool) -> bool:
-        """Continue the move; return whether the plate has arrived and stands still. Raises `DeviceError` if it is
-        lost.
-        """
+        """Continue the move; return whether the plate has arrived. Raises `DeviceError` if it is lost."""
         for line in self._lines():
             word, _, rest = line.partition(" ")
             if word == "ERR":
@@ -135,8 +132,9 @@ class Plate:
 
 
 def plate_of(text: str) -> Plate:
-    """Open the plate of `PORT:FILE`, a serial port and a calibration file; raise `BadValue`, `BadFile` or
-    `DeviceError`.
+    """Open the plate of `PORT:FILE`, a serial port and a calibration file.
+
+    Raises `BadValue`, `BadFile` or `DeviceError`.
     """
     port, path = split_plate(text)
     return Plate(port, PlateCalibration.load(path))

@@ -10,8 +10,7 @@ _MAX_SAMPLES = 1 << 15
 
 
 class Resampled:
-    """The samples of `source` at `rate_hz` instead of its own; none in a gap of the source. It allocates, so it is not
-    for live use.
+    """The samples of `source` at `rate_hz`; none in a gap of the source. It allocates: not for live use.
 
     >>> from underfoot.devices.replay import Replay
     >>> from underfoot.floor.forces import ForceSeries

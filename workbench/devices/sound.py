@@ -152,8 +152,7 @@ class Exchange:
 
 
 class Stream:
-    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays the block at that
-    address.
+    """A stream that calls `fill() -> address` for each block of interleaved float32, and plays that block.
 
     With `heard`, float32 [frame, input], it also records: the input of a block is there when `fill` is called, in
     PortAudio's thread. `underruns` counts blocks that were late or incomplete. `finished` is set when the stream has

@@ -90,9 +90,7 @@ class Transport(ABC):
 
     @abstractmethod
     def read(self) -> bytes | memoryview:
-        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the connection
-        is gone.
-        """
+        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if it is gone."""
 
     def sender_name(self, number: int) -> str:
         """Return the display name of a sender by its number in `senders`."""

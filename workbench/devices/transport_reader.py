@@ -96,9 +96,7 @@ class TransportReader:
             self.transport.close()
 
     def _read(self, is_silent: bool) -> bool:
-        """Read until told to stop; return whether it was silent last. Raises `DeviceError` when the transport
-        is gone.
-        """
+        """Read until told to stop; return whether it was silent last. `DeviceError` when the transport is gone."""
         heard_s, unread = time.monotonic(), 0
         while not self._stop.is_set():
             data = self.transport.read()

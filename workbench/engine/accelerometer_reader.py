@@ -165,9 +165,7 @@ def reader_of(
 
 
 def _write_new(ring: Ring, rows: NDArray[np.float32], begin: int, n: int) -> None:
-    """Write `n` rows, the first at frame `begin`, except those already in the ring; skip the frames missing before
-    them.
-    """
+    """Write the first `n` rows, from frame `begin` on, except those already in the ring; skip frames missing before."""
     ring.skip(begin)
     known = max(ring.written - begin, 0)  # at the start: input from before anything was played
     if known < n:

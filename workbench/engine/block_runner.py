@@ -74,9 +74,7 @@ class BlockRunner:
         self._write_status((time.perf_counter() - began) / self.block_s)
 
     def align(self) -> bool:
-        """Write the delayed accelerometer input at its frames; return whether it can still be aligned. Not for the
-        callback.
-        """
+        """Write the delayed accelerometer input; return whether it can still be aligned. Not for the callback."""
         if not isinstance(self.accelerometers, CardReader):
             return True
         self.accelerometers.align()

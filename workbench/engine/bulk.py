@@ -64,11 +64,10 @@ def _text(value: Any) -> str:
 
 
 def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tuple[int, Any]]:
-    """Render all items on every core, or on the Dask cluster at this address; yield each item's number and its summary
-    or `UnderfootError`, in order of completion.
+    """Render items on every core, or on the Dask cluster at this address, and yield them in order of completion.
 
-    When a summary arrives its file exists, and the summary has its `sha256`. Items lost with a dead process are
-    rendered by another one.
+    Yields each item's number and its summary or `UnderfootError`. When a summary arrives its file exists, and the
+    summary has its `sha256`. Items lost with a dead process are rendered by another one.
     """
     if cluster is None:
         yield from in_parallel(_file, items, cores(), MOST_TRIES)

@@ -19,8 +19,7 @@ ORPHAN_S = 15.0
 
 
 class ChildProcess:
-    """A process that runs `run(connection, *given)` of a module, and the connection to it. Only the process imports
-    the module.
+    """A process that runs `run(connection, *given)` of a module, which only it imports, and the connection to it.
 
     If `daemon`, it is killed when its parent ends.
     """

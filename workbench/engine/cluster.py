@@ -19,12 +19,11 @@ held in memory.
 
 
 def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) -> Iterator[tuple[int, Any]]:
-    """Yield the number of each of `jobs` and what `work` returns for it, or the `UnderfootError` it raised, in order
-    of completion.
+    """Yield the number of each of `jobs` and what `work` returns or raises for it, in order of completion.
 
-    The cluster's scheduler is at `address`, as tcp://host:8786; its workers have this version of Underfoot. Jobs of a
-    worker that dies are repeated by others. Raises `BadValue` if the package distributed is not installed, and
-    `DeviceError` if the cluster cannot be reached or gives up.
+    Of errors, only an `UnderfootError` is yielded. The cluster's scheduler is at `address`, as tcp://host:8786; its
+    workers have this version of Underfoot. Jobs of a worker that dies are repeated by others. Raises `BadValue` if the
+    package distributed is not installed, and `DeviceError` if the cluster cannot be reached or gives up.
     """
     try:
         from distributed import Client, as_completed

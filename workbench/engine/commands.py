@@ -97,8 +97,7 @@ class Command(Action):
 
 @dataclass(frozen=True)
 class Swap(Command):
-    """Replace the program by this patch (JSON text): built first, states kept, faded in. Its kernels are already
-    cached.
+    """Replace the program by this patch (JSON text): built first, states kept, faded in. Kernels are cached.
 
     If both programs at once would cost too much, the engine fades out the old one first, not `together` with the new
     one. A patch that begins `anew` plays from its start: only states that follow the floor are kept. Where states
@@ -236,9 +235,7 @@ class Play(Command):
 
 @dataclass(frozen=True)
 class Panic(Command):
-    """Close the outputs within 1 ms, before all other commands. Issued by the engine when the shared panic byte is
-    set.
-    """
+    """Close the outputs within 1 ms, before all other commands. Sent by the engine itself at the panic byte."""
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         loop.safety.panic(frame)

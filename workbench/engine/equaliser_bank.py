@@ -63,9 +63,7 @@ class EqualiserBank:
 
 
 def coefficients_of(sections: ArrayLike, rate_hz: float, engine_rate_hz: float) -> np.record:
-    """Return the coefficients at `engine_rate_hz` of sections designed for `rate_hz`; `BadValue` if they are not
-    stable.
-    """
+    """Return the coefficients at `engine_rate_hz` of sections designed for `rate_hz`; `BadValue` if unstable."""
     return cascade.coefficients(cascade.at_rate(sections, rate_hz, engine_rate_hz))
 
 

@@ -37,8 +37,7 @@ class ErrorPoint:
 
 @dataclass(frozen=True)
 class ErrorCurve:
-    """Measurements of a node so far: `points` from the smallest error on, `here` at its present value, `left` still to
-    come.
+    """Measurements of a node so far: `points` by rising error, `here` at its present value, `left` to come.
 
     `of` is the quantity whose error it is, and `cost` the work whose time it is.
     """

@@ -328,9 +328,7 @@ def _draw(
 def _draw_open(
     signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
 ) -> None:
-    """Do the same as `_draw`, bit for bit, where the gate is open and the force not ramped, without testing either per
-    frame.
-    """
+    """Do as `_draw`, bit for bit, where the gate is open and the force is not ramped: no tests per frame."""
     since, length = segment.from_frame, segment.at_frame - segment.from_frame
     force_n, x_m, y_m = signals[0, begin:end], signals[1, begin:end], signals[2, begin:end]
     from_n, from_x, from_y = segment.from_values[0], segment.from_values[1], segment.from_values[2]

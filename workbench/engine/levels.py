@@ -24,7 +24,7 @@ SECONDS = 1.2
 
 @dataclass(frozen=True)
 class Level:
-    """A signal's level in m/s^2: the stable peak of table 6.1, the RMS of its loudest 0.2 s, and the RMS in band.
+    """A signal's level in m/s^2: the stable peak of table 6.1, and the RMS of its loudest 0.2 s.
 
     `share_in_band` is the share of its energy within 50 to 750 Hz; `level_db` is the level above what a sole in a hard
     shoe feels, None for silence; `noticed` is the probability that a person in such shoes notices it.

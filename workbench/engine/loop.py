@@ -161,8 +161,9 @@ class Loop:
         return self.play_all(frames)[0]
 
     def play_all(self, frames: int) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]]]:
-        """Do as `play`; also return, with `measures`, what was `commanded` and measured at `plates`: float32 [frame,
-        tile], m/s^2.
+        """Do as `play`; with `measures`, also return what was `commanded`, and measured at `plates`.
+
+        Both are float32 [frame, tile], m/s^2.
         """
         sources = {"": self.out}
         if self.measures:

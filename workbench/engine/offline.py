@@ -44,9 +44,7 @@ class RenderJob:
     folder: Path | None = None
 
     def run(self) -> Rendered:
-        """Render it; raise `BadValue` for an invalid length, block or rate, or if a node makes a value that is not
-        finite.
-        """
+        """Render it; raise `BadValue` for an invalid length, block or rate, or a node's value that is not finite."""
         if not float(self.rate_hz).is_integer():
             raise BadValue(f"rate is {self.rate_hz:g}; allowed: whole numbers, 8000 to 192000 Hz")
         options = LoopOptions(

@@ -36,7 +36,7 @@ SWITCH_S = 0.0002
 
 def run(connection: Connection) -> None:
     """Wait for the `Setup` and play until the connection ends or `Quit` arrives; the main function of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     try:
         load_common_kernels()  # so that an engine on standby takes over sooner
         gc.collect()

@@ -224,7 +224,7 @@ class Recorder:
 
 def run(connection: Connection, job: Job) -> None:
     """Write until the connection ends, then close the file; the main function of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
     with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
         connection.send(Loaded())

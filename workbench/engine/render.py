@@ -25,8 +25,7 @@ _POINTS = 600
 
 @dataclass(frozen=True, repr=False)
 class Rendered:
-    """Result of a rendering: float32 [frame, channel], at most 1; ids of nodes that ran, slept throughout, or were
-    left out.
+    """Result of a rendering: float32 [frame, channel], at most 1; ids of nodes that ran, slept, or were left out.
 
     `tiles` has the `commanded` and the measured acceleration of simulated plates, as in `Loop.play_all`. `spent_s` is
     the time from the first block to the last, from force samples to full scale; `program_s` is the share of the
@@ -73,8 +72,8 @@ class Rendered:
         return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
     def _felt(self, samples: NDArray[np.float32]) -> dict[str, object]:
-        """Return perceptual figures of the tile that moves most: energy share within 50 to 750 Hz, and sensation level
-        at the sole.
+        """Return the energy share within 50 to 750 Hz and the sensation level at the sole, of the tile that moves
+        most.
         """
         if not samples.size:
             return {}

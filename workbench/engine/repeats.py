@@ -43,9 +43,7 @@ class Repeats:
         return bool(self._tile)
 
     def begin(self, tile: str, period_s: float) -> None:
-        """Start on a tile now, and every period from then on; after an interruption, the period begins with the next
-        start.
-        """
+        """Start on a tile now, and every period from then on; any other start restarts the period."""
         self._tile, self._origin = tile, None
         self.set_period(period_s)
         self._has_begun = self._session.restart(tile)

@@ -20,8 +20,8 @@ from underfoot.kernels import intrinsic, kernel
 DC_HZ = 5.0
 """Corner frequency of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
 RMS_SECONDS, BURST_SECONDS = 0.5, 0.05
-"""Averaging times of the mean square: the first is of the order of a voice coil's heating, with a margin; over the
-second, a signal's power is estimated. Shorter bursts pass unchanged.
+"""Averaging times of the mean square: the first is of the order of a voice coil's heating; over the second, a signal's
+power is estimated. Shorter bursts pass unchanged.
 """
 RELEASE_SECONDS = 0.1
 """Release time of a limited channel."""
@@ -144,8 +144,7 @@ class Safety:
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,
         at: int, n: int,
     ) -> None:  # fmt: skip
-        """Write the commanded acceleration of the tiles, m/s^2: the input of `apply` times level and opening; [frame,
-        row] into `out`.
+        """Write the commanded acceleration of the tiles, m/s^2, [frame, row], into `out`: with level and opening only.
 
         It is taken before equaliser and limits: what an ideal tile would measure. Allocates nothing.
         """

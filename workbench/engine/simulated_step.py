@@ -16,8 +16,7 @@ _LONGEST_S = 2.0
 
 
 def adult_step(tile: Tile, time_s: NDArray[np.float64], start_s: float) -> tuple[NDArray[np.float64], ...]:
-    """Return the force in N of a step straight over the middle of a tile at these times: of the foot (n,), of the
-    corners (n, 4).
+    """Return the force of a step over the middle of a tile at these times, N: of foot (n,) and corners (n, 4).
 
     >>> from underfoot.floor.layout import default_floor
     >>> tile = default_floor().tiles[0]

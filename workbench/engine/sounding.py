@@ -43,8 +43,7 @@ class SoundCard:
         return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        """Play through limiter and shaker; return the accelerometer's signal, relative to full scale, with half a
-        second more.
+        """Play through limiter and shaker; return the accelerometer's signal, of full scale, with half a second more.
 
         Raises `DeviceError` if the device fails, `BadMeasurement` if samples were lost or `silence` was called.
         """
@@ -89,9 +88,7 @@ class SoundCard:
 
 
 def heard_of(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
-    """Return the simulated accelerometer's signal, relative to full scale, of a sound through limiter and simulated
-    shaker.
-    """
+    """Return the simulated accelerometer's signal, of its full scale, of a sound through limiter and shaker."""
     signal = limited(sound.signal, sound.rate_hz)
     return tile.respond(signal, float(sound.rate_hz), sound.load) / tile.parameters.accelerometer.range_m_s2
 

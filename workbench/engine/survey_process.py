@@ -24,8 +24,7 @@ class Progress:
 
 
 def run(connection: Connection, path: str) -> None:
-    """Send `Progress`, and a `Survey` of what is new each time, the last one whole; or a line with the reason of a
-    failure.
+    """Send `Progress` and each time a `Survey` of what is new, the last one whole; or a line on a failure.
 
     The main function of the process. It ends when nobody listens any more.
     """

@@ -46,8 +46,7 @@ class Target:
 
 
 def simulation_of(text: str) -> str | None:
-    """Return the simulation in a target's text: a parameter file or people, "" for neither; None for another kind of
-    target.
+    """Return the simulation in a target's text: a parameter file or people, "" for neither; None if not simulated.
 
     >>> simulation_of("simulator"), simulation_of("simulator:people=2"), simulation_of("walk.csv")
     ('', 'people=2', None)
@@ -78,9 +77,7 @@ def is_simulated(target: Target) -> bool:
 
 
 def require_source(target: Target) -> None:
-    """Raise `DeviceError` if a transport cannot be opened, or `BadFile` if a file cannot be read, before a session
-    begins.
-    """
+    """Raise `DeviceError` or `BadFile`, before a session begins, if a transport or a file cannot be opened."""
     simulation(target.simulation)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)

@@ -23,9 +23,7 @@ class TilePulse:
         self._end_frame = frame + round(PULSE_S * self._rate_hz) + 1
 
     def apply(self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> None:
-        """Add the bursts to `n` frames of float64 [row, frame], in m/s^2; clear the mark of rows that are no longer
-        zero.
-        """
+        """Add the bursts to `n` frames of float64 [row, frame], in m/s^2; clear the zero marks of their rows."""
         if frame < self._end_frame:
             _add_pulses(acceleration, zero_rows, self._start_frames, frame, n, self._rate_hz)
 

@@ -37,12 +37,11 @@ def in_parallel(
     tries: int = 1,
     is_stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Any]]:
-    """Yield the number of each of `jobs` and what `work` returns for it, or the `UnderfootError` it raised, in order
-    of completion.
+    """Yield the number of each of `jobs` and what `work` returns or raises for it, in order of completion.
 
-    `work` is a function of a module; jobs and results can be pickled. A process that dies is replaced; a job lost
-    `tries` times has that as its error. Ctrl-C stops all processes; once `is_stopped` returns true, nothing more is
-    yielded.
+    Of errors, only an `UnderfootError` is yielded. `work` is a function of a module; jobs and results can be pickled.
+    A process that dies is replaced; a job lost `tries` times has that as its error. Ctrl-C stops all processes; once
+    `is_stopped` returns true, nothing more is yielded.
     """
     waiting = deque(enumerate(jobs))
     lost: Counter[int] = Counter()

@@ -124,9 +124,7 @@ def _rectangle(duty: float) -> list[float]:
 
 
 def _mixed(patch: Patch, outputs: list[str], y: float) -> tuple[Patch, str, float]:
-    """Add nodes that sum these outputs, four at a time; return the patch, the sum, and the position of the next
-    node.
-    """
+    """Add nodes that sum these outputs, four at a time; return patch, sum, and the next node's position."""
     column = 4 * STEP_PX
     while len(outputs) > 1:
         added = []

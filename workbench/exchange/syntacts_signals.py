@@ -269,9 +269,7 @@ def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
 
 
 def types_in(raw: Any) -> dict[int, str]:
-    """Return types by their numbers: a type is named at its first occurrence in a file, and has only its number
-    later.
-    """
+    """Return types by their numbers: a type is named at its first occurrence, and has only its number later."""
     found: dict[int, str] = {}
     waiting = [raw]
     while waiting:
@@ -310,8 +308,8 @@ def _points(term: Term, end_s: float) -> Array:
 
 
 def _pairs(a: Term, b: Term) -> Iterable[tuple[Term, Term]]:
-    """Return the pairs whose products sum to the product of two terms: for two sines, two cosines of halved
-    amplitude.
+    """Return the pairs whose products sum to the product of two terms: for two sines, half the cosines of both
+    phases.
     """
     if not (a.wave == b.wave == "sine" and a.phase and b.phase):
         return ((a, b),)

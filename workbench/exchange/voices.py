@@ -40,9 +40,7 @@ class Voice:
     duty: float = 0.5
 
     def samples(self, frames: int, rate_hz: float) -> Array:
-        """Return the oscillation from phase 0 on: shape (frames,). Of square, triangle and saw, only the first
-        partial.
-        """
+        """Return the oscillation from phase 0 on: shape (frames,); of square, triangle and saw, the first partial."""
         time_s = np.arange(frames) / rate_hz
         return self.amplitude(time_s) * np.sin(2.0 * np.pi * np.cumsum(self.frequency(time_s)) / rate_hz)
 
@@ -95,8 +93,7 @@ def lean(points: Array, amplitude: float, frequency: float, most: int = 4000) ->
 
 
 def envelope_error_db(original: Array, written: Array, rate_hz: float) -> float:
-    """Return the difference of two envelopes in dB (root mean square), where the original is within 30 dB of its
-    largest.
+    """Return the RMS difference of two envelopes in dB, where the original is within 30 dB of its largest.
 
     Both are estimated over 5 ms. About 1 dB is a just noticeable difference.
     """

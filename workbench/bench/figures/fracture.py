@@ -208,7 +208,7 @@ def _load_that_collapses_at(time_s: float) -> float:
 
 
 def _stress_at(at: NDArray[np.float64], result: Fracture) -> NDArray[np.float64]:
-    """Return the stress on the bundle when the strain first reaches each of `at`."""
+    """Return the load of the intact fibres when the strain first reaches each of `at`."""
     intact = FIBRES - np.cumsum(result.failures)
     first = np.searchsorted(np.maximum.accumulate(result.strain), at)
     first = np.minimum(first, result.strain.size - 1)

@@ -292,9 +292,7 @@ def _apart(durations: NDArray[np.float64], law: Distribution) -> float:
 
 
 def _late_s(law: Distribution) -> float:
-    """Return the time constant of an exponential tail, from the times at which a fifth and a fiftieth of the slips
-    last.
-    """
+    """Return the time constant of an exponential tail, between the 80 % and 98 % quantiles."""
     some, few = np.interp([0.8, 0.98], law.cdf, law.points)
     return float((few - some) / math.log(10.0))
 

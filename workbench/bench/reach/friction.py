@@ -1,6 +1,4 @@
-"""Requirements on stick-slip: the distribution of slip durations, its run time, and the texture drawn from its
-table.
-"""
+"""Requirements on stick-slip: distribution of slip durations, run time, and the texture drawn from its table."""
 
 from collections.abc import Iterable, Iterator
 from functools import partial

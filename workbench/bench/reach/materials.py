@@ -73,9 +73,7 @@ def _second_of(fibres: int) -> Callable[[], None]:
 
 
 def thresholds() -> Iterator[Reach]:
-    """Test that under a load so slow that nearly each frame breaks one fibre, the strains at failure are the sorted
-    thresholds.
-    """
+    """Test that under a slow load, nearly one fibre per frame, the strains at failure are the sorted thresholds."""
     from scipy import stats
 
     still = FibreBundle(10_000, SHAPE, SCALE, mass=0.0, damping=0.0)

@@ -93,8 +93,7 @@ class Emulator:
         self.sender.close()
 
     def samples(self, stamps: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.void]:
-        """Return the frames that tiles send for forces (n, tiles, 4) at these session frames (n,): records of
-        `wire_format.SAMPLE`.
+        """Return records of `wire_format.SAMPLE` for forces (n, tiles, 4) at these session frames (n,).
 
         There are n times the number of tiles, with all tiles of one instant together; with acceleration, each is
         followed by a frame of it.

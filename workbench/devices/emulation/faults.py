@@ -131,9 +131,7 @@ class FaultInjector:
         return data.tobytes()
 
     def _corrupt(self, data: bytes) -> bytes:
-        """Change one to three bytes of a frame, anywhere, including the delimiter. In a line of text the change is
-        detectable.
-        """
+        """Change one to three bytes anywhere in a frame, including its delimiter; in a line of text, to "?"."""
         corrupted = bytearray(data)
         key = stream_key(int(self._key), "spoil", data)
         length = len(data) - (1 if self.csv else 0)  # without its newline, a line would damage the next one

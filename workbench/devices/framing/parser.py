@@ -20,7 +20,7 @@ from underfoot.kernels import kernel
 
 FORMS = ("auto", "binary", "csv")
 WINDOW = 64
-"""A frame that is older than the newest by this many cannot be told from an old one."""
+"""Frames at least this many behind the newest are stale: they cannot be told from old ones."""
 
 HELD_S = 1.0
 """A tile belongs to the sender of its last frames, until that has been silent for this many seconds."""
@@ -144,11 +144,11 @@ class Parser:
     def feed(
         self, data: bytes | bytearray | memoryview, senders: NDArray[np.int64] | None = None, now_s: float = 0.0
     ) -> NDArray[np.void]:
-        """Return the valid frames that end in these bytes, except doubled, stale and foreign ones: records of `SAMPLE`
-        (n,).
+        """Return the valid frames that end in these bytes: records of `SAMPLE` (n,).
 
-        `senders` (n, 2) has the end of each sender's bytes, and its number; they arrived at `now_s`. Without it, all
-        are from one sender. Microseconds are unwrapped. The array belongs to the parser; the next call overwrites it.
+        Doubled, stale and foreign ones are left out. `senders` (n, 2) has the end of each sender's bytes, and its
+        number; they arrived at `now_s`. Without it, all are from one sender. Microseconds are unwrapped. The array
+        belongs to the parser; the next call overwrites it.
         """
         given = np.frombuffer(memoryview(data).toreadonly(), np.uint8)  # one kind of array, one kernel
         self.bytes += len(given)

@@ -69,8 +69,7 @@ def csv_lines(rows: ArrayLike) -> bytes:
 
 
 def samples_of(rows: ArrayLike) -> NDArray[np.void]:
-    """Convert integers (n, 7), or one row, of `COLUMNS` to records of `SAMPLE` (n,); `BadValue` for values out of
-    range.
+    """Convert integers (n, 7), or one row, of `COLUMNS` to records of `SAMPLE` (n,); `BadValue` if out of range.
 
     >>> samples_of([3, 7, 1_000_000, 0, 1, 2, 65535])["readings"]
     array([[    0,     1,     2, 65535]])

@@ -111,9 +111,7 @@ class SensorHealth:
         readings: NDArray[np.int64],
         force_n: NDArray[np.float64],
     ) -> None:
-        """Process the next samples: tile rows (n,), the tiles' own times (n,), readings (n, 4) and their forces in
-        newtons.
-        """
+        """Process samples: tile rows (n,), the tiles' own times (n,), readings (n, 4) and their forces in newtons."""
         load_n = np.empty((len(tiles), 4))
         samples = _Samples(np.ascontiguousarray(tiles), time_s, np.ascontiguousarray(readings), force_n, load_n)
         at = 0
@@ -192,7 +190,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
 def _weigh(
     tile: np.record, sensors: NDArray[np.void], force_n: NDArray[np.float64], load_n: NDArray[np.float64]
 ) -> float:
-    """Compute the load of a tile's sensors above rest, and return the sum; while unloaded, the rest follows the
+    """Compute the loads of a tile's sensors above rest, and return their sum; unloaded, the rest follows the
     readings.
     """
     total_n = 0.0

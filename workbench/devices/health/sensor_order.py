@@ -167,9 +167,7 @@ class SensorOrder:
 
 
 def _corners(sensors_m: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
-    """Return the side of the centre on which each sensor is, along x and y: (2, 4); zeros if they are not in
-    corners.
-    """
+    """Return each sensor's side of the centre along x and y: (2, 4); zeros if they are not in corners."""
     places = np.array(sensors_m).T
     sides = np.sign(places - places.mean(axis=1, keepdims=True))
     return sides if len({*map(tuple, sides.T)} - {(0.0, 0.0)}) == 4 and sides.all() else np.zeros((2, 4))

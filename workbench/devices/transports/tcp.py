@@ -132,9 +132,7 @@ class TcpTransport(Transport):
                 self._socket.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
     def read(self) -> memoryview:
-        """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the connection has
-        ended.
-        """
+        """Return the bytes received, after at most a tenth of a second; `DeviceError` if the connection has ended."""
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         try:

@@ -22,12 +22,12 @@ LONGEST_S, CURVE_POINTS = 30.0, 16
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5, "AttackTime": 0.0, "DecayTime": 0.0, "ReleaseTime": 0.0}
 """Defaults of an event's parameters; Sustained is 1."""
 LEAST_IMPACT, SHARE_FELT, ATTACK_S, REBOUND = 0.1, 0.1, 8e-3, 0.1
-"""Criteria of an impact: least peak, share of the peak above which it is evaluated, longest rise, and ratio of a
-rebound.
+"""Criteria of an impact: least peak, share of the peak at which it begins and ends, longest rise, and largest rebound
+as a share of the peak.
 """
 SHORTEST_S, LONGEST_IMPACT_S = 12e-3, 30e-3
-"""Its length is about the 22 ms of a transient, which has no length of its own; for the longest length nothing is felt
-before it, and nothing else after its beginning.
+"""Range of an impact's length, around the 22 ms of a transient, whose length cannot be set. For those 22 ms nothing
+else is felt, neither before the impact nor from its beginning on.
 """
 _FINE_S = 5e-3
 _SILENT = frozenset(("Version", "Created"))

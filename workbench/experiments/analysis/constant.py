@@ -34,9 +34,7 @@ def judged_more(row: Row) -> bool:
 
 
 def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
-    """Return the factor that is the curves' axis, the numeric one with most values, and the one that separates curves,
-    or "".
-    """
+    """Return the curves' axis, the numeric factor with most values, and the factor that separates curves, or ""."""
     values = {name: {row[name] for row in rows if name in row} for name in factors_of(rows)}
     numbers = [name for name, found in values.items() if all(isinstance(v, int | float) for v in found)]
     if not numbers:

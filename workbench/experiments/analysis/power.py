@@ -19,8 +19,9 @@ _MOST_LINES = 5
 def power_of(
     summaries: Sequence[Summary], people: int, truths: Mapping[str, tuple[Parameter, float]] | None = None
 ) -> Findings:
-    """Return a table of every estimate, one of the people's true values, and plots of spread against trials and of
-    standard error against people.
+    """Return tables of every estimate and of the people's true values, and plots.
+
+    The plots are of spread against trials, and of standard error against people.
     """
     found = Findings(f"{people} simulated participants")
     whole = [one for one in summaries if one.share == 1.0]

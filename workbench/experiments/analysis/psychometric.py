@@ -142,8 +142,9 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
 
 
 def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
-    """Return bias-corrected percentiles (Efron 1981): curves fitted to few trials are too steep, and bootstrapped ones
-    more so.
+    """Return bias-corrected percentiles (Efron 1981).
+
+    Curves fitted to few trials are too steep, and bootstrapped ones more so.
     """
     from scipy.special import ndtr, ndtri
 

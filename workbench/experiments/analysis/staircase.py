@@ -30,9 +30,7 @@ class Run:
 
 
 def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, str], Run]:
-    """Return one person's staircases by stimulus, block and start; of each, the last run that no false alarm
-    restarted.
-    """
+    """Return one person's staircases by stimulus, block and start; of each, the run after the last false alarm."""
     given = {name: parameter.default for name, parameter in Staircases.parameters.items()} | dict(settings.given)
     states: dict[tuple[str, int, str], tuple[int, Staircase, Run]] = {}
     for row in rows:
