@@ -48,6 +48,17 @@ def test_a_toggle_changes_as_it_is_pressed_and_not_as_it_is_let_go():
     assert done.said == ["Toggle on", "Toggle off"]
 
 
+def test_each_control_clicks_under_whoever_presses_where_it_says():
+    scene = KINDS["touch-widgets"](FLOOR)
+    assert len(scene.places_m()) == 3
+    for aside_m in (-0.03, 0.03):  # a slider lies on several tiles: it clicks on that of the foot
+        for x_m, y_m in scene.places_m():
+            done = pressed(scene, [hand(0.3, x_m + aside_m, y_m, 200.0), hand(0.7, x_m + aside_m, y_m, 0.0)], 1.2)
+            clicks = [strike for strike in done.strikes if strike.node == "click"]
+            tile = nearest_tile(FLOOR, x_m + aside_m, y_m)
+            assert [nearest_tile(FLOOR, click.x_m, click.y_m) for click in clicks] == [tile, tile]
+
+
 def test_a_slider_follows_over_a_tile_edge_and_slips_about_once_a_grain():
     scene = KINDS["touch-widgets"](FLOOR)
     slider = scene.slider

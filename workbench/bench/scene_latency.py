@@ -4,7 +4,7 @@ import math
 import random
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,11 @@ from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader, VibrationReader
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
-from underfoot.floor.layout import default_floor
+from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tracking import ON_N
 from underfoot.nodes import REGISTRY
 from underfoot.scenes import discover
+from underfoot.scenes.cues import nearest_tile
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.shapes import Lines
 from underfoot.scenes.stage import Stage
@@ -31,6 +32,8 @@ DOWN_S, UP_S = 0.25, 0.45
 """Duration of a press, and the least pause after it."""
 MOST_S = 0.3
 """Longest delay after an onset at which vibration counts as a response to it."""
+MOVES = 1e-5
+"""Least vibration, of full scale, that counts as one: what came before may not have decayed to exactly zero."""
 _QUIET_S = 0.05
 _START_S = 60.0
 
@@ -72,7 +75,7 @@ class SceneLatency:
 
 
 def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0, seed: int = 1) -> SceneLatency:
-    """Press tiles of the simulated 2 x 2 floor at their centres, at random times, while a scene plays without sound.
+    """Press the simulated 2 x 2 floor where a scene wants it, at random times, while it plays without sound.
 
     Raises `UnderfootError` if the engine does not play.
     """
@@ -88,7 +91,8 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
         pictures: list[tuple[int, int]] = []
         read: list[int] = []
         began = due = time.monotonic() + 0.5
-        paint_due, pressing = began, ""
+        paint_due: float = began
+        pressing: PressTile | None = None
         while (now_s := time.monotonic()) < began + seconds:
             stage.take(session.poll())
             read.append(session.health.frame)
@@ -99,11 +103,11 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
                 played.append(vibration.read())
                 paint_due = max(paint_due + PICTURE_S, now_s)
             if now_s >= due:
-                tile = pressing or draws.choice(target.floor.ids)
-                session.send(PressTile(tile, 0.0, 0.0, 0.0 if pressing else PRESS_N))
-                presses += not pressing
+                press = pressing or _press_at(target.floor, draws.choice(scene.places_m()))
+                session.send(replace(press, force_n=0.0) if pressing else press)
+                presses += pressing is None
                 due += UP_S + 0.1 * draws.random() if pressing else DOWN_S
-                pressing = "" if pressing else tile
+                pressing = None if pressing else press
             time.sleep(LISTEN_S)
         stage.close()
     finally:
@@ -112,11 +116,19 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
     load_n = np.concatenate([force_n for _, force_n in loads]).sum(axis=2)
     read_at = np.repeat(read, [len(frames) for frames, _ in loads])
     first = next(first for first, samples in played if len(samples))
-    moved = np.abs(np.concatenate([samples for _, samples in played])) > 0.0
+    moved = np.abs(np.concatenate([samples for _, samples in played])) > MOVES
     rate_hz = float(target.rate)
     heard = np.array([read_at[sample] - frames[sample] for _, sample in _onsets(load_n)]) / rate_hz
     felt, drawn = _felt_s(frames, load_n, first, moved, rate_hz), _drawn_s(frames, load_n, pictures, rate_hz)
     return SceneLatency(felt, heard, drawn, np.array(stage.latencies_s), presses)
+
+
+def _press_at(floor: Floor, place_m: tuple[float, float]) -> PressTile:
+    """A press on the tile that is nearest to a place: there, or on its edge."""
+    tile = floor.tiles[floor.index(nearest_tile(floor, *place_m))]
+    half_m = 0.5 * np.array(tile.size_m)
+    x_m, y_m = np.clip(tile.to_tile(place_m), -half_m, half_m).tolist()
+    return PressTile(tile.id, x_m, y_m, PRESS_N)
 
 
 def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:

@@ -73,6 +73,10 @@ class Scene(ABC):
     def shapes(self) -> Iterable[Shape]:
         """What is to be seen now, the last on top. It changes nothing: it may be asked for at any rate."""
 
+    def places_m(self) -> list[tuple[float, float]]:
+        """Where to press, in metres of the floor, for whoever tries the scene: the middles of the tiles."""
+        return [tile.centre_m for tile in self.floor.tiles]
+
     @property
     def state(self) -> str:
         """How it stands, in a few words for the experimenter."""

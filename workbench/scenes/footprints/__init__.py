@@ -24,6 +24,8 @@ from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape, Text
 GROUNDS = {"silent": "", "gravel": "gravel", "snow": "snow", "sand": "material-sand-dry", "leaves": "material-leaves"}
 LEFT, RIGHT, EITHER, WORDS = "#3fc1c9", "#f0a63c", "#7ed491", "#dfe5ec"
 MOST_PRINTS = 60
+BALL = 0.19
+"""The middle of the ball is so far ahead of that of the sole, of its length."""
 SOLE_M = (0.27, 0.09)
 """Length and width of a sole that is drawn."""
 
@@ -140,10 +142,13 @@ def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
         yield Lines(np.array([[one.first_m, (one.contact.x_m, one.contact.y_m)]]), WORDS, 0.006, 0.6 * opacity)
         return
     colour = {"left": LEFT, "right": RIGHT}.get(step.side, EITHER)
-    for part in _sole(x, y, math.radians(step.heading_deg)):
+    heading_rad = math.radians(step.heading_deg)
+    for part in _sole(x, y, heading_rad):
         yield Polygon(part, colour, 0.85 * opacity)
     if math.isfinite(step.step_length_mm):
-        yield Text(x, y, f"{0.1 * step.step_length_mm:.0f} cm", 0.018, "#000000", opacity)
+        on_ball_m = BALL * SOLE_M[0]
+        at = x + on_ball_m * math.cos(heading_rad), y + on_ball_m * math.sin(heading_rad)
+        yield Text(*at, f"{0.1 * step.step_length_mm:.0f} cm", 0.018, "#ffffff", opacity)
 
 
 def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], ...]:
@@ -152,6 +157,6 @@ def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], 
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     turn = np.array([[cos, sin], [-sin, cos]])
     length, width = SOLE_M
-    ball = np.stack([0.3 * length * np.cos(angle) + 0.19 * length, 0.5 * width * np.sin(angle)], axis=1)
+    ball = np.stack([0.3 * length * np.cos(angle) + BALL * length, 0.5 * width * np.sin(angle)], axis=1)
     heel = np.stack([0.18 * length * np.cos(angle) - 0.3 * length, 0.36 * width * np.sin(angle)], axis=1)
     return ball @ turn + (x, y), heel @ turn + (x, y)

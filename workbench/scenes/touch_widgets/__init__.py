@@ -54,6 +54,10 @@ class TouchWidgets(Scene):
         for contact in self._moment.contacts:
             yield Disc(contact.x_m, contact.y_m, 0.018, "#7ed491", rim_m=0.004)
 
+    def places_m(self) -> list[tuple[float, float]]:
+        """The middles of the controls, of the slider that of its knob."""
+        return [control.place_m for control in self.controls]
+
     @property
     def state(self) -> str:
         toggle = "on" if self.toggle.is_on else "off"

@@ -35,10 +35,13 @@ class Control(ABC):
         self.name, self.x_m, self.y_m, self.width_m, self.height_m = name, x_m, y_m, width_m, height_m
         self.held_by = 0
         """The id of the contact that holds it; 0 for none."""
+        self._pressed_m = x_m, y_m
 
     def step(self, moment: Moment, free: set[int], feel: Feel, draws: Draws) -> Iterator[Cue]:
         """Take the next moment; contacts with ids in `free` hold nothing yet."""
         holder = next((contact for contact in moment.contacts if contact.id == self.held_by), None)
+        if holder is not None:
+            self._pressed_m = holder.x_m, holder.y_m
         if self.held_by and (holder is None or holder.force_n < RELEASE_SHARE * feel.engage_n):
             self.held_by = 0
             yield from self.released()
@@ -47,7 +50,7 @@ class Control(ABC):
         else:
             for contact in moment.contacts:
                 if contact.id in free and contact.force_n >= feel.engage_n and self.has(contact.x_m, contact.y_m):
-                    self.held_by = contact.id
+                    self.held_by, self._pressed_m = contact.id, (contact.x_m, contact.y_m)
                     free.discard(contact.id)
                     yield from self.pressed(contact)
                     break
@@ -56,9 +59,14 @@ class Control(ABC):
         """Whether a place is on it."""
         return abs(x_m - self.x_m) <= 0.5 * self.width_m and abs(y_m - self.y_m) <= 0.5 * self.height_m
 
+    @property
+    def place_m(self) -> tuple[float, float]:
+        """Where to press it."""
+        return self.x_m, self.y_m
+
     def click(self, strength: float = 1.0) -> Cue:
-        """A click on its tile."""
-        return Strike("click", self.x_m, self.y_m, strength)
+        """A click under the foot that holds it, on whatever tile that is."""
+        return Strike("click", *self._pressed_m, strength)
 
     @abstractmethod
     def pressed(self, contact: OngoingContact) -> Iterator[Cue]:
@@ -139,6 +147,10 @@ class Slider(Control):
     def knob_m(self) -> float:
         """Where the knob is, along x."""
         return self.x_m + (self.value - 0.5) * self._way_m
+
+    @property
+    def place_m(self) -> tuple[float, float]:
+        return self.knob_m, self.y_m
 
     @property
     def _way_m(self) -> float:
