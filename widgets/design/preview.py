@@ -304,7 +304,7 @@ class PreviewPanel(QWidget):
     def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
         rows = event_rows(pick(preview.events, self.node, port.name))
         self.waveform.show_drawing(preview_drawings.events(rows[:, 0] * (1e3 / now.rate_hz), rows[:, 1], now))
-        self._show_no_levels("events have no spectrum")
+        self._show_no_levels("events have no spectrum", now.view_ms)
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.set_full_text(count if came else "the preview holds no events")
@@ -317,7 +317,7 @@ class PreviewPanel(QWidget):
         if self.shows["Spectrogram"].isChecked():
             self._levels = spectrogram_db(now.values, rate, scale)
             shown = shown_levels(self._levels, top_of(self._levels), range_db)
-            heat = HeatMap(shown, (now.begin_ms, max(now.end_ms, now.begin_ms + 1.0)), scale.range_hz)
+            heat = HeatMap(shown, now.view_ms, scale.range_hz)
             self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale))
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
@@ -338,9 +338,9 @@ class PreviewPanel(QWidget):
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
             self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
 
-    def _show_no_levels(self, why: str = "") -> None:
+    def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)
-        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
+        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, view_ms, why))
         self.spectrum.show_drawing(preview_drawings.no_spectrum(self._scale))
 
     @property

@@ -312,6 +312,7 @@ class DesignWorkspace(Workspace):
         self.palette_panel.chosen.connect(lambda type: self.canvas.add(type))
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
+        self.canvas.files_pasted.connect(self.files_pasted)
         self.canvas.view_moved.connect(self._idle_again)
         self.inspector.edited.connect(self._set)
         self.inspector.many_edited.connect(self._set_many)

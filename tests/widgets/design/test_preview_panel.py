@@ -63,6 +63,18 @@ def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
     assert shown.waveform.ranges[1] == pytest.approx(100.0)
 
 
+def test_events_have_the_axis_of_their_own_time_also_where_the_empty_spectrogram_draws_it(qtbot):
+    panel = PreviewPanel()
+    qtbot.addWidget(panel)
+    panel.resize(900, 300)
+    panel.expect("beat", REGISTRY["beat"])
+    panel.show_preview(Preview(1, 48_000.0, np.zeros(86_400), {}, events={"out": np.array([[72_000.0, 1.0, 0.0]])}))
+    assert panel.waveform.ranges[:2] == pytest.approx((0.0, 1800.0))
+    assert panel.spectrogram.ranges[:2] == pytest.approx((0.0, 1800.0))
+    panel.waveform.part_wanted.emit(1400.0, 1600.0)
+    assert panel.waveform.ranges[:2] == panel.spectrogram.ranges[:2] == pytest.approx((1400.0, 1600.0))
+
+
 def test_tab_goes_through_the_header_from_left_to_right(shown):
     passed = []
     shown.shows["Waveform"].setFocus()
