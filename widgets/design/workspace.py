@@ -95,8 +95,8 @@ class DesignWorkspace(Workspace):
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle.timeout.connect(self._renew_one)
         group = self.document.group
-        self.undo_action = self._history("Undo", QKeySequence.StandardKey.Undo, self.undo)
-        self.redo_action = self._history("Redo", QKeySequence.StandardKey.Redo, self.redo)
+        self.undo_action = self._history("Undo", ("Ctrl+Z",), self.undo)
+        self.redo_action = self._history("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
         group.undoTextChanged.connect(lambda text: _name_step(self.undo_action, "Undo", text))
         group.redoTextChanged.connect(lambda text: _name_step(self.redo_action, "Redo", text))
         group.canUndoChanged.connect(self.undo_action.setEnabled)
@@ -139,6 +139,7 @@ class DesignWorkspace(Workspace):
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         open_patch.adopted.connect(self.document.edit)
         self.side.presets.said.connect(self.said)
+        self.side.presets.left.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
         self.browsing.take_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
@@ -170,7 +171,7 @@ class DesignWorkspace(Workspace):
 
     def shortcuts(self) -> Keys:
         steps = [
-            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()[:2]))
+            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()))
             for name, action in (("Undo", self.undo_action), ("Redo", self.redo_action))
         ]
         hand = [
@@ -298,11 +299,11 @@ class DesignWorkspace(Workspace):
         self.document.stack.redo()
         self.said.emit(f"Redone: {_in_a_line(text)}")
 
-    def _history(self, name: str, keys: QKeySequence.StandardKey, do: Callable[[], object]) -> QAction:
+    def _history(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
         action = QAction(name, self)
         action.setEnabled(False)
         action.triggered.connect(lambda _=False: do())
-        action.setShortcuts(keys)
+        action.setShortcuts([QKeySequence(key) for key in keys])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.addAction(action)
         return action
