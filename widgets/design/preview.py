@@ -40,6 +40,8 @@ LAWS = 3
 """How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
+SILENT_DB = -120.0
+"""The levels of what is no louder are drawn on an axis that ends at 0 dB."""
 
 
 class PreviewPanel(QWidget):
@@ -322,7 +324,7 @@ class PreviewPanel(QWidget):
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
             beside = spectrum_db(other.values, rate, scale) if other is not None else None
-            top = max(top_of(line), top_of(beside) if beside is not None else -math.inf)
+            top = top_of(line if beside is None else np.concatenate((line, beside)))
             drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
             more = "the colours are the spectrogram's"
             if now.measured is not None:
@@ -423,9 +425,10 @@ class PreviewPanel(QWidget):
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:
-    """The level at which the colours end: the largest, rounded up to 10 dB.
+    """The level at which the colours end: the largest, rounded up to 10 dB; of silence 0 dB.
 
-    >>> top_of(np.array([-33.0, -71.0], np.float32))
-    -30.0
+    >>> top_of(np.array([-33.0, -71.0], np.float32)), top_of(np.array([-180.0], np.float32))
+    (-30.0, 0.0)
     """
-    return max(10.0 * math.ceil(float(levels_db.max()) / 10.0), -120.0)
+    top = 10.0 * math.ceil(float(levels_db.max()) / 10.0)
+    return top if top > SILENT_DB else 0.0

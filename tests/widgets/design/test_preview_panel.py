@@ -42,6 +42,13 @@ def test_silence_is_drawn_on_an_axis_that_means_something():
     assert tiny.y_range[1] == pytest.approx(1.06)
 
 
+def test_the_spectrum_of_silence_ends_at_0_db(shown):
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": np.zeros(4800)}))
+    assert shown.spectrum.ranges[:2] == pytest.approx((-60.0, 0.0))
+    shown.show_preview(Preview(3, 48_000.0, np.zeros(4800), {"out": sine(3e-5)}))
+    assert shown.spectrum.ranges[1] == pytest.approx(-90.0)
+
+
 def test_what_is_awaited_for_long_leaves_no_picture_of_the_patch_before(shown, qtbot):
     assert len(shown.waveform.drawing.series[0].x) == 4800
     shown.expect("hum", REGISTRY["hum"])
