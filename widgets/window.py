@@ -95,7 +95,7 @@ class MainWindow(QMainWindow):
             self, self.controller, self.target_selection, files, self.say, self.open_file
         )
         self._exchange = Exchange(self, self.open_patch, self.controller, files, self.say)
-        DroppedFiles(self, self._handlers)
+        self._dropped = DroppedFiles(self, self._handlers, self.say)
         self._declarations = discover()
         self.listening = Listening(self.controller, self.open_patch, REGISTRY)
         self._context = WorkspaceContext(
@@ -157,6 +157,7 @@ class MainWindow(QMainWindow):
         workspace.said.connect(self.say)
         workspace.flagged.connect(partial(self.transport.set_flags, name))
         workspace.loaded.connect(self.loaded)
+        workspace.files_pasted.connect(self._dropped.open)
         workspace.listen(self._context)
         workspace.set_active(False)
         self.loaded.emit()
@@ -182,9 +183,10 @@ class MainWindow(QMainWindow):
         self.workspaces[declared.name].open_file(path)
 
     def _handlers(self) -> Handlers:
-        """What opens files that are dropped: workspaces theirs, and patches of any program."""
+        """What opens files that are dropped: workspaces theirs, patches of any program, forces to be replayed."""
         ours = {suffix: self.open_file for declared in self._declarations for suffix in declared.opens}
-        return {**self._exchange.handlers(), **ours}
+        forces = dict.fromkeys((".csv", ".c3d"), self.target_selection.use_forces)
+        return {**self._exchange.handlers(), **forces, **ours}
 
     def panic(self) -> None:
         """Silence at once, whatever makes the sound."""
@@ -374,12 +376,7 @@ class MainWindow(QMainWindow):
 
     def _build(self) -> None:
         self.view = ViewMenu(self.settings, self)
-        self.menu = MainMenu(
-            self.actions_by_name,
-            lambda: self.settings.recent,
-            self.view,
-            self,
-        )
+        self.menu = MainMenu(self.actions_by_name, lambda: self.settings.recent, self.view, self)
         self.transport = TransportBar(self.menu)
         self.transport.set_targets(targets.choices())
         self.transport.set_target(target_in_words(self.controller.target))

@@ -44,6 +44,8 @@ class Workspace(QWidget):
     """Lines of warning, shown in the transport bar; a click there brings this workspace to the screen."""
     loaded = Signal()
     """Modules or kernels that stay have been loaded just now."""
+    files_pasted = Signal(list)
+    """Paths of files that were copied elsewhere and pasted here: to be opened as if they had been dropped."""
 
     def listen(self, context: WorkspaceContext) -> None:
         """Show the present, and connect to what is listened to from now on. Called once."""

@@ -22,6 +22,7 @@ from underfoot.experiments.blind_comparison import MOST_TRIALS, BlindComparison,
 from underfoot.experiments.exchange import write_csv
 from underfoot.files import make_folder
 from underfoot.widgets import theme
+from underfoot.widgets.escape import asks_for_escape
 from underfoot.widgets.session.listening import Listening, match_in_words
 from underfoot.widgets.session.open_patch import SLOTS
 
@@ -59,6 +60,10 @@ class BlindTest(QWidget):
         self.show()
         self.raise_()
         self.participant.setFocus()
+
+    def warn(self, text: str) -> None:
+        """Say on the first page what speaks against the test; it can be begun nevertheless."""
+        self.complaint.setText(text)
 
     # --- pages ---
 
@@ -196,14 +201,33 @@ class BlindTest(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         keys = {Qt.Key.Key_1: "A", Qt.Key.Key_2: "B", Qt.Key.Key_3: "X"}
         answers = {Qt.Key.Key_Left: "A", Qt.Key.Key_Right: "B"}
-        if self._pages.currentIndex() != 1 or event.isAutoRepeat():
+        if event.isAutoRepeat():
             event.accept()
+        elif self._pages.currentIndex() != 1:
+            self._press_on_a_form(event)
         elif event.key() in keys:
             self.play(keys[Qt.Key(event.key())])
         elif event.key() in answers:
             self.answer(answers[Qt.Key(event.key())])
         else:
             event.accept()  # nothing below is to hear of it
+
+    def _press_on_a_form(self, event: QKeyEvent) -> None:
+        """Before and after the trials, keys do what they do in a dialog."""
+        focus = self.focusWidget()
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            main = self.begin_button if self._pages.currentIndex() == 0 else self.close_button
+            (focus if isinstance(focus, QPushButton) else main).click()
+        event.accept()
+
+    def event(self, event: QEvent) -> bool:
+        # In a trial Escape is panic; elsewhere it closes this.
+        if asks_for_escape(event) and self._pages.currentIndex() != 1:
+            event.accept()
+            return True
+        return super().event(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize:

@@ -20,6 +20,7 @@ from underfoot.widgets.design.rewiring import healed, inserted, joined, replaced
 from underfoot.widgets.design.shape import TITLE, face_of, node_shape
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.design.view import PatchView
+from underfoot.widgets.session.dropped_files import local_files
 
 BESIDE = 24.0
 """Pixels left free at both sides of nodes that become one, for the wires."""
@@ -30,6 +31,8 @@ class EditableView(PatchView):
 
     selected = Signal(list)
     """The ids of the selected nodes."""
+    files_pasted = Signal(list)
+    """The clipboard has no text of ours but files, which somebody is to open."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -150,7 +153,11 @@ class EditableView(PatchView):
         self.document.edit(healed(patch, self.registry, gone), text)
 
     def paste(self) -> None:
-        """Add what the clipboard's text describes, under the mouse where it is over the canvas."""
+        """Add what the clipboard's text describes, under the mouse where it is over the canvas; files are opened."""
+        files = local_files(QApplication.clipboard().mimeData())
+        if files:
+            self.files_pasted.emit(files)
+            return
         mouse = self.viewport().mapFromGlobal(self.cursor().pos())
         over = self.viewport().rect().contains(mouse) and self.viewport().underMouse()
         place = self.mapToScene(mouse)

@@ -27,6 +27,8 @@ class PresetPanel(QWidget):
     chosen = Signal(object)
     heard = Signal(object)
     said = Signal(str)
+    left = Signal()
+    """Escape was pressed: whoever has nothing more to do here goes on elsewhere."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -37,7 +39,7 @@ class PresetPanel(QWidget):
         self._heard: Preset | None = None
         self.pictures = PresetPictures(self)
         self.pictures.arrived.connect(self._show_picture)
-        self.field = SearchField("Search presets", self)
+        self.field = SearchField("Search presets", self, closes=True)
         self.list = PresetList(self)
         self.about = theme.label("", "small")
         self.about.setWordWrap(True)
@@ -61,6 +63,7 @@ class PresetPanel(QWidget):
         self.list.starred.connect(self._star)
         self.list.unwanted.connect(self._ask_to_remove)
         self.list.left.connect(self.end_hearing)
+        self.list.left.connect(self.left)
 
     def bind(self, own: Path, stars: list[str]) -> None:
         """`own` is the folder of the person's own presets; `stars`, the files with a star, is kept up to date."""
@@ -163,6 +166,8 @@ class PresetPanel(QWidget):
     def _leave_field(self) -> None:
         if not self.list.hasFocus():
             self.end_hearing()
+        if self.field.hasFocus():
+            self.left.emit()
 
     def _star(self, preset: Preset) -> None:
         path = str(preset.path)

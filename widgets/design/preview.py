@@ -40,6 +40,8 @@ LAWS = 3
 """How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
+SILENT_DB = -120.0
+"""The levels of what is no louder are drawn on an axis that ends at 0 dB."""
 
 
 class PreviewPanel(QWidget):
@@ -304,7 +306,7 @@ class PreviewPanel(QWidget):
     def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
         rows = event_rows(pick(preview.events, self.node, port.name))
         self.waveform.show_drawing(preview_drawings.events(rows[:, 0] * (1e3 / now.rate_hz), rows[:, 1], now))
-        self._show_no_levels("events have no spectrum")
+        self._show_no_levels("events have no spectrum", now.view_ms)
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.set_full_text(count if came else "the preview holds no events")
@@ -317,12 +319,12 @@ class PreviewPanel(QWidget):
         if self.shows["Spectrogram"].isChecked():
             self._levels = spectrogram_db(now.values, rate, scale)
             shown = shown_levels(self._levels, top_of(self._levels), range_db)
-            heat = HeatMap(shown, (now.begin_ms, max(now.end_ms, now.begin_ms + 1.0)), scale.range_hz)
+            heat = HeatMap(shown, now.view_ms, scale.range_hz)
             self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale))
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
             beside = spectrum_db(other.values, rate, scale) if other is not None else None
-            top = max(top_of(line), top_of(beside) if beside is not None else -math.inf)
+            top = top_of(line if beside is None else np.concatenate((line, beside)))
             drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
             more = "the colours are the spectrogram's"
             if now.measured is not None:
@@ -338,9 +340,9 @@ class PreviewPanel(QWidget):
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
             self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
 
-    def _show_no_levels(self, why: str = "") -> None:
+    def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)
-        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, note=why))
+        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, view_ms, why))
         self.spectrum.show_drawing(preview_drawings.no_spectrum(self._scale))
 
     @property
@@ -423,9 +425,10 @@ class PreviewPanel(QWidget):
 
 
 def top_of(levels_db: NDArray[np.float32]) -> float:
-    """The level at which the colours end: the largest, rounded up to 10 dB.
+    """The level at which the colours end: the largest, rounded up to 10 dB; of silence 0 dB.
 
-    >>> top_of(np.array([-33.0, -71.0], np.float32))
-    -30.0
+    >>> top_of(np.array([-33.0, -71.0], np.float32)), top_of(np.array([-180.0], np.float32))
+    (-30.0, 0.0)
     """
-    return max(10.0 * math.ceil(float(levels_db.max()) / 10.0), -120.0)
+    top = 10.0 * math.ceil(float(levels_db.max()) / 10.0)
+    return top if top > SILENT_DB else 0.0

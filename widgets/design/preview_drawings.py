@@ -54,8 +54,7 @@ def events(times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: S
     top = round_top(float(strengths.max(initial=0.0)) or 1.0)
     line = Series("", times_ms, strengths, "stems", "events")
     note = "" if times_ms.size else "no events in this step"
-    view = (now.begin_ms, max(now.end_ms, now.begin_ms + 1.0))
-    return _over_time([line], "strength", (0.0, top), now.force_n, now, view, note)
+    return _over_time([line], "strength", (0.0, top), now.force_n, now, now.view_ms, note)
 
 
 def no_waveform(note: str = "") -> Drawing:
@@ -65,9 +64,9 @@ def no_waveform(note: str = "") -> Drawing:
     return _over_time([line], "signal", (-1.0, 1.0), np.zeros(0), nothing, _NO_TIME_MS, note)
 
 
-def levels_over_time(heat: HeatMap | None, scale: Scale, note: str = "") -> Drawing:
-    """The spectrogram; `note` says why there is no `heat`."""
-    view = heat.x if heat is not None else _NO_TIME_MS
+def levels_over_time(heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "") -> Drawing:
+    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above."""
+    view = heat.x if heat is not None else view_ms or _NO_TIME_MS
     return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, _CAPTION, note)
 
 

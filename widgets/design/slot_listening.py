@@ -13,6 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
+from underfoot.widgets.design.editing import changed_nodes
 from underfoot.widgets.design.hearing import Hearing
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.preview import PreviewPanel
@@ -260,7 +261,10 @@ class SlotListening(QObject):
             titles[other_slot(self._open_patch.slot)] = other.patch.title
             a, b = (titles[slot] for slot in SLOTS)
             folder = Path(platformdirs.user_documents_dir()) / "Underfoot"
-            BlindTest(self._listening, (a, b), folder, self._canvas.window()).open()
+            test = BlindTest(self._listening, (a, b), folder, self._canvas.window())
+            if not changed_nodes(other.patch, self._patch) and not changed_nodes(self._patch, other.patch):
+                test.warn("A and B are the same: one can only guess. Change one of them, then compare.")
+            test.open()
 
     def _show(self) -> None:
         bar, listening = self._bar, self._listening

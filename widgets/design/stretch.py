@@ -50,6 +50,11 @@ class Stretch:
         """Where it ends, in ms of the preview."""
         return self.begin_ms + 1e3 * max(self.values.size, self.force_n.size) / self.rate_hz
 
+    @property
+    def view_ms(self) -> Range:
+        """The axis on which it is drawn: from its beginning to its end, and never without a length."""
+        return self.begin_ms, max(self.end_ms, self.begin_ms + 1.0)
+
     def cut(self, view_ms: Range | None) -> "Stretch":
         """What of it lies in view.
 

@@ -93,8 +93,8 @@ class DesignWorkspace(Workspace):
         self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
         self._idle.timeout.connect(self._renew)
         group = self.document.group
-        self.undo_action = self._history("Undo", QKeySequence.StandardKey.Undo, self.undo)
-        self.redo_action = self._history("Redo", QKeySequence.StandardKey.Redo, self.redo)
+        self.undo_action = self._history("Undo", ("Ctrl+Z",), self.undo)
+        self.redo_action = self._history("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
         group.undoTextChanged.connect(lambda text: _name_step(self.undo_action, "Undo", text))
         group.redoTextChanged.connect(lambda text: _name_step(self.redo_action, "Redo", text))
         group.canUndoChanged.connect(self.undo_action.setEnabled)
@@ -141,6 +141,7 @@ class DesignWorkspace(Workspace):
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         open_patch.adopted.connect(self.document.edit)
         self.side.presets.said.connect(self.said)
+        self.side.presets.left.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
         self.browsing.take_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
@@ -172,7 +173,7 @@ class DesignWorkspace(Workspace):
 
     def shortcuts(self) -> Keys:
         steps = [
-            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()[:2]))
+            (name, ", ".join(key.toString(_NATIVE) for key in action.shortcuts()))
             for name, action in (("Undo", self.undo_action), ("Redo", self.redo_action))
         ]
         hand = [
@@ -307,11 +308,11 @@ class DesignWorkspace(Workspace):
         self.document.stack.redo()
         self.said.emit(f"Redone: {_in_a_line(text)}")
 
-    def _history(self, name: str, keys: QKeySequence.StandardKey, do: Callable[[], object]) -> QAction:
+    def _history(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
         action = QAction(name, self)
         action.setEnabled(False)
         action.triggered.connect(lambda _=False: do())
-        action.setShortcuts(keys)
+        action.setShortcuts([QKeySequence(key) for key in keys])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.addAction(action)
         return action
@@ -321,6 +322,7 @@ class DesignWorkspace(Workspace):
         self.palette_panel.chosen.connect(lambda type: self.canvas.add(type))
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
+        self.canvas.files_pasted.connect(self.files_pasted)
         self.canvas.view_moved.connect(self._idle_again)
         self.inspector.edited.connect(self._set)
         self.inspector.many_edited.connect(self._set_many)

@@ -1,41 +1,62 @@
-"""Files dropped on the window, opened by suffix."""
+"""Files that are dropped on the window or pasted, opened by suffix."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject
+from PySide6.QtCore import QEvent, QMimeData, QObject
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
+
+from underfoot.errors import UnderfootError
 
 Handlers = Mapping[str, Callable[[Path], object]]
 """Functions that open a file, by its suffix with the dot, in lower case."""
 
 
 class DroppedFiles(QObject):
-    """Accepts the first file dropped on `window` that has a handler; the cursor shows that others are rejected.
+    """Opens the first file dropped on `window` that has a handler, and reports that others are not opened. The cursor shows
+    when no file has a handler.
 
     `handlers` is called when something is dragged here, so that nothing is imported before.
     """
 
-    def __init__(self, window: QWidget, handlers: Callable[[], Handlers]) -> None:
+    def __init__(self, window: QWidget, handlers: Callable[[], Handlers], say: Callable[[str], object]) -> None:
         super().__init__(window)
-        self._handlers = handlers
+        self._handlers, self._say = handlers, say
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if isinstance(event, QDragEnterEvent) and event.type() == QEvent.Type.DragEnter:
-            if self._first(event) is not None:
+            if self._known(local_files(event.mimeData())):
                 event.acceptProposedAction()
             return True
         if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop:
-            path = self._first(event)
-            if path is not None:
+            paths = local_files(event.mimeData())
+            if self._known(paths):
                 event.acceptProposedAction()
-                self._handlers()[path.suffix.lower()](path)
+                self.open(paths)
             return True
         return super().eventFilter(watched, event)
 
-    def _first(self, event: QDropEvent) -> Path | None:
-        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
-        return next((path for path in paths if path.suffix.lower() in self._handlers()), None)
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open the first of these that can be opened; the line below says what was not."""
+        known = self._known(paths)
+        if not known:
+            self._say(f"{paths[0].name} cannot be opened here")
+            return
+        if len(paths) > 1:
+            self._say(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
+        try:
+            self._handlers()[known[0].suffix.lower()](known[0])
+        except UnderfootError as error:
+            self._say(str(error))
+
+    def _known(self, paths: Sequence[Path]) -> list[Path]:
+        handlers = self._handlers() if paths else {}
+        return [path for path in paths if path.suffix.lower() in handlers]
+
+
+def local_files(data: QMimeData) -> list[Path]:
+    """The files of this computer that are dragged, or were copied in a file manager."""
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]

@@ -45,6 +45,19 @@ def test_what_is_out_of_range_is_not_taken_and_says_why(workspace):
     assert "30 N" in field.text()
 
 
+def test_both_customs_of_redo_are_there_and_the_sheet_names_keys_that_a_keyboard_has(workspace):
+    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    moved = sample().move({"hum": (0.0, 400.0)})
+    workspace.document.edit(moved, "Move")
+    for key, held in ((Qt.Key.Key_Y, control), (Qt.Key.Key_Z, control | shift)):
+        QTest.keyClick(workspace.canvas, Qt.Key.Key_Z, control)
+        assert workspace.patch() == sample()
+        QTest.keyClick(workspace.canvas, key, held)
+        assert workspace.patch() == moved
+    told = dict(workspace.shortcuts())
+    assert (told["Undo"], told["Redo"]) == ("Ctrl+Z", "Ctrl+Shift+Z, Ctrl+Y")
+
+
 def test_dragging_a_slider_is_one_step_of_undo(workspace):
     workspace.canvas.patch_scene.select(["hum"])
     slider = workspace.inspector.editors["frequency"].slider

@@ -64,6 +64,22 @@ def test_a_preset_is_heard_in_place_of_the_patch_which_stays_as_it_is(window, de
     assert window.open_patch.is_saved
 
 
+def test_escape_goes_back_to_the_canvas_and_is_no_panic_where_nothing_was_typed(window, design, qtbot, monkeypatch):
+    panics = []
+    monkeypatch.setattr(window.controller, "panic", lambda: panics.append(1))
+    for way in ("field", "list"):
+        qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+        into = getattr(design.side.presets, way)
+        into.setFocus()
+        qtbot.waitUntil(into.hasFocus)
+        qtbot.keyClick(into, Qt.Key.Key_Down)
+        qtbot.keyClick(into, Qt.Key.Key_Escape)
+        assert design.canvas.hasFocus()
+    assert not panics
+    qtbot.keyClick(design.canvas, Qt.Key.Key_Escape)
+    assert panics
+
+
 def test_ones_own_preset_is_saved_found_by_its_tag_and_not_replaced_without_asking(window, design, qtbot):
     design.browsing.save_action.trigger()
     dialog = window.findChild(PresetDialog)

@@ -42,6 +42,13 @@ def test_silence_is_drawn_on_an_axis_that_means_something():
     assert tiny.y_range[1] == pytest.approx(1.06)
 
 
+def test_the_spectrum_of_silence_ends_at_0_db(shown):
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": np.zeros(4800)}))
+    assert shown.spectrum.ranges[:2] == pytest.approx((-60.0, 0.0))
+    shown.show_preview(Preview(3, 48_000.0, np.zeros(4800), {"out": sine(3e-5)}))
+    assert shown.spectrum.ranges[1] == pytest.approx(-90.0)
+
+
 def test_what_is_awaited_for_long_leaves_no_picture_of_the_patch_before(shown, qtbot):
     assert len(shown.waveform.drawing.series[0].x) == 4800
     shown.expect("hum", REGISTRY["hum"])
@@ -61,6 +68,18 @@ def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
     shown.forget_other()
     assert "re B" not in shown.note.full_text
     assert shown.waveform.ranges[1] == pytest.approx(100.0)
+
+
+def test_events_have_the_axis_of_their_own_time_also_where_the_empty_spectrogram_draws_it(qtbot):
+    panel = PreviewPanel()
+    qtbot.addWidget(panel)
+    panel.resize(900, 300)
+    panel.expect("beat", REGISTRY["beat"])
+    panel.show_preview(Preview(1, 48_000.0, np.zeros(86_400), {}, events={"out": np.array([[72_000.0, 1.0, 0.0]])}))
+    assert panel.waveform.ranges[:2] == pytest.approx((0.0, 1800.0))
+    assert panel.spectrogram.ranges[:2] == pytest.approx((0.0, 1800.0))
+    panel.waveform.part_wanted.emit(1400.0, 1600.0)
+    assert panel.waveform.ranges[:2] == panel.spectrogram.ranges[:2] == pytest.approx((1400.0, 1600.0))
 
 
 def test_tab_goes_through_the_header_from_left_to_right(shown):

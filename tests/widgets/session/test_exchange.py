@@ -1,5 +1,8 @@
 """Import, and files that are dropped on the window."""
 
+from importlib import resources
+from pathlib import Path
+
 import foreign_files as made
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
@@ -15,10 +18,16 @@ def window(qtbot, tmp_path):
     return quiet_window(qtbot, tmp_path / "kept")
 
 
-def drop(window, path):
-    """Drag a file onto the window and let it go; whether it was taken."""
+def files(*paths):
+    """Files as a file manager hands them on."""
     mime = QMimeData()
-    mime.setUrls([QUrl.fromLocalFile(str(path))])
+    mime.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    return mime
+
+
+def drop(window, *paths):
+    """Drag files onto the window and let them go; whether they were taken."""
+    mime = files(*paths)
     copy, button, none = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     entered = QDragEnterEvent(QPoint(50, 50), copy, mime, button, none)
     entered.ignore()
@@ -42,6 +51,39 @@ def test_dropped_files_are_opened_as_patches_and_others_are_not_taken(window, qt
     hiss("Dropped").save(tmp_path / "a.json")
     assert drop(window, tmp_path / "a.json")
     assert window.open_patch.path == tmp_path / "a.json"
+
+
+def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_says_so(window, tmp_path):
+    for name in ("a", "b"):
+        hiss(name).save(tmp_path / f"{name}.json")
+    (tmp_path / "notes.txt").write_text("x")
+    assert drop(window, tmp_path / "notes.txt", tmp_path / "b.json", tmp_path / "a.json")
+    assert window.open_patch.path == tmp_path / "b.json"
+    assert window.status.message == "One file at a time: b.json is opened, 2 more not"
+
+
+def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    assert drop(window, tmp_path / "bad.csv")
+    assert "bad.floor.json cannot be read" in window.status.message
+    assert window.controller.target.kind == "simulator"
+    walk = Path(str(resources.files("underfoot.presets"))) / "walks" / "corridor.csv"
+    assert drop(window, walk)
+    assert (window.controller.target.kind, window.controller.target.source) == ("replay", str(walk))
+
+
+def test_files_copied_in_a_file_manager_are_opened_by_paste(window, qtbot, tmp_path):
+    canvas = design(window).canvas
+    hiss("Pasted").save(tmp_path / "a.json")
+    QApplication.clipboard().setMimeData(files(tmp_path / "a.json"))
+    qtbot.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
+    assert window.open_patch.path == tmp_path / "a.json"
+    assert design(window).patch().title == "Pasted"
+    (tmp_path / "a.txt").write_text("x")
+    QApplication.clipboard().setMimeData(files(tmp_path / "a.txt"))
+    qtbot.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
+    assert window.status.message == "a.txt cannot be opened here"
+    assert design(window).patch().title == "Pasted"
 
 
 def test_import_asks_about_unsaved_work_first(window, qtbot, tmp_path):

@@ -1,0 +1,56 @@
+"""The pages of a blind test before and after its trials, by keys alone."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from windows import design, quiet_window
+
+from underfoot.widgets.design.blind_test import BlindTest
+
+
+@pytest.fixture
+def window(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr("platformdirs.user_documents_dir", lambda: str(tmp_path))
+    window = quiet_window(qtbot, tmp_path / "kept")
+    QTest.keyClick(design(window).canvas, Qt.Key.Key_X)
+    return window
+
+
+def begun(window):
+    design(window).listen_bar.blind.click()
+    return window.findChild(BlindTest)
+
+
+def press(test, key):
+    """A key to the field of the participant, from which it goes on as it would with the focus there."""
+    QTest.keyClick(test.participant, key)
+
+
+def test_escape_leaves_the_first_page_and_enter_begins(window, qtbot):
+    panics = []
+    window.controller.panic = lambda: panics.append(1)
+    press(begun(window), Qt.Key.Key_Escape)
+    qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
+    assert not panics
+    window.listening.match(False)
+    test = begun(window)
+    press(test, Qt.Key.Key_Return)
+    assert test.comparison is not None
+    QTest.keyClick(test, Qt.Key.Key_Escape)
+    assert panics, "in a trial Escape is panic"
+    assert test.isVisible()
+
+
+def test_that_a_and_b_are_the_same_is_said_before_the_test(window, qtbot):
+    test = begun(window)
+    assert test.complaint.text().startswith("A and B are the same")
+    press(test, Qt.Key.Key_Escape)
+    qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
+    patch = design(window).patch()
+    moved = patch.move({patch.nodes[0].id: (0.0, 800.0)})
+    design(window).document.edit(moved, "Move")
+    assert begun(window).complaint.text(), "where a node stands is not heard"
+    press(window.findChild(BlindTest), Qt.Key.Key_Escape)
+    qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
+    design(window).document.edit(patch.remove([patch.nodes[0].id]), "Delete")
+    assert begun(window).complaint.text() == ""
