@@ -64,9 +64,11 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
             assert entry.facts["commanded_m_s2"] == pytest.approx(np.abs(vibration.values).max(), rel=0.01)
             assert 0.05 < entry.facts["commanded_m_s2"] < 6.0
             (felt,) = measured  # the simulated plate's accelerometer, under the foot
-            assert felt.values.shape == vibration.values.shape
+            frames = min(len(felt.values), len(vibration.values))  # on a busy machine one comes a block later
+            assert felt.values.shape[1] == vibration.values.shape[1]
+            assert frames > 0.95 * max(len(felt.values), len(vibration.values))
             assert entry.facts["measured_m_s2"] == pytest.approx(np.abs(felt.values).max(), rel=0.3)
-            assert np.corrcoef(felt.values[:, 0], vibration.values[:, 0])[0, 1] > 0.5
+            assert np.corrcoef(felt.values[:frames, 0], vibration.values[:frames, 0])[0, 1] > 0.5
         if name == "WC" and start != "key":
             assert 0.0 <= entry.facts["onset_after_step_s"] < 0.02
     file.close()

@@ -171,6 +171,7 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
     bench.until(Phase.END)
     bench.key(Qt.Key.Key_Space)
     assert bench.workspace.overview.analyse.text() == "Analyse 0 sessions"
+    assert bench.workspace.overview.state.text().startswith("Pilot 1 is done.")
     file = SessionFile.open(bench.workspace.root / "made-pilot" / "1.session")
     assert [entry.facts["most_force_n"] > 300.0 for entry in file.entries()] == [True, True]
     file.close()

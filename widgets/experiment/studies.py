@@ -22,6 +22,7 @@ class StudyFile:
     protocol: Protocol
     is_own: bool = False
     """Whether it is a person's own, which can be edited and deleted."""
+    is_pilot: bool = False
 
     @property
     def folder(self) -> Path:
@@ -30,7 +31,7 @@ class StudyFile:
 
     def pilot(self) -> "StudyFile":
         """The same to be tried on oneself; its sessions lie apart."""
-        return replace(self, name=f"{self.name}-pilot", protocol=self.protocol.pilot())
+        return replace(self, name=f"{self.name}-pilot", protocol=self.protocol.pilot(), is_pilot=True)
 
 
 def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFile:

@@ -72,6 +72,7 @@ class ExperimentWorkspace(Workspace):
         own_ones, self._wrong = own_studies(own, registry)
         self.studies += own_ones
         self._study = self.studies[0]
+        self._is_pilot = False  # what runs, or ran last
         self._controller: SessionController | None = None
         self.equipment = EquipmentChoice()
         self._people: dict[Path, SimulatedPeople] = {}
@@ -367,6 +368,7 @@ class ExperimentWorkspace(Workspace):
             return
         self.background.stop()
         path = session_path(self.root, study, participant)
+        self._is_pilot = study.is_pilot
         try:
             self.running.begin(controller, study, participant, path, self.equipment)
         except UnderfootError as error:
@@ -385,7 +387,9 @@ class ExperimentWorkspace(Workspace):
         if done:
             self.overview.participant.clear()
         self._show()
-        if done:
+        if done and self._is_pilot:
+            self.overview.state.setText(f"Pilot {done} is done. Its answers are kept apart from the participants'.")
+        elif done:
             self.overview.state.setText(f"{done} has come to the end of the study. The answers are kept.")
 
     def _connect(self) -> None:

@@ -17,7 +17,10 @@ class ConstantStimuli(ListedMethod):
     """
 
     kind, name = "constant-stimuli", "Constant stimuli"
-    about = "Each comparison is presented many times, beside a standard or alone; a psychometric curve comes of it."
+    about = (
+        "Each comparison is presented many times, beside a standard (two intervals) or alone (yes or no); a "
+        "psychometric curve comes of it, or, where no factor is a number, the share that is judged more."
+    )
     comparisons = StimulusNames((), doc="What is judged.")
     standard = StimulusName("", doc="What each comparison is compared with; none: one interval, yes or no.")
     blocks = Count(20, 1, 1000, doc="Every comparison comes once in each.")
