@@ -14,7 +14,7 @@ Handlers = Mapping[str, Callable[[Path], object]]
 
 
 class DroppedFiles(QObject):
-    """Opens the first file dropped on `window` that has a handler, and reports that others are not opened. The cursor shows
+    """Opens the first file dropped on `window` that has a handler, and reports others as not opened. The cursor shows
     when no file has a handler.
 
     `handlers` is called when something is dragged here, so that nothing is imported before.
