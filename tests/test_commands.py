@@ -355,3 +355,14 @@ def test_nodes_tells_of_every_node(underfoot):
         entry = next(entry for entry in data if entry["type"] == type)
         assert [p["name"] for p in entry["parameters"]] == list(declared.parameters)
         assert {p["name"] for p in entry["inputs"]} == declared.input_ports.keys()
+
+
+def test_presets_are_named_without_a_folder(underfoot, folder):
+    """As the first steps do, in any folder."""
+    done = underfoot("render", "wood", "--force", "corridor", "--seconds", "0.3", "-o", "wood.wav")
+    assert done.status == 0
+    assert (folder / "wood.wav").is_file()
+    assert underfoot("tile", "tiles-2x2").out.startswith("30.5 x 30.5 cm")
+    refused = underfoot("render", "granite")
+    assert refused.status == 1
+    assert refused.error.startswith("underfoot: there is no file or preset 'granite'; allowed: a file, or one of gravel,")

@@ -11,6 +11,7 @@ import click
 
 from underfoot import __version__
 from underfoot.commands import CommandGroup
+from underfoot.commands.files import FLOOR, PATCH
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.errors import BadFile, UnderfootError
 
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
     help=f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, or "
     "a force CSV, a recording, or a C3D file.",
 )
-@click.option("--floor", type=click.Path(path_type=Path), help="Floor JSON; found automatically beside a force CSV.")
-@click.option("--patch", type=click.Path(path_type=Path), help="Patch to open.")
+@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--patch", type=PATCH, help="Patch to open: a file, or a preset's name.")
 @click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; `underfoot FILE` does the same.")
 @click.option(
     "--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace in this folder, and exit."

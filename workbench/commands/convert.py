@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE, require_room
+from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
@@ -31,13 +31,13 @@ class ConvertOptions:
 
 
 @click.command()
-@click.argument("source", metavar="IN", type=FILE, required=False)
+@click.argument("source", metavar="IN", type=PATCH, required=False)
 @click.option("-o", "--output", type=FILE, help="Output file; its suffix selects the format. A patch ends in .json.")
 @click.option("--format", default="", help="Format, if the suffix is ambiguous.")
 @click.option("--tile", default="", help="Write only this tile; by default all, or the one that moves most.")
 @click.option("--seconds", type=float, help="Length; by default until vibration ends, at most 5 s.")
 @click.option("--force", help='Force CSV, or "none"; by default one step over one tile.')
-@click.option("--floor", type=FILE, help="Floor JSON for a simulated walker; copied into a shared folder.")
+@click.option("--floor", type=FLOOR, help="Floor JSON for a simulated walker; copied into a shared folder.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles, copied into a shared folder.")
 @RUN_CODE
 @click.option("--formats", is_flag=True, help="List the formats, with directions and losses.")

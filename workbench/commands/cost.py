@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE
+from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
 from underfoot.commands.options import grouped
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ class CostOptions:
 
 
 @click.command()
-@click.argument("patch", type=FILE)
-@click.option("--floor", type=FILE, help="Floor JSON; by default four tiles.")
+@click.argument("patch", type=PATCH)
+@click.option("--floor", type=FLOOR, help="Floor JSON; by default four tiles.")
 @click.option("--feet", type=int, help="Number of tiles with a foot that steps once a second; by default all.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: equalisers, sensor curves.")

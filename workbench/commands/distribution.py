@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE
+from underfoot.commands.files import FILE, PATCH, RUN_CODE
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("patch", type=FILE)
+@click.argument("patch", type=PATCH)
 @click.argument("node", required=False)
 @click.option("-o", "--output", type=FILE, help="Folder for a plot of each distribution.")
 @RUN_CODE

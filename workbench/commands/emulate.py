@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, FLOOR
 from underfoot.commands.options import grouped
 from underfoot.devices.transport import Sender
 from underfoot.devices.transports import TRANSPORTS
@@ -72,7 +72,7 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @_sender_options
-@click.option("--floor", type=FILE, help="Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.")
+@click.option("--floor", type=FLOOR, help="Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.")
 @click.option("--tile", type=int, help="Send only this tile of the floor, counted from 0.")
 @click.option(
     "--force", type=FILE, help="Force CSV, played once, or repeatedly for --seconds; by default a simulated walker."

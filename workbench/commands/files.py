@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -10,6 +11,31 @@ from underfoot.errors import BadFile
 
 FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
+
+
+class FileOrPreset(click.Path):
+    """A file, or the name of a preset of this kind ("patches", "floors", "walks") if there is no such file."""
+
+    def __init__(self, kind: str, path_type: type = Path) -> None:
+        super().__init__(path_type=path_type)
+        self._kind = kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        named = super().convert(value, param, ctx)
+        if os.path.splitext(named)[1] or os.path.exists(named):
+            return named
+        from underfoot.patch import library
+
+        presets = getattr(library, self._kind)()
+        if str(named) not in presets and self.type is Path:
+            raise BadFile(f"there is no file or preset {str(named)!r}; allowed: a file, or one of {', '.join(presets)}")
+        return self.coerce_path_result(presets.get(str(named), named))
+
+
+PATCH = FileOrPreset("patches")
+FLOOR = FileOrPreset("floors")
+FORCES = FileOrPreset("walks", str)
+"""Where forces come from: a file, a preset walk, or other words, which stay as they are."""
 
 
 def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> None:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE
+from underfoot.commands.files import FILE, PATCH, RUN_CODE
 
 if TYPE_CHECKING:
     from underfoot.engine.levels import Level, PatchLevels
 
 
 @click.command()
-@click.argument("patches", metavar="[PATCH]...", type=FILE, nargs=-1)
+@click.argument("patches", metavar="[PATCH]...", type=PATCH, nargs=-1)
 @click.option("--profile", type=FILE, help="Profile of the tile; by default none.")
 @click.option("--simulation", type=FILE, help="Parameter file of the simulated tile.")
 @RUN_CODE

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE, require_room
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
@@ -45,15 +45,15 @@ class MonitorOptions:
     help=f"""Print footsteps as they happen.
 
     SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
-    a force CSV, or a recording. Tile number 0 of hardware is the floor's first; the floor is 2 x 2 tiles unless --floor
-    names another.
+    a force CSV, the preset walk "corridor", or a recording. Tile number 0 of hardware is the floor's first. The
+    floor is 2 x 2 tiles unless --floor names another.
     """
 )
-@click.argument("source")
-@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
+@click.argument("source", type=FORCES)
+@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--steps", type=FILE, help="CSV file to write: one line per footstep.")
 @click.option("--contacts", type=FILE, help="CSV file to write: one line per contact and sample.")
-@click.option("--patch", type=FILE, help="Patch to play during the session.")
+@click.option("--patch", type=PATCH, help="Patch to play during the session.")
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")

@@ -14,7 +14,7 @@ import click
 
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE, require_room
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_room
 from underfoot.commands.options import grouped
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
@@ -64,16 +64,18 @@ class RenderOptions:
 
 
 @click.command()
-@click.argument("patches", metavar="PATCH...", type=FILE, nargs=-1, required=True)
+@click.argument("patches", metavar="PATCH...", type=PATCH, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, help="WAV file: float samples, one channel per tile. For several, a folder.")
 @click.option("--seconds", type=float, help="Length; by default the force's, or 5 s.")
 @click.option("--rate", type=float, help=f"Frames per second; {RATE_HZ} by default.")
 @click.option("--block", type=int, default=1024, show_default=True, help="Frames per block; the output is the same.")
 @click.option("--seed", type=int, help="Seed instead of the patch's own.")
 @click.option(
-    "--force", help='Force CSV, recording, C3D file, or "none" for an empty floor; by default a simulated walker.'
+    "--force",
+    type=FORCES,
+    help='Force CSV, recording, C3D file, a preset walk, or "none" for an empty floor; by default a simulated walker.',
 )
-@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles: how each is driven.")
 @click.option("--simulation", type=FILE, help="Parameter file of the simulated tiles.")
 @click.option("--measured", type=FILE, help="WAV file of simulated accelerometers, m/s^2, one channel per tile.")
@@ -91,7 +93,7 @@ class RenderOptions:
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
 @grouped(RenderOptions)
 def render(options: RenderOptions) -> None:
-    """Render PATCH (a patch or a recording) offline; several on all cores.
+    """Render PATCH (a patch file, a preset's name, or a recording) offline; several on all cores.
 
     If PATCH is a folder, all its patches are rendered. Several results go into a folder, with a manifest.
     """

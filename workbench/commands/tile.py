@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, FLOOR
 from underfoot.commands.options import grouped
 from underfoot.errors import BadValue
 
@@ -36,7 +36,7 @@ class TileDesignOptions:
 
 
 @click.command()
-@click.argument("floor", type=FILE)
+@click.argument("floor", type=FLOOR)
 @click.option("--report", type=FILE, help="Folder for a page with pictures, and all figures as JSON.")
 @click.option("--simulation", type=FILE, help="Parameters of the tile; by default the thesis's materials.")
 @click.option("--search", is_flag=True, help="Search plates over modulus and thickness instead (section 4.4.2).")
