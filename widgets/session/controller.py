@@ -46,7 +46,7 @@ class SessionController(QObject):
     target_locked = Signal(bool)
     """Whether somebody who asked for the session's release needs the target to stay as it is."""
     lawful = Signal(object)
-    """`Laws` of the node that was previewed last."""
+    """`Laws` of the node whose laws were asked for last."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn` of the node whose errors were asked for last, again after each point."""
     previewed = Signal(object, str)
@@ -79,7 +79,8 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.played_as: Callable[[Patch], Patch] = as_it_is
         """What this session plays for the window's patch: that with what other programs asked for."""
-        self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
+        self._preview_ticket, self._preview_node = 0, ""
+        self._laws_ticket = self._errors_ticket = 0
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
@@ -367,6 +368,7 @@ class SessionController(QObject):
                 without_missing(patch, self._registry), node, seconds, tile, laws
             )
             self._preview_node = name or node
+            self._laws_ticket = self._preview_ticket if laws else self._laws_ticket
 
     def measure_errors(self, patch: Patch, node: str) -> None:
         """Have the run time over error of a node measured until anything else is asked for: `errors_measured` says."""
@@ -374,7 +376,7 @@ class SessionController(QObject):
             self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
 
     def _take_laws(self, laws: Laws) -> None:
-        if laws.ticket == self._preview_ticket:
+        if laws.ticket == self._laws_ticket:
             self.lawful.emit(laws)
 
     def _take_errors(self, curve: ErrorCurveDrawn) -> None:
