@@ -365,4 +365,6 @@ def test_presets_are_named_without_a_folder(underfoot, folder):
     assert underfoot("tile", "tiles-2x2").out.startswith("30.5 x 30.5 cm")
     refused = underfoot("render", "granite")
     assert refused.status == 1
-    assert refused.error.startswith("underfoot: there is no file or preset 'granite'; allowed: a file, or one of gravel,")
+    assert refused.error.startswith(
+        "underfoot: there is no file or preset 'granite'; allowed: a file, or one of gravel,"
+    )

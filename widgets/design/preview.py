@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.drawing import HeatMap, Range
+from underfoot.drawing import Drawing, HeatMap, Range
 from underfoot.engine.reports import Laws, Preview
 from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
@@ -241,6 +241,8 @@ class PreviewPanel(QWidget):
         for widget in (*self.shows.values(), self.log, self.range):
             widget.setEnabled(not wanted)
         if wanted:
+            for plot in self.law_plots:
+                plot.show_drawing(Drawing("Law", "", "", note="being made…"))
             self.laws_wanted.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:

@@ -73,8 +73,7 @@ class DesignWorkspace(Workspace):
         self.document = Document(Patch(), self)
         self._shown = self.document.patch
         self._loading = False
-        self._previewed = ""
-        self._waiting = ""
+        self._previewed = self._waiting = self._laws_of = ""
         self.palette_panel = Palette(registry, self)
         self.side = SidePanel(self.palette_panel, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
@@ -227,6 +226,8 @@ class DesignWorkspace(Workspace):
 
     def show_laws(self, laws: Laws) -> None:
         """Show the laws of the node that is previewed."""
+        if self._laws_of != self._previewed:
+            return
         self.preview.show_laws(laws)
         self.inspector.show_laws(laws)
 
@@ -439,8 +440,9 @@ class DesignWorkspace(Workspace):
         if id.startswith(OTHER):
             self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
             return
-        wants_laws = self.preview.wants_laws or self.inspector.wants_laws
-        self.preview_wanted.emit(id, self.preview_tile(), id == self._previewed and wants_laws)
+        wants_laws = id == self._previewed and (self.preview.wants_laws or self.inspector.wants_laws)
+        self._laws_of = id if wants_laws else self._laws_of
+        self.preview_wanted.emit(id, self.preview_tile(), wants_laws)
 
     def _ask_again(self) -> None:
         if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):

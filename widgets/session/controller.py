@@ -46,7 +46,7 @@ class SessionController(QObject):
     target_locked = Signal(bool)
     """Whether the target must not change, because something else uses its devices."""
     lawful = Signal(object)
-    """`Laws` of the node that was previewed last."""
+    """`Laws` of the node whose laws were asked for last."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn` of the last node requested, again after each point."""
     previewed = Signal(object, str)
@@ -81,8 +81,8 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.played_as: Callable[[Patch], Patch] = as_it_is
         """The patch to play for the window's patch: with the requests of other programs."""
-        self._preview_ticket, self._preview_node, self._errors_ticket = 0, "", 0
-        self._outlines_ticket = 0
+        self._preview_ticket, self._preview_node = 0, ""
+        self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
         self._worker: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
@@ -371,6 +371,7 @@ class SessionController(QObject):
                 without_missing(patch, self._registry), node, seconds, tile, laws
             )
             self._preview_node = name or node
+            self._laws_ticket = self._preview_ticket if laws else self._laws_ticket
 
     def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
         """Request thumbnails of nodes' responses to one step on a tile: `outlined` delivers the newest request."""
@@ -387,7 +388,7 @@ class SessionController(QObject):
             self.outlined.emit(outlines)
 
     def _take_laws(self, laws: Laws) -> None:
-        if laws.ticket == self._preview_ticket:
+        if laws.ticket == self._laws_ticket:
             self.lawful.emit(laws)
 
     def _take_errors(self, curve: ErrorCurveDrawn) -> None:

@@ -1,0 +1,39 @@
+"""Laws that take longer than the small plots that are asked for meanwhile."""
+
+import pytest
+from polling import Poll
+from PySide6.QtCore import QCoreApplication
+from windows import LONG_MS, design, play_on_simulator
+
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+
+@pytest.fixture
+def window(qtbot, tmp_path):
+    made = Patch()
+    for type in ("stick-slip", "noise", "texture"):
+        made = made.add(type, REGISTRY, (0.0, 200.0 * len(made.nodes)))
+    made.save(tmp_path / "hiss.json")
+    window = play_on_simulator(tmp_path)
+    yield window
+    window.leave()
+    window.deleteLater()
+
+
+def test_laws_come_though_other_previews_were_asked_for_after_them(window):
+    workspace = design(window)
+    workspace.canvas.patch_scene.select([workspace.patch().nodes[0].id])
+    Poll()(_seen(lambda: workspace.preview.laws.isVisible()), "laws are offered", seconds=LONG_MS / 1000)
+    workspace.preview.laws.click()
+    assert workspace.preview.law_plots[0].drawing.note == "being made…"
+    plots = workspace.preview.law_plots
+    Poll()(_seen(lambda: plots[0].drawing.series), "the laws are drawn", seconds=LONG_MS / 1000)
+
+
+def _seen(holds):
+    def look():
+        QCoreApplication.processEvents()
+        return holds()
+
+    return look
