@@ -169,7 +169,7 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
     from underfoot.devices.replay import Replay
     from underfoot.devices.resampled import Resampled
     from underfoot.devices.simulated_floor import SimulatedFloor
-    from underfoot.floor.forces import floor_beside, read_forces
+    from underfoot.floor.forces import load_floor_beside, read_forces
     from underfoot.floor.layout import Floor, default_floor
 
     source: ForceSource
@@ -178,10 +178,7 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
     if force is None:
         source = SimulatedFloor(Floor.load(floor) if floor else default_floor(), RATE_HZ, options.seed)
     else:
-        beside = floor_beside(force)
-        if floor is None and not beside.is_file():
-            raise BadFile(f"{force} has no floor beside it ({beside.name}); say --floor FILE")
-        layout = Floor.load(floor or beside)
+        layout = Floor.load(floor) if floor else load_floor_beside(force)
         forces = read_forces(force, layout)
         source = Replay(forces, layout, RATE_HZ, repeats=options.seconds is not None)
         length_s = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz

@@ -52,6 +52,14 @@ def floor_beside(path: str | Path) -> Path:
     return Path(path).parent / f"{Path(path).stem}.floor.json"
 
 
+def load_floor_beside(path: str | Path) -> Floor:
+    """Load the floor of a force CSV; `BadFile` if it is not there or cannot be read."""
+    beside = floor_beside(path)
+    if not beside.is_file():
+        raise BadFile(f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there")
+    return Floor.load(beside)
+
+
 def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     """The forces in a CSV file, at least two samples of every sensor of `floor`, in any order of columns.
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.floor.forces import ForceSeries, floor_beside, read_forces
+from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces
 from underfoot.floor.layout import Floor
 from underfoot.records.recording import Recording, is_recording
 
@@ -33,9 +33,7 @@ def read_force_file(
 
         forces, own = read_plates(path)
     else:
-        if floor is None and not floor_beside(path).is_file():
-            raise BadFile(f"{path} has no floor beside it ({floor_beside(path).name}); say --floor FILE")
-        own = floor or Floor.load(floor_beside(path))
+        own = floor or load_floor_beside(path)
         forces = read_forces(path, own)
     if floor is not None and len(floor.tiles) != len(own.tiles):
         raise BadFile(f"{path} has {len(own.tiles)} tiles; allowed: {len(floor.tiles)}, as the floor has")
@@ -50,7 +48,7 @@ def floor_of(path: str | Path) -> Floor:
             return Floor.loads(recording.about["floor"], str(path))
     if path.suffix.lower() == ".c3d":
         return read_force_file(path)[1]
-    return Floor.load(floor_beside(path))
+    return load_floor_beside(path)
 
 
 def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:

@@ -65,7 +65,7 @@ def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_say
 def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
     assert drop(window, tmp_path / "bad.csv")
-    assert "bad.floor.json cannot be read" in window.status.message
+    assert "has no floor beside it (bad.floor.json)" in window.status.message
     assert window.controller.target.kind == "simulator"
     walk = Path(str(resources.files("underfoot.presets"))) / "walks" / "corridor.csv"
     assert drop(window, walk)
