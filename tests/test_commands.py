@@ -366,5 +366,5 @@ def test_presets_are_named_without_a_folder(underfoot, folder):
     refused = underfoot("render", "granite")
     assert refused.status == 1
     assert refused.error.startswith(
-        "underfoot: there is no file or preset 'granite'; allowed: a file, or one of gravel,"
+        "underfoot: granite cannot be read: no such file or preset; allowed: a file, or gravel,"
     )

@@ -28,7 +28,7 @@ class FileOrPreset(click.Path):
 
         presets = getattr(library, self._kind)()
         if str(named) not in presets and self.type is Path:
-            raise BadFile(f"there is no file or preset {str(named)!r}; allowed: a file, or one of {', '.join(presets)}")
+            raise BadFile(f"{named} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
         return self.coerce_path_result(presets.get(str(named), named))
 
 
