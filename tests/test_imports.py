@@ -1,6 +1,7 @@
 """Which modules may know which: docs/architecture.md's directions, no cycles, no Qt, and no scipy in the engine."""
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -215,6 +216,14 @@ def test_the_engine_plays_a_patch_without_scipy():
         "loop.run(64)\n"
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_workspaces_open_without_what_only_computes():
+    """They are made while the window is already in use."""
+    every = sorted(module for module in SOURCES if re.fullmatch(r"underfoot\.widgets\.\w+\.workspace", module))
+    done = python(f"{blocked(('numba', 'scipy'))}\nimport importlib\nfor m in {every!r}: importlib.import_module(m)")
+    assert done.returncode == 0, done.stderr
+    assert len(every) >= 6
 
 
 def test_everything_imports_where_the_system_is_not_posix():

@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import digamma
 
 from underfoot.errors import require
 from underfoot.experiments.analysis.estimate import Estimate
@@ -68,11 +67,15 @@ def _plug_in_bits(counts: NDArray[np.int64]) -> float:
 
 
 def _corrected_bits(counts: NDArray[np.int64]) -> float:
+    from scipy.special import digamma
+
     n = counts[counts > 0].astype(np.float64)
     jump = 0.5 * (-1.0) ** n * (digamma(0.5 * (n + 1.0)) - digamma(0.5 * n))
     return float((np.log(n.sum()) - (n * (digamma(n) + jump)).sum() / n.sum()) / math.log(2.0))
 
 
 def _smooth_bits(counts: NDArray[np.int64]) -> float:
+    from scipy.special import digamma
+
     n = counts[counts > 0].astype(np.float64)
     return float((np.log(n.sum()) - (n * digamma(n)).sum() / n.sum()) / math.log(2.0))
