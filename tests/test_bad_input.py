@@ -10,10 +10,10 @@ from underfoot.experiments.stimuli import patch_path
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.program import Program
 
-SINE = library.patches()["stimulus-sp"]
+SINE = preset_files.patches()["stimulus-sp"]
 TWO = default_floor(1, 2)
 
 

@@ -16,10 +16,10 @@ from dask_cluster import dask_cluster
 import underfoot as uf
 from underfoot.engine.bulk import Item, rendered
 from underfoot.engine.offline import RenderJob
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.records.wav import wav_bytes
 
-SINE = library.patches()["stimulus-sp"]
+SINE = preset_files.patches()["stimulus-sp"]
 GRID = ("--set", "gain.gain=0.5,1", "--set", "out.tiles=t1,all")
 
 

@@ -24,12 +24,12 @@ from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
 RATE = 48_000
-SINE = library.patches()["stimulus-sp"]
+SINE = preset_files.patches()["stimulus-sp"]
 
 
 # --- what there is ---
@@ -98,7 +98,9 @@ def test_render_writes_a_float_wav_of_one_channel_a_tile_and_says_what_it_did(un
 def test_render_gives_the_same_file_each_time_and_for_any_block(underfoot, folder):
     for name, block in (("a.wav", 1024), ("b.wav", 1024), ("c.wav", 7), ("d.wav", 65536)):
         assert (
-            underfoot("render", library.patches()["gravel"], "-o", name, "--seconds", "0.6", "--block", block).status
+            underfoot(
+                "render", preset_files.patches()["gravel"], "-o", name, "--seconds", "0.6", "--block", block
+            ).status
             == 0
         )
     files = [(folder / f"{letter}.wav").read_bytes() for letter in "abcd"]
@@ -114,7 +116,9 @@ def test_render_takes_seed_rate_and_floor(underfoot, folder):
         ("c", ["--rate", 44100]),
         ("d", ["--floor", "three.json"]),
     ):
-        said = underfoot("render", library.patches()["stimulus-td"], "-o", f"{name}.wav", "--seconds", "0.5", *options)
+        said = underfoot(
+            "render", preset_files.patches()["stimulus-td"], "-o", f"{name}.wav", "--seconds", "0.5", *options
+        )
         assert said.status == 0
         assert "times real time" in said.out
     assert soundfile.read("a.wav")[0].tobytes() != soundfile.read("b.wav")[0].tobytes()
@@ -149,7 +153,7 @@ def test_render_finds_sound_files_beside_the_patch(underfoot, folder, monkeypatc
 
 
 def test_render_of_several_patches_gives_the_files_of_each_alone(underfoot, folder):
-    paths = [SINE, library.patches()["material-ice"], library.patches()["gravel"]]
+    paths = [SINE, preset_files.patches()["material-ice"], preset_files.patches()["gravel"]]
     said = underfoot("render", *paths, "-o", "all", "--seconds", "0.5")
     assert said.status == 0
     lines = said.out.splitlines()
@@ -177,7 +181,7 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
 
 
 def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(underfoot, folder, until):
-    patches = [SINE, library.patches()["gravel"], library.patches()["snow"]]
+    patches = [SINE, preset_files.patches()["gravel"], preset_files.patches()["snow"]]
     assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
     command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests that run in the background may not hear it
@@ -336,7 +340,7 @@ def test_a_session_is_recorded_and_rendered_again_to_the_same_samples(underfoot,
 
 
 def test_a_simulator_with_non_ideal_sensors_is_monitored(underfoot, folder):
-    source = f"simulator:{library.simulations()['child-walking']}"
+    source = f"simulator:{preset_files.simulations()['child-walking']}"
     said = underfoot("monitor", source, "--record", "rec", "--seconds", "2")
     assert said.status == 0
     assert "uncalibrated: t1, t2, t3, t4 (the nominal curve of the sensors is assumed)" in said.error

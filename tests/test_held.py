@@ -27,7 +27,7 @@ from underfoot.engine.loop import LoopOptions
 from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 HELD = Path(__file__).with_name("held.json")
@@ -56,7 +56,7 @@ def digest(data):
 
 def render_of(name, block=BLOCK, seconds=SECONDS):
     """Samples of a preset, float32 [frame, channel]."""
-    patch = Patch.load(library.patches()[name], REGISTRY)
+    patch = Patch.load(preset_files.patches()[name], REGISTRY)
     source = SimulatedFloor(default_floor(), 48_000, patch.seed)
     return render(patch, REGISTRY, source, seconds, LoopOptions(block=block)).samples
 
@@ -112,7 +112,7 @@ def close(found, expected, where="$"):
         assert found == expected, where
 
 
-@pytest.mark.parametrize("name", library.patches())
+@pytest.mark.parametrize("name", preset_files.patches())
 def test_a_preset_renders_to_the_bytes_that_are_held_at_any_block_size(name):
     expected = held()["renders"][name]
     samples = render_of(name)
@@ -139,7 +139,7 @@ def test_the_simulated_tile_is_calibrated_as_it_is_held(tmp_path):
 
 def write(folder):
     renders = {}
-    for name in library.patches():
+    for name in preset_files.patches():
         samples = render_of(name)
         renders[name] = {"bytes": digest(samples.tobytes()), "figures": render_figures(samples)}
     tables = {name: [digest(table.encode()) for table in tables_of(name, folder)] for name in WALKS}

@@ -209,9 +209,9 @@ def test_the_engine_plays_a_patch_without_scipy():
         "from underfoot.engine.loop import Loop, LoopOptions\n"
         "from underfoot.floor.layout import default_floor\n"
         "from underfoot.nodes import REGISTRY\n"
-        "from underfoot.patch import library\n"
+        "from underfoot.patch import preset_files\n"
         "from underfoot.patch.patch import Patch\n"
-        "patch = Patch.load(library.patches()['gravel'], REGISTRY)\n"
+        "patch = Patch.load(preset_files.patches()['gravel'], REGISTRY)\n"
         "loop = Loop(patch, REGISTRY, SimulatedFloor(default_floor(1, 1)), LoopOptions(block=64))\n"
         "loop.run(64)\n"
     )

@@ -17,7 +17,7 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.models.gait import Footfall
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
@@ -25,7 +25,7 @@ RATE, BLOCK, FRAMES = 48_000, 960, 48_000
 SOURCES = ("fibre-bundle", "fibre-grid", "slip", "stick-slip")
 MATERIALS = {
     name.removeprefix("material-"): Patch.load(path, REGISTRY)
-    for name, path in library.patches().items()
+    for name, path in preset_files.patches().items()
     if name.startswith("material-")
 }
 SEEDS = range(4)
@@ -182,7 +182,7 @@ def measured_step(name, seed=None):
     """What a step on one tile makes: the card's channels, and what the accelerometer measures."""
     force_n, source = one_step("t1", SECONDS, float(RATE))
     options = LoopOptions(plates=("accelerometer",), seed=seed)
-    loop = Loop(Patch.load(library.patches()[name], REGISTRY), REGISTRY, source, options)
+    loop = Loop(Patch.load(preset_files.patches()[name], REGISTRY), REGISTRY, source, options)
     loop.send(Play(True), 0)
     drive, tiles = loop.play_all(len(force_n))
     return drive.T.astype(np.float64), tiles["accelerometer"][:, 0].astype(np.float64)
@@ -197,7 +197,7 @@ def shares(signal, edges_hz):
 
 @pytest.mark.parametrize("name", GROUNDS)
 def test_it_reaches_the_foot(name):
-    found = levels_of(Patch.load(library.patches()[name], REGISTRY))
+    found = levels_of(Patch.load(preset_files.patches()[name], REGISTRY))
     assert found.measured.share_in_band >= 0.8
     assert found.measured.level_db >= 10.0
     assert found.headroom_db > 0.5
@@ -205,7 +205,7 @@ def test_it_reaches_the_foot(name):
 
 @pytest.mark.parametrize("name", GROUNDS)
 def test_it_reaches_the_foot_on_a_calibrated_tile_too(name, profile):
-    found = levels_of(Patch.load(library.patches()[name], REGISTRY), profile=profile)
+    found = levels_of(Patch.load(preset_files.patches()[name], REGISTRY), profile=profile)
     assert found.measured.share_in_band >= 0.8
     assert found.measured.level_db >= 10.0
     assert found.headroom_db > 0.5

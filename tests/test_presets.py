@@ -16,13 +16,13 @@ from underfoot.engine.render import render
 from underfoot.engine.safety import DC_HZ
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
 ROOT = Path(__file__).resolve().parents[1]
 RATE = 48_000
-PATCHES = library.patches()
+PATCHES = preset_files.patches()
 LOUD = [name for name in PATCHES if not name.startswith("stimulus-")]
 """Those that are as loud as a tile plays well; how loud the thesis's stimuli are is said by table 6.1."""
 UNLIMITED = [name for name in PATCHES if name not in ("stimulus-wc", "stimulus-wp", "stimulus-wd")]
@@ -78,7 +78,7 @@ def grain(name):
 
 def test_the_presets_that_are_promised_are_there():
     assert {"gravel", "snow", "wood", "tacton-waveshaped", "tacton-impact"} <= PATCHES.keys()
-    assert {"tiles-2x2", "tiles-6x6"} <= library.floors().keys()
+    assert {"tiles-2x2", "tiles-6x6"} <= preset_files.floors().keys()
 
 
 @pytest.mark.parametrize("name", PATCHES)
@@ -176,7 +176,7 @@ def test_materials_are_told_apart_by_their_spectra():
 
 @pytest.mark.parametrize(("name", "side"), [("tiles-2x2", 2), ("tiles-6x6", 6)])
 def test_floors_are_the_default_tiles(name, side):
-    assert Floor.load(library.floors()[name]) == default_floor(side, side)
+    assert Floor.load(preset_files.floors()[name]) == default_floor(side, side)
 
 
 def test_the_wheel_carries_all_packages_presets_and_firmware():

@@ -11,7 +11,7 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.models.signals.rhythm import RHYTHMS, STEPS
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 RATE = 48_000
@@ -19,7 +19,7 @@ TACTONS = [f"{family}{k}" for family in ("ws", "it") for k in range(1, 9)]
 
 
 def load(name):
-    return Patch.load(library.patches()[name], REGISTRY)
+    return Patch.load(preset_files.patches()[name], REGISTRY)
 
 
 def measured(name, profile=None):

@@ -8,7 +8,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 
 class MainMenu(QMenu):
@@ -32,7 +32,7 @@ class MainMenu(QMenu):
         self._recent_menu = self.addMenu("Open recent")
         self._recent_menu.aboutToShow.connect(self._fill_recent)
         self.presets = self.addMenu("Presets")
-        for family, patches in library.families().items():
+        for family, patches in preset_files.families().items():
             menu = self.presets.addMenu(family) if family else self.presets
             for words, path in patches.items():
                 menu.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))

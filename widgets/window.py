@@ -16,7 +16,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.heard import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
@@ -491,6 +491,6 @@ class MainWindow(QMainWindow):
 def _first_patch() -> Patch:
     """The preset that there is to play with at the first start; nothing where it is missing."""
     try:
-        return Patch.load(library.patches()[FIRST_PRESET], REGISTRY)
+        return Patch.load(preset_files.patches()[FIRST_PRESET], REGISTRY)
     except (KeyError, UnderfootError):
         return Patch()

@@ -20,8 +20,8 @@ if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.models.fibre_bundle.bundle import FibreBundle as FibreBundle
     from underfoot.models.stick_slip.oscillator import BlockOnBelt as BlockOnBelt
     from underfoot.models.stick_slip.slip_distribution import SlipDistribution as SlipDistribution
-    from underfoot.patch.library import open_patch as open_patch
     from underfoot.patch.patch import Patch as Patch
+    from underfoot.patch.preset_files import open_patch as open_patch
     from underfoot.records.forces import Forces as Forces
     from underfoot.records.forces import read_forces as read_forces
     from underfoot.records.forces import walk as walk
@@ -44,7 +44,7 @@ _PLACES = {
     "Table": "records.tables",
     "UnderfootError": "errors",
     "default_floor": "floor.layout",
-    "open_patch": "patch.library",
+    "open_patch": "patch.preset_files",
     "read_forces": "records.forces",
     "render": "engine.offline",
     "walk": "records.forces",

@@ -8,10 +8,10 @@ from underfoot.bench.block_stages import STAGES, block_stages
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
-GRAVEL = library.patches()["material-gravel-coarse"]
+GRAVEL = preset_files.patches()["material-gravel-coarse"]
 
 
 @pytest.fixture(scope="module")

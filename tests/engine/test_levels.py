@@ -18,7 +18,7 @@ from underfoot.engine.render import render
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_response import response_of
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 
@@ -42,7 +42,7 @@ def test_a_calibrated_tile_does_what_it_is_told_from_60_to_700_hz_and_another_do
 
 
 def test_levels_of_a_stimulus_are_its_own_and_those_of_its_tile(profile):
-    patch = Patch.load(library.patches()["stimulus-td"], REGISTRY)
+    patch = Patch.load(preset_files.patches()["stimulus-td"], REGISTRY)
     plain, driven = levels_of(patch), levels_of(patch, profile=profile)
     assert plain.commanded == driven.commanded
     assert plain.measured.peak_m_s2 / plain.commanded.peak_m_s2 > 1.1
@@ -53,13 +53,13 @@ def test_levels_of_a_stimulus_are_its_own_and_those_of_its_tile(profile):
 @pytest.mark.parametrize("name", TABLE_6_1)
 def test_a_stimulus_is_within_1_db_of_table_6_1(name):
     """Normal noise has not the RMS over peak that the table has of WC and WD: there the peak is met alone."""
-    found = levels_of(Patch.load(library.patches()[f"stimulus-{name}"], REGISTRY)).measured
+    found = levels_of(Patch.load(preset_files.patches()[f"stimulus-{name}"], REGISTRY)).measured
     ratios = np.array([found.peak_m_s2, found.rms_m_s2]) / TABLE_6_1[name]
     assert np.abs(20.0 * np.log10(ratios[: 1 if name in NO_NOISE else 2])).max() < 1.0
 
 
 def test_a_preview_has_the_headroom_of_the_table_through_the_tile_s_own_equaliser(profile):
-    patch = Patch.load(library.patches()["stimulus-td"], REGISTRY)
+    patch = Patch.load(preset_files.patches()["stimulus-td"], REGISTRY)
     for of_tile in (None, profile):
         equalisers = equalisers_of({"t1": of_tile}) if of_tile else ()
         signals = previewed(patch, (), "t1", 1.2, 48_000.0, measures=True, equalisers=equalisers)[1]
@@ -74,10 +74,10 @@ def test_silence_has_no_level():
 
 
 def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
-    said = CliRunner().invoke(cli, ["levels", str(library.patches()["wood"])])
+    said = CliRunner().invoke(cli, ["levels", str(preset_files.patches()["wood"])])
     assert said.exit_code == 0, said.output
     assert said.stdout.splitlines()[1].startswith("wood")
-    said = CliRunner().invoke(cli, ["levels", "--json", str(library.patches()["wood"])])
+    said = CliRunner().invoke(cli, ["levels", "--json", str(preset_files.patches()["wood"])])
     assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0
 
 
@@ -85,8 +85,8 @@ def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
 def test_the_document_has_every_preset_and_its_levels(names, place, profile):
     tables = (Path(__file__).resolve().parents[2] / "docs/levels.md").read_text().split("```")[1::2]
     rows = {line.split()[0]: line.split()[1:5] for line in tables[place].splitlines()[2:]}
-    assert list(rows) == list(library.patches())
+    assert list(rows) == list(preset_files.patches())
     for name in names:
-        found = levels_of(Patch.load(library.patches()[name], REGISTRY), profile=profile if place else None)
+        found = levels_of(Patch.load(preset_files.patches()[name], REGISTRY), profile=profile if place else None)
         levels = (level for one in (found.commanded, found.measured) for level in (one.peak_m_s2, one.rms_m_s2))
         assert [float(text) for text in rows[name]] == pytest.approx(list(levels), abs=0.02)

@@ -14,7 +14,7 @@ from underfoot.engine.preview import longest_s, previewed
 from underfoot.engine.render import render
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.audition import auditioned, softened
 from underfoot.patch.patch import Patch
 
@@ -22,7 +22,7 @@ RATE = 48_000
 
 
 def preset(name):
-    return Patch.load(library.patches()[name], REGISTRY)
+    return Patch.load(preset_files.patches()[name], REGISTRY)
 
 
 def rhythmic(**rhythm):

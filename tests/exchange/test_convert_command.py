@@ -9,10 +9,10 @@ from format_rules import RULES
 from underfoot.exchange.formats import FORMATS
 from underfoot.exchange.losses import losses
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
-SINE = library.patches()["stimulus-sp"]
+SINE = preset_files.patches()["stimulus-sp"]
 
 
 @pytest.mark.parametrize("name", RULES)

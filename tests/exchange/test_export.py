@@ -16,7 +16,7 @@ from underfoot.exchange.voices import analysed, banded, envelope_error_db
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import FilePath, Tiles
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
@@ -28,7 +28,7 @@ WORST_DB = {"haptic": 2.5, "ahap": 2.5, "hjif": 4.5}
 @pytest.fixture(scope="module")
 def exports():
     """Each preset as it plays on one step, rendered once."""
-    return {name: Export(Patch.load(library.patches()[name], REGISTRY)) for name in PRESETS}
+    return {name: Export(Patch.load(preset_files.patches()[name], REGISTRY)) for name in PRESETS}
 
 
 # --- every format that is written ---
@@ -89,7 +89,7 @@ def test_ahap_has_a_transient_for_each_tap_where_it_is_and_as_strong(tmp_path):
 
 
 def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
-    patch = Patch.load(library.patches()["stimulus-sp"], REGISTRY)
+    patch = Patch.load(preset_files.patches()["stimulus-sp"], REGISTRY)
     path = tmp_path / "floor.hjif"
     FORMATS["hjif"].write(Export(patch, floor=default_floor(1, 2), seconds=2.5), path)
     document = json.loads(path.read_text())
@@ -101,11 +101,11 @@ def test_hjif_of_a_floor_has_a_channel_a_tile_that_comes_back_to_it(tmp_path):
 
 
 def test_wav_is_what_render_writes(tmp_path, underfoot, walk):
-    underfoot("render", library.patches()["gravel"], "--force", walk, "-o", tmp_path / "render.wav")
-    said = underfoot("convert", library.patches()["gravel"], "--force", walk, "-o", tmp_path / "a.wav")
+    underfoot("render", preset_files.patches()["gravel"], "--force", walk, "-o", tmp_path / "render.wav")
+    said = underfoot("convert", preset_files.patches()["gravel"], "--force", walk, "-o", tmp_path / "a.wav")
     assert said.status == 0
     assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "render.wav").read_bytes()
-    underfoot("convert", library.patches()["gravel"], "--force", walk, "--tile", "t2", "-o", tmp_path / "t2.wav")
+    underfoot("convert", preset_files.patches()["gravel"], "--force", walk, "--tile", "t2", "-o", tmp_path / "t2.wav")
     one, rate_hz = soundfile.read(tmp_path / "t2.wav", always_2d=True)
     whole, _ = soundfile.read(tmp_path / "a.wav", always_2d=True)
     assert rate_hz == RATE
@@ -144,7 +144,7 @@ def test_a_shared_folder_opens_elsewhere_with_its_sound_floor_and_profiles(tmp_p
 
 
 def test_a_shared_zip_has_the_same_bytes_each_time_and_a_folder_is_never_written_over(tmp_path):
-    patch = Patch.load(library.patches()["gravel"], REGISTRY)
+    patch = Patch.load(preset_files.patches()["gravel"], REGISTRY)
     for name in ("a.zip", "b.zip"):
         FORMATS["share"].write(Export(patch), tmp_path / name)
     with zipfile.ZipFile(tmp_path / "a.zip") as file:

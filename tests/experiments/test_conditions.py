@@ -7,7 +7,7 @@ from underfoot.errors import BadFile
 from underfoot.experiments.conditions import read_conditions, with_conditions
 from underfoot.experiments.draft import Draft
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 TABLE = """stimulus,like,level_m_s2,stiffness_n_mm,place
 soft,TD,0.2,60,heel
@@ -62,7 +62,7 @@ def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
 def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
     tables, own = tmp_path / "tables", tmp_path / "own"
     tables.mkdir()
-    (tables / "mine.json").write_bytes(library.patches()["stimulus-td"].read_bytes())
+    (tables / "mine.json").write_bytes(preset_files.patches()["stimulus-td"].read_bytes())
     draft = Draft.of(preset_protocol("detection-threshold"), REGISTRY, own)
     draft.take_conditions(read_conditions(table(tables, "stimulus,patch\na,mine.json\n"), draft))
     assert draft.checked().stimuli["a"].patch == "patches/mine.json"

@@ -13,7 +13,7 @@ from underfoot.__main__ import cli
 from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
 
@@ -51,7 +51,7 @@ def in_terminal(command, typed, folder=None):
 def made_session(path, name="detection-threshold", person=0):
     """A session file that a simulated participant has answered."""
     protocol = preset_protocol(name)
-    file = SessionFile.create(path, protocol, f"P{person + 1}", library.protocols()[name].parent)
+    file = SessionFile.create(path, protocol, f"P{person + 1}", preset_files.protocols()[name].parent)
     participant = SimulatedParticipant(protocol, {}, np.random.default_rng(person))
     study = Study(protocol, f"P{person + 1}")
     while not study.is_done:

@@ -9,10 +9,10 @@ from made_studies import TD, preset_protocol, protocol_text
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.studies.levels import measured_peak_m_s2
 
-PRESETS = library.protocols()
+PRESETS = preset_files.protocols()
 
 
 def stage(**changes):

@@ -17,15 +17,15 @@ from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import truths_of
 from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
-NAMES = [name for name in library.protocols() if name != "detection-bayesian"]
+NAMES = [name for name in preset_files.protocols() if name != "detection-bayesian"]
 PEOPLE = {"stiffness-vibration": 12, "compliance-rating": 12, "intensity-equalisation": 6}
 
 
 def found_of(name, people, each=20, **conditions):
-    folder = library.protocols()[name].parent
+    folder = preset_files.protocols()[name].parent
     how = Conditions(**conditions)
     return [one for part in jobs_of(preset_protocol(name), folder, people, how, each) for one in simulate(part)]
 

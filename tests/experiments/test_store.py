@@ -14,7 +14,7 @@ from made_studies import first_answers, made_protocol, preset_protocol, walked
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.store import SessionFile, Stretch
 from underfoot.experiments.study import Study
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 WRITER = """
 import sys, time
@@ -33,7 +33,7 @@ while not study.is_done:
 
 
 def made(path, name="identification-impact", participant="P1"):
-    return SessionFile.create(path, preset_protocol(name), participant, library.protocols()[name].parent)
+    return SessionFile.create(path, preset_protocol(name), participant, preset_files.protocols()[name].parent)
 
 
 def test_a_session_that_is_killed_at_random_moments_goes_on_at_the_next_page(tmp_path):

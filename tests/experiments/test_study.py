@@ -5,10 +5,10 @@ from made_studies import first_answers, made_protocol, preset_protocol, walked
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.study import Study
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 
-@pytest.mark.parametrize("name", library.protocols())
+@pytest.mark.parametrize("name", preset_files.protocols())
 def test_every_preset_runs_to_its_end_and_goes_on_from_anywhere(name):
     if name == "detection-bayesian":
         pytest.importorskip("questplus")
@@ -24,7 +24,7 @@ def test_every_preset_runs_to_its_end_and_goes_on_from_anywhere(name):
     assert walked(half) == pages[len(pages) // 2 :]
 
 
-@pytest.mark.parametrize("name", sorted(set(library.protocols()) - {"detection-bayesian"}))
+@pytest.mark.parametrize("name", sorted(set(preset_files.protocols()) - {"detection-bayesian"}))
 def test_a_pilot_has_two_trials_of_each_stage(name):
     study = Study(preset_protocol(name).pilot(), "1")
     pages = walked(study)

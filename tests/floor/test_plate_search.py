@@ -11,7 +11,7 @@ from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.plate_search import PlateSearch, drawing, search, table, why_none
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 TILE = default_floor(1, 1).tiles[0]
 
@@ -57,7 +57,7 @@ def test_a_range_that_falls_is_refused():
 
 
 def test_the_command_prints_a_table_and_draws(tmp_path):
-    floor = str(library.floors()["tiles-2x2"])
+    floor = str(preset_files.floors()["tiles-2x2"])
     done = CliRunner().invoke(cli, ["tile", floor, "--search", "--report", str(tmp_path)], catch_exceptions=False)
     assert "dip of tile, Hz" in done.output
     assert {path.name for path in tmp_path.iterdir()} == {"index.html", "plates.json", "plates-1.svg"}

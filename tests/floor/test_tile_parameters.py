@@ -10,7 +10,7 @@ from underfoot.floor.tile_parameters import TileParameters
 from underfoot.models.tile.assembly import Foot
 from underfoot.models.tile.fsr import Fsr
 from underfoot.models.tile.shaker import Shaker
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 TILE = default_floor(1, 1).tiles[0]
 
@@ -23,7 +23,7 @@ def test_parameters_come_back_from_their_file(tmp_path):
     assert TileParameters.load(tmp_path / "a.json") == made
 
 
-@pytest.mark.parametrize("path", library.simulations().values(), ids=library.simulations())
+@pytest.mark.parametrize("path", preset_files.simulations().values(), ids=preset_files.simulations())
 def test_presets_can_be_built(path):
     parameters = TileParameters.load(path)
     assert parameters.title

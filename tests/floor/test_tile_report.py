@@ -14,7 +14,7 @@ from underfoot.floor.tile_design import designs
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.floor.tile_report import text, write
 from underfoot.models.tile.plate import Plate
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 CORNERS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 PICTURES = [
@@ -61,7 +61,7 @@ def test_it_follows_material_and_size():
     assert here[0]["f1_hz"] == pytest.approx(4.0 * here[1]["f1_hz"])
     assert here[0]["mass_kg"] < here[1]["mass_kg"]
     assert here[0]["f0_hz"] > here[1]["f0_hz"]
-    plywood = TileParameters.load(library.simulations()["plywood-tile"])
+    plywood = TileParameters.load(preset_files.simulations()["plywood-tile"])
     design = designs(default_floor(), plywood)[0]
     assert quantities(design)["f1_hz"].here == pytest.approx(445.0, abs=1.0)
     assert quantities(design)["f1_thesis_hz"].data()["here"] is None
@@ -97,8 +97,8 @@ def test_a_floor_of_two_kinds_has_pictures_of_both(tmp_path):
 
 
 def test_the_command_prints_writes_and_takes_parameters(tmp_path):
-    floor, report = library.floors()["tiles-2x2"], tmp_path / "report"
-    simulation = library.simulations()["plywood-tile"]
+    floor, report = preset_files.floors()["tiles-2x2"], tmp_path / "report"
+    simulation = preset_files.simulations()["plywood-tile"]
     done = CliRunner().invoke(
         cli,
         ["tile", str(floor), "--report", str(report), "--simulation", str(simulation), "--json"],

@@ -4,7 +4,7 @@ import json
 
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 TD = {"patch": "stimulus-td", "scaled_by": "gain.gain", "measured_m_s2": 6.8, "level_m_s2": 0.43}
 
@@ -24,7 +24,7 @@ def made_protocol(kind, parameters=None, stimuli=None, **stage):
 
 
 def preset_protocol(name):
-    return Protocol.load(library.protocols()[name], REGISTRY)
+    return Protocol.load(preset_files.protocols()[name], REGISTRY)
 
 
 def first_answers(page):

@@ -11,7 +11,7 @@ from underfoot.models.fibre_bundle.bundle_laws import bundle_laws, bundle_of
 from underfoot.models.stick_slip.distribution import paths
 from underfoot.models.stick_slip.slip_laws import block_of, slip_laws
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 
 def values(type, **given):
@@ -57,7 +57,7 @@ def test_every_node_with_laws_draws_them_at_its_defaults(type):
 
 
 def test_the_command_prints_and_draws_and_says_which_nodes_there_are(tmp_path):
-    patch = str(library.patches()["material-rubber"])
+    patch = str(preset_files.patches()["material-rubber"])
     said = CliRunner().invoke(cli, ["distribution", patch, "sole", "-o", str(tmp_path / "laws"), "--json"])
     assert said.exit_code == 0, said.output
     assert [drawing["x"] for drawing in json.loads(said.stdout)["sole"]] == [

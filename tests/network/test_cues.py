@@ -17,11 +17,11 @@ from underfoot.network.cues import MarkCue, PlayCue, SetCue, StopCue, StrikeCue,
 from underfoot.network.osc import Message
 from underfoot.network.plan import NetworkPlan
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 FLOOR = default_floor(2, 2)
-GRAVEL = Patch.load(library.patches()["gravel"], REGISTRY)
+GRAVEL = Patch.load(preset_files.patches()["gravel"], REGISTRY)
 NAN, INFINITE = math.nan, math.inf
 
 
@@ -80,7 +80,7 @@ def test_no_cue_can_name_a_file():
         with_cues(GRAVEL, Cued().playing(["t1"], "../floors/tiles-2x2", 0.0), FLOOR.ids, REGISTRY)
 
 
-@pytest.mark.parametrize("preset", library.patches())
+@pytest.mark.parametrize("preset", preset_files.patches())
 def test_every_preset_can_be_played_on_some_tiles(preset):
     cued = Cued().playing(["t1", "t3"], preset, -6.0).playing(["t2"], preset, 0.0)
     patch = with_cues(GRAVEL, cued, FLOOR.ids, REGISTRY)

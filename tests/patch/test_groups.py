@@ -11,12 +11,12 @@ from loops import loop_of, played
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.grouping import grouped, put_into, ungrouped
 from underfoot.patch.groups import Group, Note, chain, innermost
 from underfoot.patch.patch import Patch
 
-PRESETS = library.patches()
+PRESETS = preset_files.patches()
 
 
 def gravel():

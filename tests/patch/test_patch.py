@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import FORMAT, FURTHEST, VERSION, Patch, PlacedNode
 
 ROUGHLY = settings(max_examples=150)
@@ -346,9 +346,9 @@ def test_no_document_crashes_it(made):
 
 
 @ROUGHLY
-@given(st.sampled_from(sorted(library.patches())), st.data())
+@given(st.sampled_from(sorted(preset_files.patches())), st.data())
 def test_no_damage_to_a_preset_crashes_it(name, data):
-    made = json.loads(library.patches()[name].read_bytes())
+    made = json.loads(preset_files.patches()[name].read_bytes())
     inside = made
     while True:
         keys = list(inside) if isinstance(inside, dict) else list(range(len(inside)))

@@ -7,7 +7,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
 from underfoot.scenes.cues import Play, nearest_tile
@@ -111,7 +111,7 @@ def test_a_ground_is_played_beside_nothing_at_its_gain():
     done = rehearse(scene, SimulatedFloor(FLOOR, walking=False), 0.1)
     plays = [cue for _, cue in done.cues if isinstance(cue, Play)]
     assert len(plays) == 1
-    gravel = Patch.load(library.patches()["gravel"], REGISTRY)
+    gravel = Patch.load(preset_files.patches()["gravel"], REGISTRY)
     played = plays[0].beside(Patch(), FLOOR, REGISTRY)
     limited = Play(gravel, "t2", 0.5).beside(Patch(), FLOOR, REGISTRY)
     for node in gravel.nodes:

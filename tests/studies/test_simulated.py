@@ -10,14 +10,14 @@ from made_studies import preset_protocol
 
 from underfoot.errors import DeviceError
 from underfoot.experiments.simulation import jobs_of
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.studies.simulated import simulated_here, simulated_on_cluster
 
 pytest.importorskip("statsmodels")
 
 
 def jobs(people=24, each=3):
-    return jobs_of(preset_protocol("free-labels"), library.protocols()["free-labels"].parent, people, each=each)
+    return jobs_of(preset_protocol("free-labels"), preset_files.protocols()["free-labels"].parent, people, each=each)
 
 
 def test_a_process_that_is_killed_loses_nobody():

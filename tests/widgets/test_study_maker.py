@@ -15,7 +15,7 @@ from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Stimulus
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.experiment import question_table
 from underfoot.widgets.experiment.workspace import UNSAVED, ExperimentWorkspace
@@ -105,7 +105,7 @@ def test_a_mistake_is_said_as_the_file_would_and_cannot_be_saved(made):
     assert made.maker.facts.text() == "rating: 8 trials, begun by key"
 
 
-@pytest.mark.parametrize("name", library.protocols())
+@pytest.mark.parametrize("name", preset_files.protocols())
 def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made, name):
     row = [study.name for study in made.workspace.studies].index(name)
     made.workspace.list.list.setCurrentRow(row)
@@ -216,7 +216,7 @@ def test_the_form_can_set_every_field_that_a_protocol_has(made):
 def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(made):
     own = made.folder / "presets"
     own.mkdir()
-    Patch.load(library.patches()["stimulus-td"], REGISTRY).save(own / "mine.json")
+    Patch.load(preset_files.patches()["stimulus-td"], REGISTRY).save(own / "mine.json")
     made.click(made.workspace.list.new)
     made.page(2)
     stimuli = made.maker.stimuli

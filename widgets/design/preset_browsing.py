@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit,
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.patch.file_paths import with_files_kept
-from underfoot.patch.library import Preset, file_of
 from underfoot.patch.patch import Patch
+from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
 from underfoot.widgets.design.preset_drops import PresetDrops
 from underfoot.widgets.design.side_panel import PRESETS, SidePanel

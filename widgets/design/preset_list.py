@@ -19,7 +19,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
-from underfoot.patch.library import Preset
+from underfoot.patch.preset_files import Preset
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
 

@@ -6,7 +6,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QMessageBox, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
-from underfoot.patch.library import Preset, all_presets, ranked
+from underfoot.patch.preset_files import Preset, all_presets, ranked
 from underfoot.widgets import theme
 from underfoot.widgets.controls.trash import moved_to_trash
 from underfoot.widgets.design.node_list import SearchField

@@ -23,7 +23,7 @@ from underfoot.experiments.declared import fields_of
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
 from underfoot.parameters import Number, Parameter
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
@@ -353,7 +353,7 @@ class StimulusForm(QWidget):
 def _patches(own: Path) -> Mapping[str, Any]:
     """What can be presented, by what it is called: presets by their names, a person's own by their files."""
     found: dict[str, Any] = {NOTHING: ""}
-    for preset in library.all_presets(own):
+    for preset in preset_files.all_presets(own):
         words = f"{preset.family}: {preset.name}" if preset.family else preset.title
         found[words] = preset.path if preset.is_own else preset.path.stem
     return {**found, FILE: FILE}

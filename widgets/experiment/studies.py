@@ -8,7 +8,7 @@ from pathlib import Path
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile
 
@@ -41,7 +41,7 @@ def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFil
 
 def preset_studies(registry: Registry) -> list[StudyFile]:
     """The studies among the presets."""
-    return [load_study(path, registry) for path in library.protocols().values()]
+    return [load_study(path, registry) for path in preset_files.protocols().values()]
 
 
 def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list[str]]:

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import UnderfootError
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.target_selection import TargetSelection
@@ -38,7 +38,7 @@ class TargetChooser:
         if kind == "simulator":
             selection.set_floor(*map(int, what))
         elif kind == "simulation" and what:
-            selection.use_simulation(library.simulations().get(what[0]))
+            selection.use_simulation(preset_files.simulations().get(what[0]))
         elif kind == "simulation":
             ask("A simulated tile", "Tiles (*.json);;All files (*)", selection.use_simulation)
         elif kind == "floor":

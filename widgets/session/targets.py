@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from underfoot.devices.transports import TRANSPORTS
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.widgets.transport import Choices
 
 
@@ -16,7 +16,7 @@ def choices() -> Choices:
         (
             (
                 ("simulation ideal", "Ideal sensors"),
-                *((f"simulation {name}", words_of(Path(name))) for name in library.simulations()),
+                *((f"simulation {name}", words_of(Path(name))) for name in preset_files.simulations()),
                 ("", ""),
                 ("simulation", "Open…"),
             ),

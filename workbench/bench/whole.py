@@ -21,7 +21,7 @@ from underfoot.engine.loop import Loop
 from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 Tell = Callable[[str], None]
@@ -35,7 +35,7 @@ def run(quick: bool = False, seed: int = 1, tell: Tell = lambda line: None, clus
     (`reach.run`).
     """
     load = os.getloadavg()[0]
-    floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(library.patches()), 0.6 if quick else 6.0, tell)
+    floor_costs, times = _times(blocks.TILES, blocks.BLOCKS, list(preset_files.patches()), 0.6 if quick else 6.0, tell)
     reaches = [
         *times,
         *reach.run(quick, tell, cluster),
@@ -67,7 +67,7 @@ def _times(
 ) -> tuple[list[BlockCost], list[Reach]]:
     """Measure all times by turns: coarse gravel on large floors, presets, and the timings of the model families."""
     tell("times: kernels are loaded")
-    coarse = {COARSE: Patch.load(library.patches()[COARSE], REGISTRY)}
+    coarse = {COARSE: Patch.load(preset_files.patches()[COARSE], REGISTRY)}
     scenes = list(blocks.scenes(coarse, REGISTRY, tiles, block_sizes))
     walked = {name: _walked(name) for name in presets_named}
     timings = list(reach.timings())
@@ -82,7 +82,7 @@ def _times(
 
 def _walked(name: str) -> Callable[[], object]:
     """Return a function that runs the next second of a preset under the walker."""
-    loop = Loop(Patch.load(library.patches()[name], REGISTRY), REGISTRY, SimulatedFloor(default_floor()))
+    loop = Loop(Patch.load(preset_files.patches()[name], REGISTRY), REGISTRY, SimulatedFloor(default_floor()))
     loop.send(Play(True))
     return partial(loop.play, RATE_HZ)
 

@@ -24,9 +24,9 @@ class FileOrPreset(click.Path):
         named = super().convert(value, param, ctx)
         if os.path.splitext(named)[1] or os.path.exists(named):
             return named
-        from underfoot.patch import library
+        from underfoot.patch import preset_files
 
-        presets = getattr(library, self._kind)()
+        presets = getattr(preset_files, self._kind)()
         if str(named) not in presets and self.type is Path:
             raise BadFile(f"{named} cannot be read: no such file or preset; allowed: a file, or {', '.join(presets)}")
         return self.coerce_path_result(presets.get(str(named), named))

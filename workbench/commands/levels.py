@@ -25,12 +25,12 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     from underfoot.floor.profile import Profile
     from underfoot.floor.tile_parameters import TileParameters
     from underfoot.nodes import REGISTRY
-    from underfoot.patch import library
+    from underfoot.patch import preset_files
     from underfoot.patch.patch import Patch
 
     of_tile = Profile.load(profile) if profile else None
     made_of = TileParameters.load(simulation) if simulation else None
-    files = {path.stem: path for path in patches} or library.patches()
+    files = {path.stem: path for path in patches} or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
     with compiling_told():
         found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}

@@ -16,9 +16,9 @@ def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protoc
     """
     from underfoot.experiments.protocol import Protocol
     from underfoot.nodes import REGISTRY
-    from underfoot.patch import library
+    from underfoot.patch import preset_files
 
-    presets = library.protocols()
+    presets = preset_files.protocols()
     path = presets.get(named, Path(named))
     if not path.is_file():
         raise BadFile(f"there is no protocol {named!r}; allowed: a file, or {', '.join(presets)}")

@@ -82,8 +82,8 @@ def levels_of(
 ) -> PatchLevels:
     """Measure a patch under one adult step on a tile of this kind, at full level, driven by `profile`.
 
-    >>> from underfoot.patch import library
-    >>> found = levels_of(Patch.load(library.patches()["stimulus-wc"], REGISTRY))
+    >>> from underfoot.patch import preset_files
+    >>> found = levels_of(Patch.load(preset_files.patches()["stimulus-wc"], REGISTRY))
     >>> found.commanded.peak_m_s2 > 1.0
     True
     """

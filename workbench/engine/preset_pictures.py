@@ -42,8 +42,8 @@ class PresetPicture:
 def picture_of(path: Path) -> PresetPicture:
     """Return the picture of the preset in a file; raise `BadFile` if it cannot be played.
 
-    >>> from underfoot.patch import library
-    >>> found = picture_of(library.patches()["stimulus-wc"])
+    >>> from underfoot.patch import preset_files
+    >>> found = picture_of(preset_files.patches()["stimulus-wc"])
     >>> found.envelope.shape, found.peak_m_s2 > 1.0
     ((96,), True)
     """

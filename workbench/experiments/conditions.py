@@ -20,7 +20,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
 from underfoot.experiments.table import NOT_FACTORS
 from underfoot.parameters import IDENTIFIER
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 
 _FIELDS = ("patch", "scaled_by", "measured_m_s2", "level_m_s2", "stiffness_n_mm")
@@ -96,7 +96,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
     made["factors"] = {**made.get("factors", {}), **factors}
     if not made.get("patch"):
         return made
-    if "patch" in given and given["patch"] not in library.patches() and folder != draft.folder:
+    if "patch" in given and given["patch"] not in preset_files.patches() and folder != draft.folder:
         made["patch"] = draft.take_patch(patch_path(given["patch"], folder))
     numbers = parameters_of(made["patch"], draft.registry, draft.folder)
     made["scaled_by"] = made.get("scaled_by") or usually_scaled(numbers)

@@ -13,7 +13,7 @@ from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
 from underfoot.files import make_folder, read_file, write_file
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.own_nodes import copy_needed
 from underfoot.patch.patch import Patch
@@ -107,7 +107,7 @@ class Draft:
 
     def take_patches(self, folder: Path) -> None:
         """Copy the patches of all stimuli that lie in `folder` beside this protocol."""
-        presets = library.patches()
+        presets = preset_files.patches()
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")
             if name and name not in presets:
@@ -153,7 +153,7 @@ def unused_path(title: str, folder: Path, sessions: Path) -> Path:
     'nowhere/thin-ice.json'
     """
     stem = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "study"
-    presets = library.protocols()
+    presets = preset_files.protocols()
     names = [stem, *(f"{stem}-{k}" for k in range(2, 1000))]
     free = (n for n in names if n not in presets and not (folder / f"{n}.json").exists())
     return folder / f"{next(n for n in free if not (sessions / n).exists())}.json"

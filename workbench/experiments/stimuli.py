@@ -11,7 +11,7 @@ import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.parameters import Number, Parameter
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -120,7 +120,7 @@ def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[st
 def patch_path(name: str, folder: Path | None) -> Path:
     """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
     require("\0" not in name, "patch", name, "a preset's name, or a file's")
-    presets = library.patches()
+    presets = preset_files.patches()
     inside = not Path(name).is_absolute() and ".." not in Path(name).parts
     require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
     path = presets.get(name) or (folder or Path()) / name

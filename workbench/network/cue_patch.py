@@ -13,7 +13,7 @@ import msgspec
 from underfoot.errors import BadValue, require
 from underfoot.network.cues import ALL
 from underfoot.parameters import Tiles
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 
@@ -69,7 +69,7 @@ def require_settable(patch: Patch, node: str, parameter: str, value: Any, regist
 
 def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str, ...], registry: Registry) -> Patch:
     """A preset for the tiles of each gain, its nodes under ids that tell whose they are."""
-    known = library.patches()
+    known = preset_files.patches()
     require(preset in known, "preset", preset, "the presets of Underfoot")
     loaded = Patch.load(known[preset], registry)
     names = {node.id: f"{node.id}--{preset}" for node in loaded.nodes}

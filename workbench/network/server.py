@@ -34,7 +34,7 @@ from underfoot.network.mark_inlets import LslMarks, SerialMarks
 from underfoot.network.osc import Argument, Double, Long, Message, message, read
 from underfoot.network.plan import NetworkPlan
 from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 NAME = "underfoot"
 FRAME_HZ, IDLE_S = 60.0, 1.0
@@ -343,7 +343,7 @@ class NetworkServer:
                 {"id": tile.id, "centre_m": tile.centre_m, "size_m": tile.size_m, "rotation_deg": tile.rotation_deg}
                 for tile in floor.tiles
             ],
-            "presets": list(library.patches()),
+            "presets": list(preset_files.patches()),
         }
         text = msgspec.json.encode(about)
         if len(text) > _LONGEST_HELLO:

@@ -21,7 +21,7 @@ from underfoot.floor.forces import ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import drawn_people
 from underfoot.floor.step_finder import Found, found_in
-from underfoot.patch.library import walks
+from underfoot.patch.preset_files import walks
 from underfoot.records.force_files import read_force_file
 from underfoot.records.tables import Table, force_table, to_dataframe
 

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from windows import hiss, quiet_window
 
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.preset_browsing import PresetDialog
 from underfoot.widgets.design.preset_drops import dragged
@@ -35,7 +35,7 @@ def opened(qtbot, design, words):
 def test_a_preset_is_opened_as_an_edit_that_undo_takes_back_with_its_file(window, design, qtbot, tmp_path):
     before = window.open_patch.path
     opened(qtbot, design, "ice")
-    assert design.patch() == Patch.load(library.patches()["material-ice"], REGISTRY)
+    assert design.patch() == Patch.load(preset_files.patches()["material-ice"], REGISTRY)
     assert window.open_patch.path is None  # saving asks, and never writes over hiss.json
     assert window.open_patch.is_saved
     design.undo_action.trigger()
@@ -106,7 +106,7 @@ def test_author_and_tags_are_not_in_a_file_that_has_none():
 
 
 def drop(widget, name):
-    data = dragged(library.patches()[name])
+    data = dragged(preset_files.patches()[name])
     none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     place, copy = QPointF(10, 10), Qt.DropAction.CopyAction
     entered = QDragEnterEvent(place.toPoint(), copy, data, *none)

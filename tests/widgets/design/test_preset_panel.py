@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from underfoot.engine.levels import levels_of
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.preset_panel import PresetPanel
 
@@ -40,7 +40,7 @@ def names(panel):
 
 
 def test_words_narrow_the_list_to_what_says_them(panel, qtbot):
-    assert len(names(panel)) == len(library.patches()) + 1
+    assert len(names(panel)) == len(preset_files.patches()) + 1
     qtbot.keyClicks(panel.field, "sand dry")
     assert names(panel) == ["Sand dry"]
     panel.field.selectAll()
@@ -57,11 +57,16 @@ def test_titles_come_before_tags_and_those_before_comments_whole_words_before_pa
         "d": ("Ice", "sand", ""),
     }
     presets = [
-        library.Preset(tmp_path / name, "", title, title, comment, tags=(tags,))
+        preset_files.Preset(tmp_path / name, "", title, title, comment, tags=(tags,))
         for name, (title, tags, comment) in says.items()
     ]
-    assert [preset.title for preset in library.ranked(presets, "sand")] == ["Dry sand", "Sandal", "Ice", "Ice rink"]
-    assert [preset.title for preset in library.ranked(presets, "ice sand")] == ["Ice", "Ice rink"]
+    assert [preset.title for preset in preset_files.ranked(presets, "sand")] == [
+        "Dry sand",
+        "Sandal",
+        "Ice",
+        "Ice rink",
+    ]
+    assert [preset.title for preset in preset_files.ranked(presets, "ice sand")] == ["Ice", "Ice rink"]
 
 
 def test_ones_own_are_there_and_what_is_no_patch_is_left_out(panel, qtbot):
@@ -95,7 +100,7 @@ def test_enter_opens_what_was_found(panel, qtbot):
     qtbot.keyClicks(panel.field, "ice")
     with qtbot.waitSignal(panel.chosen) as chosen:
         qtbot.keyClick(panel.field, Qt.Key.Key_Return)
-    assert chosen.args[0].path == library.patches()["material-ice"]
+    assert chosen.args[0].path == preset_files.patches()["material-ice"]
 
 
 def test_a_star_is_kept(panel, qtbot):
@@ -134,7 +139,7 @@ def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, ow
 
 
 def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
-    path = library.patches()["stimulus-wc"]
+    path = preset_files.patches()["stimulus-wc"]
     with qtbot.waitSignal(panel.pictures.arrived, timeout=60_000):
         pass
     from underfoot.engine.preset_pictures import picture_of

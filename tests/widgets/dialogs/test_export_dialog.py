@@ -14,13 +14,13 @@ from underfoot.exchange.formats import FORMATS, WRITTEN
 from underfoot.exchange.losses import losses
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets.dialogs.export_dialog import STEP, WALK, ExportDialog
 from underfoot.widgets.dialogs.file_question import FileQuestion
 
-SINE = Patch.load(library.patches()["stimulus-sp"], REGISTRY)
+SINE = Patch.load(preset_files.patches()["stimulus-sp"], REGISTRY)
 
 
 @pytest.fixture

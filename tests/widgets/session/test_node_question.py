@@ -9,8 +9,8 @@ from windows import LONG_MS, choose_file, design, dialog_of, hiss, quiet_window
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.heard import without_missing
-from underfoot.patch.library import OWN, Preset
 from underfoot.patch.patch import Patch
+from underfoot.patch.preset_files import OWN, Preset
 from underfoot.widgets.session.settings import Settings
 
 

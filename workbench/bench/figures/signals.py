@@ -18,7 +18,7 @@ from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
 from underfoot.models.signals.rhythm import STEPS
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 RATE = 48_000
@@ -149,14 +149,14 @@ def _pair(peak_m_s2: float, rms_m_s2: float) -> str:
 
 def _values(preset: str, node: str) -> dict[str, Any]:
     """Return all parameters of a node of a preset."""
-    placed = Patch.load(library.patches()[preset], REGISTRY).node(node)
+    placed = Patch.load(preset_files.patches()[preset], REGISTRY).node(node)
     return REGISTRY[placed.type].values(placed.parameters)
 
 
 def _played(preset: str, seconds: float) -> tuple[NDArray[np.float64], ...]:
     """Return force (N), commanded and measured acceleration (m/s^2) of a preset under a step: (frames,) each."""
     force_n, source = one_step("t1", seconds, float(RATE))
-    patch = Patch.load(library.patches()[preset], REGISTRY)
+    patch = Patch.load(preset_files.patches()[preset], REGISTRY)
     loop = Loop(patch, REGISTRY, source, LoopOptions(plates=("accelerometer",)))
     loop.send(Play(True), 0)
     tiles = loop.play_all(len(force_n))[1]

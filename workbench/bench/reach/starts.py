@@ -9,7 +9,7 @@ from functools import partial
 from underfoot.bench.reach.row import Timing
 from underfoot.bench.timing import Run
 from underfoot.errors import UnderfootError
-from underfoot.patch import library
+from underfoot.patch import preset_files
 
 _BEST_S = {"--help": 0.19, "render --seconds 1": 0.62}
 """Best time seen of the first; for the second, the value that requires at most 0.8 s."""
@@ -17,7 +17,7 @@ _BEST_S = {"--help": 0.19, "render --seconds 1": 0.62}
 
 def timings() -> Iterator[Timing]:
     """Yield timings of whole processes, including imports, by the wall clock; kernels are cached."""
-    patch = str(library.patches()["gravel"])
+    patch = str(preset_files.patches()["gravel"])
     for words, arguments in (("--help", ["--help"]), ("render --seconds 1", ["render", patch, "--seconds", "1"])):
         run = Run(partial(started, [sys.executable, "-m", "underfoot", *arguments]), time.perf_counter)
         yield Timing("starts", f"underfoot {words}, a new process", run, "s", 1.0, _BEST_S[words])

@@ -18,7 +18,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.kernels import kernel
 from underfoot.models.signals.random import stream_key, uniform
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 MORE_MB = 8.0
@@ -36,7 +36,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
 
 def _walked(seconds: float, tell: Tell) -> Tried:
     loop = Loop(
-        Patch.load(library.patches()["gravel"], REGISTRY),
+        Patch.load(preset_files.patches()["gravel"], REGISTRY),
         REGISTRY,
         SimulatedFloor(default_floor(2, 2)),
         LoopOptions(block=_BLOCK),

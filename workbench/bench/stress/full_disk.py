@@ -20,7 +20,7 @@ from underfoot.experiments.store import SessionFile, Stretch
 from underfoot.experiments.study import Study
 from underfoot.files import write_file
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
 from underfoot.records.wav import write_wav
 
@@ -111,9 +111,9 @@ def _sound(folder: Path) -> tuple[str, bool]:
 
 def _study(folder: Path) -> tuple[str, bool]:
     """Answers with large stretches, until no more fit; then the session goes on once there is room."""
-    protocol = Protocol.load(library.protocols()["identification-impact"], REGISTRY)
+    protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
     path = folder / "p1.session"
-    file = SessionFile.create(path, protocol, "P1", library.protocols()["identification-impact"].parent)
+    file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study, kept, said = Study(protocol, "P1"), 0, ""
     draw = np.random.default_rng(1)
     try:

@@ -22,7 +22,7 @@ from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -58,7 +58,7 @@ def _played(path: Path, seconds: float, tell: Tell) -> Health:
     floor = default_floor()
     inputs = tuple(Accelerometer(name, k, _FULL_SCALE_M_S2) for k, name in enumerate(floor.ids))
     target = Target(floor, sound="", latency_s=_BUFFER_S, accelerometers=inputs, simulation=PEOPLE)
-    session = Session(target, Patch.load(library.patches()[PATCH], REGISTRY), REGISTRY)
+    session = Session(target, Patch.load(preset_files.patches()[PATCH], REGISTRY), REGISTRY)
     try:
         session.record(path)
         session.start()

@@ -25,7 +25,7 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Centroid, Fsr, Profile, Response
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.nodes import REGISTRY
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.records.recording import Recording, Writer
@@ -44,7 +44,7 @@ class Kind:
 
 
 FLOOR = default_floor(1, 2)
-_PROTOCOLS = library.protocols()["detection-threshold"].parent
+_PROTOCOLS = preset_files.protocols()["detection-threshold"].parent
 
 
 def tone(frequency_hz: float = 100.0) -> Patch:
@@ -87,8 +87,8 @@ def answers_to(page: Page) -> dict[str, Any]:
 
 
 def _write_session(path: Path) -> None:
-    protocol = Protocol.load(library.protocols()["identification-impact"], REGISTRY)
-    file = SessionFile.create(path, protocol, "P1", library.protocols()["identification-impact"].parent)
+    protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
+    file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study = Study(protocol, "P1")
     for number in range(12):
         force = Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2"), np.full((50, 2), float(number)))
@@ -178,13 +178,13 @@ def _again(document: Any) -> None:
 
 KINDS: dict[str, Kind] = {
     "patch": Kind(
-        _preset(library.patches(), "gravel"), lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document
+        _preset(preset_files.patches(), "gravel"), lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document
     ),
     "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), damaged.of_document),
     "profile": Kind(_write_profile, _read_profile, damaged.of_document),
     "simulation": Kind(TileParameters().save, lambda path: _again(TileParameters.load(path)), damaged.of_document),
     "protocol": Kind(
-        _preset(library.protocols(), "detection-threshold"),
+        _preset(preset_files.protocols(), "detection-threshold"),
         lambda path: _again(Protocol.loads(read_file(path), REGISTRY, str(path), _PROTOCOLS)),
         damaged.of_document,
     ),

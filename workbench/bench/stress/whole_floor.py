@@ -27,7 +27,7 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tile_parameters import TileParameters, simulation
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.records.recording import Recording
 
 PEOPLE, PATCH, CARDS = "people=4", "material-gravel-coarse", {"left": 18, "right": 18}
@@ -92,7 +92,7 @@ def send(folder: str, port: int) -> None:
 def _write(folder: Path) -> None:
     default_floor(6, 6).save(folder / "floor.json")
     TileParameters().save(folder / "tiles.json")
-    (folder / "patch.json").write_bytes(library.patches()[PATCH].read_bytes())
+    (folder / "patch.json").write_bytes(preset_files.patches()[PATCH].read_bytes())
 
 
 def _program(folder: Path, more: dict[str, str], name: str, *given: object) -> "subprocess.Popen[str]":

@@ -14,7 +14,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice, Number
-from underfoot.patch import library
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.scenes.cues import Cue, Play, Say
 from underfoot.scenes.moments import Moment
@@ -131,7 +131,7 @@ class Footprints(Scene):
 
 def _ground(name: str) -> Patch | None:
     """The preset of a ground; None for none."""
-    return Patch.load(library.patches()[GROUNDS[name]], REGISTRY) if GROUNDS[name] else None
+    return Patch.load(preset_files.patches()[GROUNDS[name]], REGISTRY) if GROUNDS[name] else None
 
 
 def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
