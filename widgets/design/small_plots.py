@@ -78,6 +78,7 @@ class SmallPlots(QObject):
         shown, self._asked = self._asked & set(self._canvas.patch_scene.nodes), set()
         for node in shown:
             self._show(node, outlines.signals, outlines.events)
+        self.reach_changed.emit(self._reach)
         self._stale -= shown
         return shown
 
@@ -90,6 +91,7 @@ class SmallPlots(QObject):
             events[port] = np.column_stack([found[:, 0] / frames, found[:, 1]])
         if node in self._canvas.patch_scene.nodes:
             self._show(node, preview.signals, events)
+            self.reach_changed.emit(self._reach)
         self._stale.discard(node)
 
     def _show(self, node: str, signals: dict[str, NDArray], events: dict[str, NDArray]) -> None:
@@ -98,7 +100,6 @@ class SmallPlots(QObject):
             values = np.asarray(pick(signals, node, port.name), float)
             if port.kind == "signal" and values.size:
                 self._reach[f"{node}.{port.name}"] = (float(values.min()), float(values.max()))
-        self.reach_changed.emit(self._reach)
         if ports and ports[0].kind == "event":
             self._canvas.patch_scene.show_curve(node, pick(events, node, ports[0].name).reshape(-1, 2))
         elif ports:

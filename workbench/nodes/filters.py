@@ -18,20 +18,18 @@ class _Section:
         return second_order.tail_moving(state, coefficients)
 
 
+def _q() -> Number:
+    doc = "quality factor; 0.71 is maximally flat, more gives a resonant peak"
+    return Number(second_order.BUTTERWORTH, 0.1, 50.0, scale="log", wire="span", doc=doc)
+
+
 @node("low-pass", "Filters", "Low-pass")
 class LowPass(_Section):
     """Second-order low-pass, 12 dB per octave."""
 
     signal = Input()
     cutoff = Number(300.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
-    q = Number(
-        second_order.BUTTERWORTH,
-        0.1,
-        50.0,
-        scale="log",
-        wire="span",
-        doc="quality factor; 0.71 is maximally flat, more gives a resonant peak",
-    )
+    q = _q()
     out = Output()
 
     def design(cutoff, q, rate, coefficients):
@@ -44,14 +42,7 @@ class HighPass(_Section):
 
     signal = Input()
     cutoff = Number(60.0, 1.0, 20_000.0, unit="Hz", scale="log", wire="span", doc="cutoff frequency")
-    q = Number(
-        second_order.BUTTERWORTH,
-        0.1,
-        50.0,
-        scale="log",
-        wire="span",
-        doc="quality factor; 0.71 is maximally flat, more gives a resonant peak",
-    )
+    q = _q()
     out = Output()
 
     def design(cutoff, q, rate, coefficients):
