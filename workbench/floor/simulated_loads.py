@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
@@ -163,7 +163,7 @@ def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray
                 _add_to_corners(forces_n[i, k], plates[k], hand.x_m, hand.y_m, hand.force_n)
 
 
-@kernel
+@part
 def _add_footfall(
     forces_n: Floats, plates: NDArray[np.void], step: np.record, curves: Floats, foot_shift_m: Floats, phase: float
 ) -> None:
@@ -179,9 +179,9 @@ def _add_footfall(
     on_ball = (roll - heel) / (ball - heel)
     braking = math.cos(math.pi * phase)
     shift_x, shift_y = braking * step.cos_heading, braking * step.sin_heading
-    for part, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
+    for centre, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
         for j in range(_POINTS):
-            along = (part + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
+            along = (centre + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
             # The middle points press on one side, the outer ones on the other: the centre stays on the line.
             across = (0.5 if j % 3 == 0 else -0.5) * step.breadth_m
             x = step.heel_x_m + along * step.cos_heading - across * step.sin_heading
@@ -189,7 +189,7 @@ def _add_footfall(
             _add_point_force(forces_n, plates, x, y, load_n / _POINTS, foot_shift_m, shift_x, shift_y)
 
 
-@kernel
+@part
 def _add_point_force(
     forces_n: Floats,
     plates: NDArray[np.void],
@@ -214,7 +214,7 @@ def _add_point_force(
             return
 
 
-@kernel
+@part
 def _add_to_corners(forces_n: Floats, plate: np.record, x: float, y: float, force_n: float) -> None:
     """A force at (x, y) of a tile's frame, split bilinearly over sensors at the corners of an upright rectangle."""
     centre_x = centre_y = half_x = half_y = 0.0
