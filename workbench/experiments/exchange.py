@@ -27,6 +27,7 @@ _DESCRIPTIONS = {
     "spoiled": "Why the trial does not count; empty where it does.",
     "entry": "Number of the page in the session; the recordings of the trial have it in their names.",
     "correct": "The right answer, where there is one.",
+    "right": "1 where the answer is the right one, else 0.",
     "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",
     "other": "The stimulus of the other interval.",
     "gain_db": "Level of the stimulus re its level in the protocol, in dB.",

@@ -7,12 +7,14 @@ window or a terminal, knows no method, and no method knows who shows them.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.draws import Draws
+from underfoot.experiments.duration import usual_s
 from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
@@ -81,7 +83,7 @@ class Study:
             bool(IDENTIFIER.fullmatch(participant)), "participant", participant, "an id of letters, digits, - and _"
         )
         self.protocol, self.participant = protocol, participant
-        self._stages = _all_stages(protocol)
+        self._stages = all_stages(protocol)
         self.entries: list[Entry] = []
         self._begin()
         for number, entry in enumerate(entries, 1):
@@ -262,12 +264,16 @@ class Study:
         within = self._method.share if self._method is not None else 0.0
         if most := self._stages[self._at].most_trials:
             within = max(within, self._answered / most)
-        weights = [_WEIGHT if stage.kind == "trials" else 1.0 for stage in self._stages]
-        return (sum(weights[: self._at]) + within * weights[self._at]) / sum(weights)
+        return (sum(self._usual_s[: self._at]) + within * self._usual_s[self._at]) / self.usual_s
 
+    @property
+    def usual_s(self) -> float:
+        """About how many seconds all pages take."""
+        return sum(self._usual_s)
 
-_WEIGHT = 20.0
-"""How many pages a stage of trials counts as, in what is done."""
+    @cached_property
+    def _usual_s(self) -> list[float]:
+        return [usual_s(self.protocol, stage) for stage in self._stages]
 
 
 def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
@@ -280,7 +286,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     return METHODS[use.kind](given, protocol.stimuli, Draws(protocol.seed, participant, stage.id))
 
 
-def _all_stages(protocol: Protocol) -> Sequence[Stage]:
+def all_stages(protocol: Protocol) -> Sequence[Stage]:
     """The stages in their order, with the questions of the participant behind the consent."""
     stages = list(protocol.order())
     if protocol.participant:
