@@ -49,12 +49,13 @@ def test_shares_of_right_answers_are_those_of_each_condition(words):
     (found,) = analysed(rows_of(words, "P1", study.entries), words, Settings())
     (table,) = [table for table in found.tables if table.title == "Right answers"]
     lines = {line[0]: line for line in table.rows}
-    assert set(lines) == {"all", "place heel", "place toe", "soft", "firm", "hard"}
+    assert set(lines) == {"all", "place: heel", "place: toe", "soft", "firm", "hard"}
     assert lines["all"][2:4] == (8, 12)
-    assert lines["place heel"][2:5] == (4, 8, 0.5)
-    assert lines["place heel"][5:] == pytest.approx(proportion_confint(4, 8, method="wilson"))
+    assert lines["place: heel"][2:5] == (4, 8, 0.5)
+    assert lines["place: heel"][5:] == pytest.approx(proportion_confint(4, 8, method="wilson"))
     (confusions,) = [table for table in found.tables if table.title.endswith("answers to each stimulus")]
     assert confusions.columns == ("stimulus", "sand", "snow", "ice")
+    assert [line.at for line in found.drawings[0].lines] == [1 / 3]  # chance, and no mean of the thesis
     assert sorted(confusions.rows) == [("firm", 4, 0, 0), ("hard", 4, 0, 0), ("soft", 4, 0, 0)]
 
 

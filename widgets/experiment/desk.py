@@ -117,6 +117,7 @@ class Desk(QWidget):
         goes_on = phase is Phase.PAGE and not page.asks
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(page.trial is not None)
+        self.repeat.setEnabled(runner.study.can_repeat)
         self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)

@@ -230,6 +230,8 @@ def _what_now(runner: Runner, form: AnswerForm) -> str:
             return "Press a number to feel it. Return goes on to the trials."
         case Phase.PAGE:
             return form.how
+        case Phase.PAUSE:
+            return "It goes on by itself."
         case Phase.STOPPED:
             return "Please speak to the experimenter."
     return ""

@@ -148,16 +148,21 @@ class Study:
         self._take(entry)
         return entry
 
+    @property
+    def can_repeat(self) -> bool:
+        """Whether the last page was a trial that was answered, which can be taken back."""
+        last = self.entries[-1] if self.entries else None
+        return last is not None and last.trial is not None and not last.spoiled
+
     def without_last(self, reason: str) -> "Study":
         """This study before its last answer, which is spoiled for a reason; `BadValue` where that is no trial.
 
         The new study's last entry is the spoiled one, to be kept in the place of the one before.
         """
-        last = self.entries[-1] if self.entries else None
-        if last is None or last.trial is None or last.spoiled:
+        if not self.can_repeat:
             raise BadValue("the last page was no trial that was answered; only such can be repeated")
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
-        changed = msgspec.structs.replace(last, spoiled=reason)
+        changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
     # --- how it goes on ---

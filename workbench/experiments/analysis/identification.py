@@ -39,15 +39,16 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
             lines.append((f"session {block}", mean_interval("rate", values)))
         stimuli, answers, counts = confusion(part, settings)
         lines.append(("all people together", information(counts)))
-        found.tables.append(estimates_table(title, "of", lines, _THESIS))
+        found.tables.append(estimates_table(title, "of", lines, _THESIS if name in _THESIS_SETS else ""))
         found.tables.append(_confusion_table(title, stimuli, answers, counts))
         found.drawings.append(_confusion_drawn(title, counts))
-    found.drawings.insert(0, _learning_drawn(sets))
+    found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
     if len(sets) > 1:
         found.add_tests("Do the sets differ?", lambda: _tests(sets))
     return found
 
 
+_THESIS_SETS = ("WS", "IT")
 _THESIS = (
     f"Thesis 3.4.2: mean {thesis.IDENTIFIED_MEAN:.0%}, standard deviation {thesis.IDENTIFIED_SD:.0%}, chance "
     f"{thesis.CHANCE:.1%}; the best stimulus {thesis.LEAST_CONFUSED:.0%}, the worst {thesis.MOST_CONFUSED:.0%}."
@@ -106,7 +107,7 @@ def _confusion_drawn(title: str, counts: NDArray[np.int64]) -> Drawing:
     return Drawing(f"{title}: confusions", "answered", "presented", heat=heat, x_range=answered, y_range=presented)
 
 
-def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
+def _learning_drawn(sets: dict[tuple[str, ...], list[Row]], chance: float) -> Drawing:
     lines = []
     for colour, ((name,), part) in zip(("vibration", "force", "muted"), sets.items(), strict=False):
         blocks, means, ends = [], [], []
@@ -119,8 +120,7 @@ def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
         lines.append(series("", blocks, means, "dots", colour))  # of one session, too
         for k, label in ((0, "95 %"), (1, "")):
             lines.append(series(label, blocks, [end[k] for end in ends], "dashed", colour))
-    marks = (
-        ReferenceLine("y", thesis.CHANCE, dashed=True, name="chance"),
-        ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"),
-    )
-    return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=marks)
+    marks = [ReferenceLine("y", chance, dashed=True, name="chance")]
+    if any(name in _THESIS_SETS for (name,) in sets):
+        marks.append(ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"))
+    return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=tuple(marks))

@@ -21,7 +21,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     for factor in factors_of(scored):
         parts = grouped([row for row in scored if factor in row], factor)
         if len(parts) < len(grouped(scored, "stimulus")):  # else it says what the stimuli say
-            lines += [_line(f"{factor} {value}", part) for (value,), part in parts.items()]
+            lines += [_line(f"{factor}: {value}", part) for (value,), part in parts.items()]
     lines += [_line(str(name), part) for (name,), part in grouped(scored, "stimulus").items()]
     columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
     note = "Of one person Wilson's intervals; of more the mean over people, with Student's."
