@@ -13,12 +13,17 @@ import numpy as np
 import pytest
 from made_studies import TD, made_protocol, protocol_text
 from people import open_session, taking_part
+from wired import ends
 
+from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import Plate, PlateCalibration
+from underfoot.devices.replay import Replay
+from underfoot.engine.target import Target
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
+from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.studies.equipment import Equipment
@@ -286,6 +291,31 @@ def test_who_leaves_the_floor_in_a_presentation_stops_it(session, until, tmp_pat
         person.press(0.0)
         person.until_phase(Phase.STOPPED)
         assert person.runner.hint == "Stopped: the participant left the floor."
+
+
+def test_a_floor_that_is_unplugged_in_a_presentation_stops_it(until, tmp_path):
+    """What was not felt is no trial: it begins anew when the study goes on."""
+    floor = default_floor(1, 1)
+    times = np.arange(60_000) / 1000.0
+    sender, transport = ends("udp")
+    target = Target(floor, kind="udp", source=transport.name.partition(":")[2])
+    standing = Replay(ForceSeries(times, np.full((len(times), 1, 4), 150.0), 1000.0), floor, 48_000.0)
+    emulator = Emulator(sender, standing)
+    emulator.start()
+    try:
+        protocol = msgspec.structs.replace(rated("key"), present_s=60.0)
+        with open_session(until, target) as opened, taking_part(opened, protocol, tmp_path / "a", until) as person:
+            runner = person.runner
+            person.until_phase(Phase.READY)
+            runner.start()
+            emulator.close()
+            person.until_phase(Phase.STOPPED)
+            assert runner.hint == "Stopped: no force comes from the floor."
+            assert opened.panicked
+            assert runner.page.attempt == 1
+            assert runner.file.entries() == []
+    finally:
+        emulator.close()
 
 
 def test_those_who_want_marks_get_them(session, until, tmp_path):

@@ -334,7 +334,9 @@ class Runner:
         self._mark(BEGIN, self.session.health.frame / self.session.target.rate - first_s)
 
     def _presenting(self) -> None:
-        if self._floor_target is not None:
+        if self.watch.is_silent:
+            self.stop("no force comes from the floor")
+        elif self._floor_target is not None:
             self._watch_target(self._floor_target)
         elif self.page.start == "key" and self._stood and not self.watch.is_on:
             self.stop("the participant left the floor")
