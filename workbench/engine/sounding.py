@@ -76,6 +76,8 @@ class SoundCard:
         try:
             found: Any = self._sounddevice.query_devices(name or None, kind)
         except (self._sounddevice.PortAudioError, ValueError) as error:
+            if not name:
+                raise DeviceError(f"there is no sound device for {kind}; connect one, and try again") from None
             raise self._failure(error, name) from None
         there = int(found[f"max_{kind}_channels"])
         if wanted >= there:
