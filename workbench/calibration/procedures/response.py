@@ -294,7 +294,7 @@ def _setup_asks() -> tuple[Parameter, ...]:
         ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
         ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
-        ask("load", Choice("none", options=LOADS, doc=load_doc)),
+        ask("load", Choice("none", label="Equaliser for this load", options=LOADS, doc=load_doc)),
     )
 
 
