@@ -31,9 +31,9 @@ class SoundCard:
         self._devices = (input, output)
         self._exchange: Exchange | None = None
         self._channel, self._heard_on = channel, heard_on
-        self._require_channel(input, "input", heard_on)
         # Open pairs of channels: a server would spread a single one over all.
         self._channels = self._require_channel(output, "output", channel)
+        self._require_channel(input, "input", heard_on)
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
