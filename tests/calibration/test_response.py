@@ -53,10 +53,10 @@ def finished(seed=1, rate=RATE, **values):
     return run(ResponseProcedure(TILE, rate), rig, QUICK | values), rig
 
 
-def truth_db(tile, sections, level, frequencies_hz, rate=RATE):
+def truth_db(tile, sections, level, frequencies_hz, rate=RATE, load="none"):
     """The tile's true response to small signals through the sections, over a level."""
     _, gain = freqz_sos(sections, frequencies_hz, fs=rate)
-    return 20.0 * np.log10(np.abs(tile.transfer(frequencies_hz) * gain) / level)
+    return 20.0 * np.log10(np.abs(tile.transfer(frequencies_hz, load) * gain) / level)
 
 
 @pytest.mark.parametrize(("seed", "order"), [(1, 14), (2, 14), (3, 10), (4, 10)])
@@ -99,6 +99,53 @@ def test_loads_change_the_response_as_they_truly_do():
     assert result.figures["standing_changes_db"] > 3.0
     drawn = result.drawings[0]
     assert [line.name for line in drawn.series] == ["nothing on it", "standing in the middle", "a foot on a corner"]
+
+
+@pytest.mark.parametrize("load", ["standing", "corner"])
+def test_a_tile_calibrated_under_a_load_is_flat_under_that_load_and_says_how_far_off_it_is_otherwise(load):
+    result, rig = finished(1, load=load)
+    profile = result.apply(Profile(tile=TILE.id))
+    assert Profile.loads(profile.dumps()).response.load == load
+    assert [sound.load for sound in rig.played[-2:]] == ["none", load]  # tones, and the sweeps through the equaliser
+    inner = np.geomspace(60.0, 700.0, 400)
+    sections, level = profile.equaliser, profile.acceleration_per_unit
+    assert np.abs(truth_db(rig.tile, sections, level, inner, load=load)).max() < 1.0
+    assert result.figures["flatness_measured_db"] < 0.5
+    named = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
+    assert result.verdict.startswith(f"With {named.pop(load)}, flat within ")
+    for other, who in named.items():
+        off = np.abs(truth_db(rig.tile, sections, level, inner, load=other)).max()
+        assert result.figures[f"{other}_changes_db"] == pytest.approx(off, abs=0.7)
+        assert f"up to {result.figures[f'{other}_changes_db']:.1f} dB with {who}" in result.verdict
+
+
+def test_the_load_that_the_equaliser_is_for_cannot_be_left_out():
+    procedure, rig = ResponseProcedure(TILE, RATE), Listening()
+    procedure.answer(QUICK | {"load": "standing"})
+    seen = []
+    while not procedure.page.last:
+        seen.append((procedure.page.key, procedure.page.may_skip))
+        if procedure.page.may_skip:
+            procedure.skip()
+        elif procedure.page.sound is not None:
+            procedure.hear(rig.play(procedure.page.sound))
+        else:
+            procedure.answer({})
+    place = ("standing-place", False)
+    skipped = ("corner-place", True)
+    assert seen[2:] == [
+        place,
+        ("standing", False),
+        skipped,
+        ("leave", False),
+        ("tones", False),
+        place,
+        ("again", False),
+    ]
+    assert "It is off by up to" in procedure.result.verdict
+    procedure.back()
+    procedure.back()
+    assert (procedure.page.key, procedure.page.title) == ("standing-place", "Once more")
 
 
 def test_distortion_grows_with_level_as_the_shaker_compresses():

@@ -125,6 +125,8 @@ def test_accelerometers_of_no_device_are_not_read_and_both_kinds_together_are_re
     memory.close()
     with pytest.raises(BadValue, match="all on inputs of the card, or all over the link"):
         accelerometers_of("t1:link:9.81 t2:0:9.81", FLOOR)
+    with pytest.raises(BadValue, match=r"t2:0:9\.81'; allowed: an input of its own"):
+        accelerometers_of("t1:0:9.81 t2:0:9.81", FLOOR)
 
 
 def test_command_and_measurement_are_paired_by_frame_however_late_the_second_is():

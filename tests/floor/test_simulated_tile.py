@@ -5,10 +5,10 @@ import pytest
 from scipy.signal import csd, welch
 
 from underfoot.errors import BadValue
-from underfoot.floor.layout import Tile, default_floor
+from underfoot.floor.layout import LOADS, Tile, default_floor
 from underfoot.floor.simulated_sensors import SimulatedSensors
 from underfoot.floor.simulated_tile import Plant, SimulatedTile
-from underfoot.floor.tile_parameters import LOADS, Accelerometer, Split, TileParameters
+from underfoot.floor.tile_parameters import Accelerometer, Split, TileParameters
 from underfoot.models import gait
 from underfoot.models.tile.fsr import Fsr
 

@@ -12,5 +12,5 @@ TABLE_6_1 = {
     "td": (6.8, 2.4),
 }
 """Peak and RMS acceleration at A = 1, m/s^2."""
-NO_NOISE = ("wc", "wd")
-"""Rows whose RMS over peak does not fit normal noise of 50 to 700 Hz: their peak is met."""
+RMS_MISSED = ("wd",)
+"""Rows whose RMS over peak cannot be had on the tile (docs/levels.md#stimuli): their peak is met."""

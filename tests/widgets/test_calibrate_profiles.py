@@ -108,6 +108,24 @@ def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(desk, 
     desk.wait(lambda: desk.written)
 
 
+def test_a_result_that_cannot_be_saved_stays_and_can_be_saved_later(desk):
+    desk.begin()
+    desk.go("result")
+    desk.file().mkdir()
+    desk.click(desk.wizard.saving)
+    desk.wait(desk.wizard.refusal.isVisible)
+    assert desk.wizard.refusal.text().startswith("Nothing is saved: ")
+    assert desk.said == [desk.wizard.refusal.text()]
+    assert desk.page == "result"
+    assert not desk.written
+    desk.file().rmdir()
+    desk.click(desk.wizard.saving)
+    desk.wait(lambda: desk.written)
+    assert not desk.wizard.refusal.isVisible()
+    assert Profile.load(desk.file()).response is not None
+    assert not desk.wizard.saving.isEnabled()
+
+
 # --- on the floor ---
 
 

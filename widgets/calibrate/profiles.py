@@ -25,6 +25,8 @@ class Profiles(QObject):
     changed = Signal()
     saved = Signal(str)
     """A tile's profile was written."""
+    not_saved = Signal(str)
+    """A tile's profile could not be written: the reason."""
     said = Signal(str)
     """A line about a file that cannot be read or written, or was written."""
     _read = Signal(object, object)
@@ -90,7 +92,7 @@ class Profiles(QObject):
             folder.mkdir(parents=True, exist_ok=True)
             profile.save(path)
         except (UnderfootError, OSError) as error:
-            self.said.emit(f"Nothing is saved: {error}")
+            self.not_saved.emit(f"Nothing is saved: {error}")
         else:
             self._wrote.emit(folder, profile, f"{words}: {path}")
 

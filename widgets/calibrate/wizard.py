@@ -92,6 +92,12 @@ class Wizard(QWidget):
         self._show_buttons()
         self.closing.setFocus()
 
+    def mark_unsaved(self, why: str) -> None:
+        """Say why the result could not be written into the profile; it can be saved again."""
+        self._refuse(why)
+        self._show_buttons()
+        self.saving.setFocus()
+
     # --- messages of the measurement ---
 
     def _take(self) -> None:
@@ -211,6 +217,7 @@ class Wizard(QWidget):
         if result is not None:
             self.setFocus()
             self.saving.setEnabled(False)
+            self._refuse("")
             self.save_wanted.emit(result)
 
     def _report(self) -> None:

@@ -249,6 +249,11 @@ class CalibrateWorkspace(Workspace):
                 self._measurement.stop()
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
 
+    def _not_saved(self, why: str) -> None:
+        self.said.emit(why)
+        if self._stack.currentWidget() is self.wizard:
+            self.wizard.mark_unsaved(why)
+
     def _ask_report(self, result: Result) -> None:
         self._ask_folder(result.kind, lambda folder: self.write_report(result, folder))
 
@@ -321,6 +326,7 @@ class CalibrateWorkspace(Workspace):
         self.wizard.shown.connect(self._project_page)
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
+        self.profiles.not_saved.connect(self._not_saved)
         self.profiles.said.connect(self.said)
 
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.drawing import Drawing, ReferenceLine, Series
-from underfoot.drawing.layout import Margins
+from underfoot.drawing import Drawing, Series
 from underfoot.floor.tile_response import TileResponse
 from underfoot.models.sole import BAND_HZ, felt, stiffness_in_words, threshold_m_s2, windowed_peak
 from underfoot.quantities import quantity
@@ -15,19 +14,13 @@ from underfoot.widgets.plots.plot import Plot
 RANGE_DB = (-60.0, 30.0)
 GAIN_DB = (-30.0, 30.0)
 _BANDS = np.array(BAND_HZ)
-_CAPTION = ReferenceLine(
-    "y",
-    RANGE_DB[0] + 8.0,
-    dashed=True,
-    name="dB of 1 m/s², third octaves; blue asked, green done, dots gain, dashed felt",
-)
 
 
 class LevelPlot(Plot):
     """Levels in third octaves, commanded and measured, over the thresholds of the sole; and the gain between."""
 
     def __init__(self) -> None:
-        super().__init__("Levels over frequency", Margins(right=52.0))
+        super().__init__()
         self.show_response(None)
 
     def show_response(self, response: TileResponse | None) -> None:
@@ -46,16 +39,15 @@ class LevelPlot(Plot):
             ]
         self.show_drawing(
             Drawing(
-                "Levels",
+                "",
                 "frequency, Hz",
-                "dB of 1 m/s²",
+                "third octaves, dB of 1 m/s^2",
                 tuple(lines),
                 x_log=True,
                 x_range=(BAND_HZ[0], BAND_HZ[-1]),
                 y_range=RANGE_DB,
                 right="gain, dB",
                 right_range=GAIN_DB,
-                lines=(_CAPTION,),
                 note="" if response is not None else "nothing is measured here",
             )
         )

@@ -49,7 +49,7 @@ class Plot(QWidget):
         """Show another drawing."""
         self.drawing = drawing
         if self._margins is None:
-            self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}")
+            self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}".removeprefix(": "))
         look = _look_of(drawing)
         if look is None or look != self._look:
             self._frame = None

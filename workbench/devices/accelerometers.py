@@ -51,6 +51,8 @@ def accelerometers_of(text: str, floor: Floor) -> tuple[Accelerometer, ...]:
             raise BadValue(f"accelerometer is {word!r}; allowed: {FORM}") from None
         require(tile in floor.ids, "tile of an accelerometer", tile, ", ".join(floor.ids))
         require(tile not in {known.tile for known in found}, "accelerometer", word, "one for each tile")
+        inputs = {known.channel for known in found if known.channel != LINK}
+        require(one.channel not in inputs, "accelerometer", word, "an input of its own for each")
         found.append(one)
     some = {one.channel == LINK for one in found}
     require(len(some) < 2, "accelerometers", text, "all on inputs of the card, or all over the link")

@@ -31,9 +31,9 @@ class SoundCard:
         self._devices = (input, output)
         self._exchange: Exchange | None = None
         self._channel, self._heard_on = channel, heard_on
-        self._require_channel(input, "input", heard_on)
         # Open pairs of channels: a server would spread a single one over all.
         self._channels = self._require_channel(output, "output", channel)
+        self._require_channel(input, "input", heard_on)
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
@@ -76,6 +76,8 @@ class SoundCard:
         try:
             found: Any = self._sounddevice.query_devices(name or None, kind)
         except (self._sounddevice.PortAudioError, ValueError) as error:
+            if not name:
+                raise DeviceError(f"there is no sound device for {kind}; connect one, and try again") from None
             raise self._failure(error, name) from None
         there = int(found[f"max_{kind}_channels"])
         if wanted >= there:

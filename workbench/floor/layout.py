@@ -21,6 +21,9 @@ VERSION = 1
 
 Point = tuple[float, float]
 
+LOADS = ("none", "standing", "corner")
+"""What stands on a tile: nothing, a foot in its middle, or a foot three quarters of the way to its first sensor."""
+
 PLATE = np.dtype(
     [
         ("sensors_m", np.float64, (4, 2)),

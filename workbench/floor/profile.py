@@ -22,7 +22,7 @@ from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.floor.centroid_correction import CentroidCorrection
 from underfoot.floor.curves import Curve, require_numbers
-from underfoot.floor.layout import Floor
+from underfoot.floor.layout import LOADS, Floor
 from underfoot.models.filtering import cascade
 from underfoot.models.tile.fsr_hysteresis import STATE
 from underfoot.parameters import IDENTIFIER
@@ -87,7 +87,8 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The response of the plate to its shaker: `magnitude` in m/s^2 a full-scale unit at `frequencies_hz`.
 
     `acceleration_per_unit` is the level at which a stimulus in m/s^2 plays, with the equaliser before it; `equaliser`
-    are second-order sections (b0, b1, b2, a0, a1, a2) at `rate_hz`; `band_hz` is the band that can be used.
+    are second-order sections (b0, b1, b2, a0, a1, a2) at `rate_hz`; `band_hz` is the band that can be used. All hold
+    for what was on the tile while it was measured: `load`, one of `LOADS`.
     """
 
     frequencies_hz: tuple[float, ...]
@@ -96,6 +97,7 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     equaliser: tuple[tuple[float, float, float, float, float, float], ...] = ()
     rate_hz: int = 48000
     band_hz: tuple[float, float] = (0.0, 0.0)
+    load: str = "none"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -113,6 +115,7 @@ class Response(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
         require(0.0 < level < 1e6, "acceleration_per_unit", level, "above 0, below 1e6 m/s^2")
         stable = all(cascade.is_stable(section) for section in self.equaliser)
         require(stable, "equaliser", self.equaliser, "stable second-order sections with a0 = 1")
+        require(self.load in LOADS, "load", self.load, ", ".join(LOADS))
 
 
 class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):

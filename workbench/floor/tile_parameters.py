@@ -7,7 +7,7 @@ import msgspec
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadFile, require
 from underfoot.files import is_within, read_file, write_file
-from underfoot.floor.layout import Point, Tile
+from underfoot.floor.layout import LOADS, Point, Tile
 from underfoot.floor.simulated_people import MOST_PEOPLE, Person, people_of
 from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
@@ -19,8 +19,6 @@ from underfoot.models.tile.suspension import Suspension
 
 FORMAT = "underfoot-simulation"
 VERSION = 1
-LOADS = ("none", "standing", "corner")
-"""What stands on the tile: nothing, a foot in its middle, or a foot three quarters of the way to its first sensor."""
 
 
 def simulation(text: str) -> tuple["TileParameters | None", tuple[Person, ...]]:

@@ -17,8 +17,8 @@ from underfoot.drawing import Drawing, series
 from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
+from underfoot.floor.layout import LOADS
 from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
-from underfoot.floor.tile_parameters import LOADS
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 

@@ -14,7 +14,7 @@ from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import AskedError, Input, Output, node, prepared
 
-_TABLES = ArrayCache("slip-quantiles-2")
+_TABLES = ArrayCache("slip-quantiles-3")
 """A table takes half a second in a process that has not yet loaded the solver's kernels."""
 
 

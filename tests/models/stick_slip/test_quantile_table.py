@@ -11,6 +11,7 @@ from underfoot.errors import BadValue
 from underfoot.kernels import kernel
 from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip.distribution import BlockOnBelt, SlipDistribution
+from underfoot.models.stick_slip.mixture import density_and_cdf
 from underfoot.models.stick_slip.quantile_table import LONGEST, MEAN, draw, look_up, slip_table
 
 # zeta, D, x0, v0: one peak; weak damping, separate peaks; a start against the belt; hardly any spread.
@@ -102,6 +103,18 @@ def test_slips_that_last_are_taken_to_end_at_last_where_a_block_at_rest_is():
     # The belt stops so few in a period that the rest is nearly as without one: normal, of the variance noise / zeta.
     free = norm(x0, math.sqrt(noise / zeta))
     assert kstest(distances[last], free.cdf).statistic < 0.01
+
+
+def test_slips_that_last_for_long_are_where_others_are_that_last_as_long():
+    """What has lasted for many relaxation times has forgotten when it began: only how many are left depends on that."""
+    block = BlockOnBelt(1.0, 0.2, 0.02, 1.0, 0.0, 0.0)
+    x = np.linspace(-1.2, 1.2, 500)
+    for error in (1e-3, 3e-4):
+        shares = []
+        for t_end in (LONGEST, 0.7 * LONGEST):
+            positions = SlipDistribution.solve(block, t_end, error).lasting_positions()
+            shares.append(density_and_cdf(positions, x)[1] / positions.weights.sum())
+        assert np.abs(shares[1] - shares[0]).max() < 1e-4
 
 
 def test_a_slip_that_never_ends_is_a_table_too():

@@ -15,13 +15,13 @@ from underfoot.calibration.rig import Sound
 from underfoot.clock import RATE_HZ
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile, BadMeasurement, BadValue
+from underfoot.floor.layout import LOADS, Tile
 from underfoot.options import option
-from underfoot.parameters import Count, Number, Parameter
+from underfoot.parameters import Choice, Count, Number, Parameter
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.tones import DistortionOverLevel
     from underfoot.calibration.science.transfer_function import SweepMeasurement
-    from underfoot.floor.layout import Tile
 
 Array = NDArray[np.float64]
 
@@ -30,8 +30,12 @@ LOUDEST = 0.45
 SENSITIVITY = 100.0
 """Default m/s^2 at full scale of the input: the range of the simulated accelerometer."""
 SWEEP_HZ = (10.0, 2000.0)
-LOADS = ("none", "standing", "corner")
-"""Loads on the tile during the sweeps, in order."""
+
+_PLACES = {
+    "standing": ("Stand on it", "Stand still in the middle of the tile, on one foot."),
+    "corner": ("A foot on a corner", "Put one foot on a corner, half your weight on it."),
+}
+"""Title and instruction of the page before the sweeps under each load."""
 
 _QUIET_S, _GAP_S = 1.0, 0.6
 _LOUD_NOISE = 0.05
@@ -48,7 +52,7 @@ class ResponseCalibration(Calibration):
     about = (
         "A sweep is played through the shaker and recorded by an accelerometer, with nothing on the tile, with a "
         "person, and with a foot on a corner. With the result, stimuli in m/s² play at that level, and an equaliser "
-        "flattens the response."
+        "flattens the response under the load of your choice."
     )
     summary = "Measure how a tile responds to its shaker, and design its equaliser."
     rig = SHAKING
@@ -62,7 +66,10 @@ class ResponseCalibration(Calibration):
     )
     order: int = option("Order of the equaliser: even, 2 to 24.", 14)
     level: float | None = option("Level on a target, in full scale: 0.01 to 0.45.", None)
-    no_loads: bool = option("Leave out the sweeps with a person on the tile, and with a foot on a corner.", False)
+    load: str = option(
+        "Load that the equaliser is designed for, and that files were measured under: none, standing, corner.", "none"
+    )
+    no_loads: bool = option("Leave out the sweeps under other loads.", False)
 
     def check(self, target: str) -> None:
         from underfoot.models.filtering.equaliser import MOST_ORDER
@@ -72,12 +79,14 @@ class ResponseCalibration(Calibration):
             raise BadValue(f"--sensitivity is {self.sensitivity:g}; allowed: above 0, below 1e9 m/s^2")
         if self.order % 2 or not 2 <= self.order <= MOST_ORDER:
             raise BadValue(f"--order is {self.order}; allowed: even numbers 2 to {MOST_ORDER}")
+        if self.load not in LOADS:
+            raise BadValue(f"--load is {self.load}; allowed: {', '.join(LOADS)}")
 
     def procedure(self, setup: Setup) -> "ResponseProcedure":
         return ResponseProcedure(setup.tile, setup.rate_hz)
 
     def answers(self, has_load_cell: bool) -> Answers:
-        given = {"order": self.order, "sensitivity": self.sensitivity, "level": self.level}
+        given = {"order": self.order, "sensitivity": self.sensitivity, "level": self.level, "load": self.load}
         return {name: value for name, value in given.items() if value is not None}
 
     @property
@@ -96,7 +105,10 @@ class ResponseCalibration(Calibration):
         assert self.recorded is not None
         found, rate_hz = measure_files(self.sweep, self.recorded, self.channel)
         try:
-            result = result_of(ResponseMeasurements({"none": found}, self.sensitivity or 1.0, rate_hz, self.order))
+            sensitivity = self.sensitivity or 1.0
+            result = result_of(
+                ResponseMeasurements({self.load: found}, sensitivity, rate_hz, self.order, load=self.load)
+            )
         except BadValue as error:
             raise BadFile(f"{self.sweep} and {self.recorded}: {error}") from None
         if self.sensitivity is None:
@@ -109,15 +121,15 @@ class ResponseProcedure(SoundingProcedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
     The noise floor, sweeps with nothing on the tile, with a person standing on it and with a foot on a corner, tones at
-    300 Hz of rising level, and a sweep through the equaliser designed from these. Recordings of a rig are in full
-    scale; the first page asks for the sensitivity in m/s^2.
+    300 Hz of rising level, and a sweep through the equaliser designed from these, under the load that it is for.
+    Recordings of a rig are in full scale; the first page asks for the sensitivity in m/s^2, and for that load.
 
     >>> from underfoot.floor.layout import default_floor
     >>> ResponseProcedure(default_floor().tiles[0]).page.key
     'setup'
     """
 
-    def __init__(self, tile: "Tile", rate_hz: int = RATE_HZ) -> None:
+    def __init__(self, tile: Tile, rate_hz: int = RATE_HZ) -> None:
         self._rate_hz = rate_hz
         self._settings: Answers = {}
         self._noise: float | None = None
@@ -144,15 +156,14 @@ class ResponseProcedure(SoundingProcedure):
         silence = np.zeros(round(_QUIET_S * self._rate_hz))
         tones = tone_series(answers["level"], self._rate_hz, _GAP_S)
         tones_page = f"Stand clear. Tones at {TONE_HZ:g} Hz are played, each louder than the one before."
-        again = "Stand clear. The sweeps are played through the equaliser."
         return [
             self._sound("quiet", "Noise floor", "Stand clear. One second of silence is recorded.", silence),
             self._sound("none", "Nothing on it", "Stand clear. The tile plays sweeps.", swept),
-            *self._loaded("standing", "Stand on it", "Stand still in the middle of the tile, on one foot.", swept),
-            *self._loaded("corner", "A foot on a corner", "Put one foot on a corner, half your weight on it.", swept),
+            *self._loaded("standing", swept),
+            *self._loaded("corner", swept),
             Step(Page("leave", "Step off", "Step off the tile, and continue.")),
             self._sound("tones", "Distortion", tones_page, tones),
-            self._sound("again", "Once more", again, swept),
+            *self._once_more(swept),
         ]
 
     @property
@@ -195,18 +206,34 @@ class ResponseProcedure(SoundingProcedure):
                 tones=self._tones,
                 again=self._measured["again"],
                 noise=self._noise,
+                load=self._settings["load"],
             )
         )
 
     def _sound(self, key: str, title: str, instruction: str, signal: Array) -> Step:
         return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
 
-    def _loaded(self, load: str, title: str, instruction: str, signal: Array) -> list[Step]:
-        """Return a page to get into place, and the sweeps; both can be skipped, e.g. by one person alone."""
-        place = Page(f"{load}-place", title, f"{instruction} Then continue.", may_skip=True)
+    def _loaded(self, load: str, signal: Array) -> list[Step]:
+        """Return a page to get into place, and the sweeps; both can be skipped, unless the equaliser is for this load.
+
+        One person alone may have to.
+        """
+        title, instruction = _PLACES[load]
+        may_skip = load != self._settings["load"]
+        place = Page(f"{load}-place", title, f"{instruction} Then continue.", may_skip=may_skip)
         sound = Sound(signal, self._rate_hz, load)
-        sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=True)
+        sounding = Page(load, title, "Stand still. The tile plays sweeps.", sound=sound, may_skip=may_skip)
         return [Step(page, group=load) for page in (place, sounding)]
+
+    def _once_more(self, signal: Array) -> list[Step]:
+        """Return the sweeps through the equaliser, under its load, and a page to get into place for them."""
+        load, does = self._settings["load"], "The sweeps are played through the equaliser."
+        sound = Sound(signal, self._rate_hz, load)
+        if load == "none":
+            return [Step(Page("again", "Once more", f"Stand clear. {does}", sound=sound), group="again")]
+        place = Page(f"{load}-place", "Once more", f"{_PLACES[load][1]} Then continue.")
+        sounding = Page("again", "Once more", f"Stand still. {does}", sound=sound)
+        return [Step(page, group="again") for page in (place, sounding)]
 
     def take_sound(self, key: str, played: Array, heard: Array) -> None:
         """Evaluate the recording of a page."""
@@ -244,9 +271,9 @@ class ResponseProcedure(SoundingProcedure):
             from underfoot.calibration.science.response import equalise
             from underfoot.models.filtering import equaliser
 
-            free = self._measured["none"]
+            basis = self._measured[self._settings["load"]]
             order = self._settings["order"]
-            sections = equaliser.design(free.frequencies_hz, free.magnitude, self._rate_hz, order)
+            sections = equaliser.design(basis.frequencies_hz, basis.magnitude, self._rate_hz, order)
             filtered = equalise(sections, self._sweeps())
             down = min(1.0, LOUDEST / float(np.abs(filtered).max()))
             self._through_equaliser = down * filtered, down
@@ -258,12 +285,16 @@ def _setup_asks() -> tuple[Parameter, ...]:
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
     doc = "Acceleration at which the input is at full scale, by the accelerometer's data sheet."
+    load_doc = (
+        "What is on the tile where the equaliser is to be flat: nobody, a person in its middle, or a foot on a corner."
+    )
     return (
         ask("sensitivity", Number(SENSITIVITY, 1e-3, 1e6, unit="m/s^2", scale="log", doc=doc)),
         ask("order", Count(14, low=2, high=MOST_ORDER, doc="Order of the equaliser, even.")),
         ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
         ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
+        ask("load", Choice("none", label="Equaliser for this load", options=LOADS, doc=load_doc)),
     )
 
 

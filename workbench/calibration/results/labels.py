@@ -42,6 +42,7 @@ _WORDS = {
     "usable_high_before_hz": "usable_up_to,_uncorrected",
     "most_gain_db": "largest_gain_of_the_equaliser",
     "spread_db": "spread_of_the_passes",
+    "none_changes_db": "change_by_nobody_on_it",
     "standing_changes_db": "change_by_standing",
     "corner_changes_db": "change_by_a_foot_on_a_corner",
     "thd_loudest_percent": "thd_of_the_loudest_tone",

@@ -34,7 +34,8 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None =
     )
     good = jitter <= STEADY_MS and found.lost == 0
     verdict = (
-        f"What is played comes back after {median:.2f} ms: 99 of 100 clicks within {high:.2f}, all within {worst:.2f}."
+        f"What is played comes back after {median:.2f} ms: 99 of 100 clicks within {high:.2f} ms, all within "
+        f"{worst:.2f} ms."
     )
     if not good:
         why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter:.2f} ms"

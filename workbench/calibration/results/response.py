@@ -29,10 +29,11 @@ METHOD = (
     "a second. Its spread is the standard deviation over the passes; its noise is what the silent parts of the "
     "recording would have given. Harmonics of an exponential sweep arrive ahead of the response and are measured "
     "separately. The level is the mean of the decibels over log frequency, 50 to 750 Hz; flatness is half the range of "
-    "the decibels from 60 to 700 Hz. The equaliser is designed by the least p-th norm; measured again means that the "
-    "sweep was played through it."
+    "the decibels from 60 to 700 Hz. The equaliser is designed by the least p-th norm, for the response under one "
+    "load; measured again means that the sweep was played through it, under that load."
 )
 LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
+_WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
 """Distortion, as a share, above which a warning is given."""
 _HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 a unit"
@@ -53,9 +54,9 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     low, high = values["usable_low_hz"], values["usable_high_hz"]
     words = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
     verdict = (
-        f"With nobody on it, flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz ({words}; "
-        f"{values['flatness_before_db']:.1f} dB before). {_stood_on(values)} Usable from {low:.0f} to {high:.0f} Hz. "
-        f"A full-scale signal gives {found.level:.3g} m/s^2."
+        f"With {_WITH[found.load]}, flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz "
+        f"({words}; {values['flatness_before_db']:.1f} dB before). {_otherwise(found, values)} "
+        f"Usable from {low:.0f} to {high:.0f} Hz. A full-scale signal gives {found.level:.3g} m/s^2."
     )
     if not good:
         verdict += f" That is not flat enough (allowed: {ALLOWED_DB:g} dB): choose a higher order, or repair the tile."
@@ -74,21 +75,22 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     )
 
 
-def _stood_on(values: Mapping[str, float]) -> str:
-    """Return in words how flat the response is with a person on the tile, as far as it was measured."""
-    whose = {"standing_changes_db": "a person in the middle", "corner_changes_db": "a foot on a corner"}
-    known = [f"{who} changes that by up to {values[key]:.1f} dB" for key, who in whose.items() if key in values]
+def _otherwise(found: ResponseMeasurements, values: Mapping[str, float]) -> str:
+    """Return in words how far the response is from flat under other loads, as far as they were measured."""
+    others = {load: who for load, who in _WITH.items() if load != found.load}
+    known = [
+        f"up to {values[f'{load}_changes_db']:.1f} dB with {others[load]}" for load in others if load in found.loads
+    ]
     if not known:
-        return "How much a person on it changes that was not measured."
-    words = ", ".join(known)
-    return f"{words[0].upper()}{words[1:]}."
+        return f"How far off it is with {' or '.join(others.values())} was not measured."
+    return f"It is off by {', and by '.join(known)}."
 
 
 def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], ...]:
     """Return name, value and unit of all measured quantities."""
-    free = found.loads["none"]
-    f = free.frequencies_hz
-    before, computed = found.relative_db(free.magnitude), found.relative_db(found.computed)
+    basis = found.basis
+    f = basis.frequencies_hz
+    before, computed = found.relative_db(basis.magnitude), found.relative_db(found.computed)
     after_f, after = f, computed
     if found.again is not None:
         after_f, after = found.again.frequencies_hz, found.relative_db(found.again.magnitude)
@@ -110,23 +112,23 @@ def quantities_of(found: ResponseMeasurements) -> tuple[tuple[str, float, str], 
         ("usable_low_before_hz", plain_low, "Hz"),
         ("usable_high_before_hz", plain_high, "Hz"),
         ("most_gain_db", 20.0 * math.log10(boost), "dB"),
-        ("latency_ms", 1000.0 * free.latency_s, "ms"),
-        ("snr_db", free.snr_db(*INNER_HZ), "dB"),
-        ("passes", float(free.passes), ""),
+        ("latency_ms", 1000.0 * basis.latency_s, "ms"),
+        ("snr_db", basis.snr_db(*INNER_HZ), "dB"),
+        ("passes", float(basis.passes), ""),
     ]
-    if free.passes > 1:
+    if basis.passes > 1:
         inner = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
-        quantities.append(("spread_db", float(np.mean(free.spread_db[inner])), "dB"))
-    loaded = [load for load in found.loads if load != "none"]
-    quantities += [(f"{load}_changes_db", change_db(found, load), "dB") for load in loaded]
+        quantities.append(("spread_db", float(np.mean(basis.spread_db[inner])), "dB"))
+    others = [load for load in found.loads if load != found.load]
+    quantities += [(f"{load}_changes_db", change_db(found, load), "dB") for load in others]
     for k in ORDERS:
-        share = np.interp(TONE_HZ, f, free.distortion[k])
+        share = np.interp(TONE_HZ, f, basis.distortion[k])
         if np.isfinite(share):
             quantities.append((f"distortion_{k}_percent", 100.0 * float(share), "%"))
     if found.tones is not None:
         quantities.append(("thd_loudest_percent", 100.0 * float(found.tones.thd[-1]), "%"))
         quantities.append(("loudest_ms2", float(found.tones.acceleration[-1]), "m/s^2"))
-    noise = found.noise if math.isfinite(found.noise) else free.noise_rms
+    noise = found.noise if math.isfinite(found.noise) else basis.noise_rms
     if math.isfinite(noise):
         quantities.append(("noise_floor_ms2", found.sensitivity * noise, "m/s^2"))
     return tuple((name, float(value), unit) for name, value, unit in quantities)
@@ -147,8 +149,7 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
         lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
     if values.get("thd_loudest_percent", 0.0) > 100.0 * _MOST_DISTORTION:
         lines.append(f"the loudest tone has {values['thd_loudest_percent']:.0f} % of harmonic distortion")
-    free = found.loads["none"]
-    if free.passes == 1:
+    if found.basis.passes == 1:
         lines.append("one pass only: the spread of the response is not known")
     return tuple(lines)
 
@@ -157,11 +158,11 @@ def _part(
     found: ResponseMeasurements, values: Mapping[str, float], after: str, good: bool, verdict: str, today: date
 ) -> Response:
     """Return the profile's part."""
-    free = found.loads["none"]
-    low = max(float(free.frequencies_hz[0]), 0.4 * found.band_hz[0])
-    high = min(float(free.frequencies_hz[-1]), 3.0 * found.band_hz[1])
+    basis = found.basis
+    low = max(float(basis.frequencies_hz[0]), 0.4 * found.band_hz[0])
+    high = min(float(basis.frequencies_hz[-1]), 3.0 * found.band_hz[1])
     grid = np.geomspace(low, high, max(round(_KEPT_AN_OCTAVE * math.log2(high / low)), 2))
-    magnitude = found.sensitivity * np.interp(grid, free.frequencies_hz, free.magnitude)
+    magnitude = found.sensitivity * np.interp(grid, basis.frequencies_hz, basis.magnitude)
     return Response(
         made=today.isoformat(),
         reference=f"accelerometer, {found.sensitivity:g} m/s^2 a full-scale input",
@@ -177,27 +178,28 @@ def _part(
         equaliser=tuple(tuple(section) for section in found.sections.tolist()),
         rate_hz=found.rate_hz,
         band_hz=(values["usable_low_hz"], values["usable_high_hz"]),
+        load=found.load,
     )
 
 
 def drawings_of(found: ResponseMeasurements) -> tuple[Drawing, ...]:
     """Return load states, correction, spread and noise, distortion by order and over level."""
-    free = found.loads["none"]
+    basis = found.basis
     drawn = [loads_drawn(found.loads, found.sensitivity), _correction_drawn(found)]
-    f, shown = _shown(free.frequencies_hz)
+    f, shown = _shown(basis.frequencies_hz)
     inner = [
-        series("response", f, _db(found.sensitivity * free.magnitude)[shown]),
-        series("noise", f, _db(found.sensitivity * free.noise)[shown], colour="muted"),
+        series("response", f, _db(found.sensitivity * basis.magnitude)[shown]),
+        series("noise", f, _db(found.sensitivity * basis.noise)[shown], colour="muted"),
     ]
-    if free.passes > 1:
+    if basis.passes > 1:
         for sign in (-1.0, 1.0):
-            edge = _db(found.sensitivity * free.magnitude) + sign * free.spread_db
+            edge = _db(found.sensitivity * basis.magnitude) + sign * basis.spread_db
             inner.append(series("" if sign > 0 else "spread", f, edge[shown], "dashed", "force"))
     drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), True))
     orders = [
-        series(f"harmonic {k}", f, 100.0 * free.distortion[k][shown], colour=_ORDER_COLOURS[k])
+        series(f"harmonic {k}", f, 100.0 * basis.distortion[k][shown], colour=_ORDER_COLOURS[k])
         for k in ORDERS
-        if np.isfinite(free.distortion[k]).any()
+        if np.isfinite(basis.distortion[k]).any()
     ]
     if orders:
         drawn.append(Drawing("Distortion by order", _HZ, "of the fundamental, %", tuple(orders), True, True))
@@ -219,10 +221,10 @@ def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Dr
 
 def _correction_drawn(found: ResponseMeasurements) -> Drawing:
     """Draw the response before and after (thesis figure 4.14)."""
-    free = found.loads["none"]
-    f, shown = _shown(free.frequencies_hz)
+    basis = found.basis
+    f, shown = _shown(basis.frequencies_hz)
     lines = [
-        series("before", f, found.relative_db(free.magnitude)[shown], colour="muted"),
+        series("before", f, found.relative_db(basis.magnitude)[shown], colour="muted"),
         series(f"computed, order {found.order}", f, found.relative_db(found.computed)[shown], "dashed", "force"),
     ]
     if found.again is not None:

@@ -24,12 +24,12 @@ USABLE_DB = 10.0
 
 @dataclass(frozen=True)
 class ResponseMeasurements:
-    """Measurements of one tile; from files, only `loads["none"]`.
+    """Measurements of one tile; from files, under one load only.
 
     `loads` are responses by load on the tile ("none", "standing", "corner"), in recorded units per played unit, a
     recorded unit being `sensitivity` m/s^2. `order` is the equaliser's, `tones` the distortion over level, `again` the
     response measured through the equaliser, and `noise` the RMS of silence, in full scale. `sections` are the equaliser
-    designed for the response of the empty tile.
+    designed for the response under `load`, which `again` was measured under, too.
     """
 
     loads: Mapping[str, SweepMeasurement]
@@ -40,31 +40,35 @@ class ResponseMeasurements:
     tones: DistortionOverLevel | None = None
     again: SweepMeasurement | None = None
     noise: float = math.nan
+    load: str = "none"
     sections: Array = field(init=False)
 
     def __post_init__(self) -> None:
         require(self.sensitivity > 0.0, "sensitivity", self.sensitivity, "above 0 m/s^2 a full-scale input")
-        free = self.loads["none"]
-        low, high = float(free.frequencies_hz[0]), float(free.frequencies_hz[-1])
+        basis = self.basis
+        low, high = float(basis.frequencies_hz[0]), float(basis.frequencies_hz[-1])
         if low > 1.02 * self.band_hz[0] or high < self.band_hz[1] / 1.02:
             raise BadValue(
                 f"the sweep has power from {low:.0f} to {high:.0f} Hz only; to equalise {self.band_hz[0]:g} to "
                 f"{self.band_hz[1]:g} Hz, sweep over all of them"
             )
-        sections = equaliser.design(free.frequencies_hz, free.magnitude, self.rate_hz, self.order, self.band_hz)
+        sections = equaliser.design(basis.frequencies_hz, basis.magnitude, self.rate_hz, self.order, self.band_hz)
         object.__setattr__(self, "sections", sections)
+
+    @property
+    def basis(self) -> SweepMeasurement:
+        """Response under the load that the equaliser is designed for."""
+        return self.loads[self.load]
 
     @property
     def level(self) -> float:
         """m/s^2 per full-scale unit: the level at which a stimulus in m/s^2 plays."""
-        free = self.loads["none"]
-        return self.sensitivity * equaliser.level(free.frequencies_hz, free.magnitude, self.band_hz)
+        return self.sensitivity * equaliser.level(self.basis.frequencies_hz, self.basis.magnitude, self.band_hz)
 
     @property
     def computed(self) -> Array:
         """Computed magnitude of the equalised response, in recorded units per played unit."""
-        free = self.loads["none"]
-        return free.magnitude * np.abs(equaliser.gain(self.sections, free.frequencies_hz, self.rate_hz))
+        return self.basis.magnitude * np.abs(equaliser.gain(self.sections, self.basis.frequencies_hz, self.rate_hz))
 
     def relative_db(self, magnitude: Array) -> Array:
         """Return a magnitude in recorded units as decibels above the tile's level."""
@@ -98,11 +102,11 @@ def usable_band_hz(frequencies_hz: Array, relative_db: Array, below_db: float = 
 
 
 def change_db(measured: ResponseMeasurements, load: str) -> float:
-    """Return the largest change of the response by a load, over `INNER_HZ`, dB."""
-    free, loaded = measured.loads["none"], measured.loads[load]
-    other = np.interp(free.frequencies_hz, loaded.frequencies_hz, loaded.magnitude)
-    inside = (free.frequencies_hz >= INNER_HZ[0]) & (free.frequencies_hz <= INNER_HZ[1])
-    return float(np.max(np.abs(20.0 * np.log10(other[inside] / free.magnitude[inside]))))
+    """Return the largest difference of the response under another load from that of the equaliser, `INNER_HZ`, dB."""
+    basis, loaded = measured.basis, measured.loads[load]
+    other = np.interp(basis.frequencies_hz, loaded.frequencies_hz, loaded.magnitude)
+    inside = (basis.frequencies_hz >= INNER_HZ[0]) & (basis.frequencies_hz <= INNER_HZ[1])
+    return float(np.max(np.abs(20.0 * np.log10(other[inside] / basis.magnitude[inside]))))
 
 
 def equalise(sections: Array, signal: Array) -> Array:

@@ -1,5 +1,6 @@
 """Distributions of a stick-slip cycle: duration, distance, period (8.2 to 8.4, 8.15, 8.16)."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import number
 from underfoot.kernels import kernel
+from underfoot.models.stick_slip.exponential_tail import relaxation_time
 from underfoot.models.stick_slip.first_passage import solve
 from underfoot.models.stick_slip.mixture import NormalMixture, density_and_cdf, normal_cdf, normal_density
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
@@ -139,7 +141,9 @@ class SlipDistribution:
         w0, zeta, noise, belt_velocity, x0, v0 = self.block
         free = transition(w0, zeta, noise, self.t_end)
         mean = free.a_xx * x0 + free.a_xv * v0
-        times, (means, widths, weights) = self._components
+        resolved_s = min(2.0 * math.pi / w0, relaxation_time(self.block))
+        remembered_s = 8.0 * relaxation_time(self.block)  # stops before that leave blocks where all free ones are
+        times, (means, widths, weights) = self._components_of(self.t_end - remembered_s, resolved_s)
         known, place = np.unique(times, return_inverse=True)
         later = [transition(w0, zeta, noise, max(self.t_end - time, 1e-12 / w0)) for time in known]
         a_xx, a_xv, s_xx = (np.array([getattr(one, name) for one in later])[place] for name in ("a_xx", "a_xv", "s_xx"))
@@ -163,21 +167,32 @@ class SlipDistribution:
     @cached_property
     def _components(self) -> tuple[NDArray[np.float64], NormalMixture]:
         """Return the times of all nodes' components, and the components; the weights are probabilities."""
+        return self._components_of(math.inf, math.inf)
+
+    def _components_of(self, since: float, longest: float) -> tuple[NDArray[np.float64], NormalMixture]:
+        """Return `_components`, with panels in parts of at most `longest` s where they are later than `since` s."""
         pieces = []
         for panel in self.panels.table:
             length, speed = float(panel["length"]), float(panel["speed"])
             parts, width = _subdivision(speed * length, panel["width"])
-            if parts > 1:
-                z = ((2.0 * np.arange(parts)[:, None] + 1.0 + GAUSS_NODES) / parts - 1.0).ravel()
+            halves = np.full(parts, 0.5 * length / parts)
+            z = ((2.0 * np.arange(parts)[:, None] + 1.0 + GAUSS_NODES) / parts - 1.0).ravel()
+            early = min(max((since - float(panel["start"])) / length, 0.0), 1.0)
+            late = math.ceil((1.0 - early) * length / longest)
+            if late > parts:
+                halves = np.append(early * halves, np.full(late, 0.5 * length * (1.0 - early) / late))
+                middles = 2.0 * np.cumsum(halves) - halves
+                z = ((middles[:, None] + halves[:, None] * GAUSS_NODES) / (0.5 * length) - 1.0).ravel()
+            basis = np.eye(NODES_PER_PANEL)
+            if halves.size > 1:
                 basis = np.empty((z.size, NODES_PER_PANEL))
                 for row, at in zip(basis, z, strict=True):
                     lagrange_basis(at, row)
             else:
-                z, basis = GAUSS_NODES, np.eye(NODES_PER_PANEL)
+                z = GAUSS_NODES
             elapsed = 0.5 * length * (1.0 + z)[:, None]
             means = panel["first"] + speed * elapsed + panel["spacing"] * np.arange(panel["components"])
-            quadrature = 0.5 * length / parts * np.tile(GAUSS_WEIGHTS, parts)[:, None]
-            weights = quadrature * (basis @ self._weights(panel))
+            weights = (halves[:, None] * GAUSS_WEIGHTS).ravel()[:, None] * (basis @ self._weights(panel))
             pieces.append(np.broadcast_arrays(panel["start"] + elapsed, means, width, weights))
         times, *mixture = (np.concatenate([np.empty(0)] + [piece[i].ravel() for piece in pieces]) for i in range(4))
         return times, NormalMixture(*mixture)
