@@ -334,13 +334,20 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
             share = 0.0
             for before in range(CORNERS):
                 if row.systems[slot, before] == load.systems[corner] >= 0:
-                    states[other, corner] = states[slot, before]
+                    _copy(states[slot, before], states[other, corner])
                     share = row.shares[slot, before]
             row.shares_before[other, corner] = share
             kept += share
         if kept < NEIGHBOURS:
             row.fade_frame = here
-            row.shares_before[other] = row.shares[other]
+            _copy(row.shares[other], row.shares_before[other])
+
+
+@part
+def _copy(values: NDArray[np.float64], to: NDArray[np.float64]) -> None:
+    """Copy values one by one: in Numba, assigning a slice brings the code for strings of its error."""
+    for i in range(len(values)):
+        to[i] = values[i]
 
 
 @part
@@ -373,7 +380,7 @@ def _run(
         for i in range(n):
             share = min((faded + i) / FADE, 1.0)
             now[i] = before[i] + (now[i] - before[i]) * (share * share * (3.0 - 2.0 * share))
-    force[:] = now
+    _copy(now, force)
     if zero_frames >= SPAN and (here + n) % SPAN == 0:
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
