@@ -3,6 +3,7 @@
 A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock.
 """
 
+import fcntl
 import os
 import threading
 import time
@@ -16,19 +17,22 @@ from underfoot.clock import RATE_HZ
 
 _EVERY_S = 0.003
 _START_S = 10.0
+_PIPE_BYTES = 1 << 18
+"""The size of a pipe, 76 ms of 18 channels: so late may the server be on a busy machine before its card starves."""
 
 
 class TimedSink(NullSink):
     """A card whose clock is `ppm` fast, and that keeps what its first channel played.
 
-    `starved` counts the frames at which there was nothing to read: on a busy machine the server was late.
+    `starved_s` are the times of the system's clock at which there was nothing to read: on a busy machine the server was
+    late. Such a card played silence, and is behind from then on.
     """
 
     def __init__(self, folder: Path, name: str, channels: int, ppm: float) -> None:
         super().__init__(folder, name, channels)
         self.rate_hz = RATE_HZ * (1.0 + 1e-6 * ppm)
         self.module = f"module-pipe-sink file={self.folder / 'played'}"
-        self.starved = 0
+        self.starved_s: list[float] = []
         self._began_s = 0.0
         self._heard: list[NDArray[np.float32]] = []
         self._over = threading.Event()
@@ -52,6 +56,7 @@ class TimedSink(NullSink):
 
     def _read(self) -> None:
         pipe, size = os.open(self.folder / "played", os.O_RDONLY | os.O_NONBLOCK), 4 * self.channels
+        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
             if not read:  # the clock starts with what is played first
@@ -69,5 +74,6 @@ class TimedSink(NullSink):
             if read and due > 0:
                 # A card plays silence where it has nothing, and its clock goes on.
                 self._heard.append(np.zeros(due, np.float32))
-                self.starved, read = self.starved + due, read + due
+                self.starved_s.append(time.monotonic())
+                read += due
         os.close(pipe)
