@@ -30,3 +30,8 @@ def test_a_card_that_lags_more_and_more_is_heard(tmp_path: Path):
     moved_ms = 1e3 * (apart_s - apart_s[0])
     np.testing.assert_allclose(moved_ms, 0.1 * two_clocks.STRETCH_S * np.arange(40), atol=2e-3)
     assert apart_s[0] == pytest.approx(0.004 + 1e-4 * 8.2, abs=2e-4)
+
+
+def test_two_clocks_in_simulated_time_are_within_a_millisecond():
+    tried = two_clocks.simulated(60.0)
+    assert tried.passed, tried.found

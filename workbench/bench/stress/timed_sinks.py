@@ -1,9 +1,9 @@
 """Sound cards that are not there, with clocks of their own: sinks of PulseAudio into pipes, read at a set rate.
 
-A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock.
+A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock. A card waits
+for no processor: where the system grants it, server and reader run before all else.
 """
 
-import fcntl
 import os
 import threading
 import time
@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from underfoot.bench.stress.null_sinks import NullSink
 from underfoot.clock import RATE_HZ
+from underfoot.devices.precedence import take_precedence
 
 _EVERY_S = 0.003
 _START_S = 10.0
-_PIPE_BYTES = 1 << 18
-"""The size of a pipe, 76 ms of 18 channels: so late may the server be on a busy machine before its card starves."""
 
 
 class TimedSink(NullSink):
@@ -43,6 +42,8 @@ class TimedSink(NullSink):
         end = time.monotonic() + _START_S
         while not (self.folder / "played").exists() and time.monotonic() < end:
             time.sleep(0.02)
+        for thread in self.threads():
+            take_precedence(thread)
         self._clock.start()
 
     def stop(self) -> None:
@@ -56,7 +57,7 @@ class TimedSink(NullSink):
 
     def _read(self) -> None:
         pipe, size = os.open(self.folder / "played", os.O_RDONLY | os.O_NONBLOCK), 4 * self.channels
-        fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        take_precedence()
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
             if not read:  # the clock starts with what is played first
