@@ -103,3 +103,8 @@ def test_files_and_modules_that_are_named_are_there(page):
             (ROOT / folder).joinpath(*parts[:k]) for folder in ("workbench", ".") for k in range(1, len(parts) + 1)
         ]
         assert any(path.with_suffix(".py").exists() or path.is_dir() for path in known), name
+
+
+def test_no_text_holds_a_merge_conflict():
+    texts = [*ROOT.glob("*.md"), *ROOT.glob("*.toml"), *PAGES]
+    assert [text.name for text in texts if re.search("^(<<<<<<<|>>>>>>>) ", text.read_text(), re.MULTILINE)] == []

@@ -1,9 +1,10 @@
 """How kernels are compiled."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from underfoot.kernels import inlined, kernel
+from underfoot.kernels import inlined, kernel, part
 
 
 @inlined
@@ -25,3 +26,26 @@ def test_a_kernel_that_is_called_with_literals_is_compiled_once(monkeypatch, tmp
     _doubled_counts(out)
     assert list(out) == [2.0, 4.0, 6.0]
     assert len(_twice.compiled.signatures) == 1
+
+
+@part
+def _root(number: float) -> float:
+    if number < 0.0:
+        raise ValueError("no root of a negative number")
+    return number**0.5
+
+
+@kernel
+def _two_roots(number: float) -> float:
+    return 2.0 * _root(number)
+
+
+def test_a_part_has_code_only_in_its_kernel_and_may_raise_there(monkeypatch, tmp_path):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    assert _two_roots(9.0) == 6.0
+    with pytest.raises(ValueError, match="no root of a negative number"):
+        _two_roots(-9.0)
+    assert not [path for path in tmp_path.rglob("*.nbi") if "_root-" in path.name]
+    compiled = _root.compiled.overloads[_root.compiled.signatures[0]]
+    with pytest.raises(RuntimeError, match="no compiled object"):
+        compiled.library.serialize_using_object_code()

@@ -13,15 +13,17 @@ from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from underfoot import lane_lowering, memory_lowering
-from underfoot.kernel_cache import KernelCache, digest, options_text
+from underfoot.kernel_cache import KernelCache, digest, of_part, options_text
 
 
 class _Dispatcher(CPUDispatcher):
     """Compiles a kernel once for all integers, not again for a literal 0: half the compile time of all kernels."""
 
+    is_part = False
+
     def compile(self, sig: Any) -> Any:
         """Compile or load the version for a signature."""
-        with released(self._cache):
+        with released(self._cache), of_part(self.is_part):
             return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -34,6 +36,7 @@ def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: boo
     if config.DISABLE_JIT:
         return function
     made = _Dispatcher(function, targetoptions=options)
+    made.is_part = not is_kept
     if is_kept:
         made._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
     return made

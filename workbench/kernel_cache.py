@@ -10,7 +10,8 @@ A kernel is loaded without the data that only the compiler needs, which would ta
 import hashlib
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary
+from numba.core.environment import lookup_environment
 from numba.core.runtime import rtsys
 
 from underfoot.files import cache_folder
@@ -194,10 +196,57 @@ class _Locator(_CacheLocator):
         return self._mark[:16]
 
 
+_IS_PART: ContextVar[bool] = ContextVar("is_part", default=False)
+
+
+@contextmanager
+def of_part(is_part: bool) -> Iterator[None]:
+    """Say whether what is compiled meanwhile exists only within its callers."""
+    before = _IS_PART.set(is_part)
+    try:
+        yield
+    finally:
+        _IS_PART.reset(before)
+
+
+class _PartCodegen:
+    """What Numba asks of the code generator of a part."""
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Do nothing."""
+
+
 class _Library(JITCodeLibrary):
-    """Machine code of a kernel. For loaded code, bitcode is read only when another kernel that calls it is compiled."""
+    """Machine code of a kernel. For loaded code, bitcode is read only when another kernel that calls it is compiled.
+
+    A part is optimised within the kernels that call it, and gets no machine code of its own.
+    """
 
     _loaded: tuple[bytes, bytes] | None = None
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self._is_part = _IS_PART.get()
+
+    def _optimize_final_module(self) -> None:
+        if not self._is_part:
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        if self._is_part:
+            self._finalize_dynamic_globals()
+            self._finalized = True
+            return
+        super()._finalize_final_module()
+        for variable in self._final_module.global_variables:  # environments of the parts that it contains
+            environment = lookup_environment(variable.name)
+            if environment is not None:
+                self._codegen.set_env(variable.name, environment)
+
+    @property
+    def codegen(self) -> Any:
+        """The code generator; for a part, one that sets no environment: its variable is in its callers' code."""
+        return _PartCodegen() if self._is_part else self._codegen
 
     @classmethod
     def _unserialize(cls, codegen: Any, state: Any) -> "_Library":

@@ -72,3 +72,14 @@ def test_the_behavioural_file_says_which_recording_is_whose(exported):
     lines = (folder / "sub-p1" / "beh" / "sub-p1_task-Twotrials_beh.tsv").read_text().splitlines()
     place = lines[0].split("\t").index("entry")
     assert [line.split("\t")[place] for line in lines[1:]] == ["1", "2"]
+
+
+def test_participants_are_listed_with_what_was_asked_of_them(tmp_path):
+    rows = [
+        {"participant": "P-1", "trial": 1, "participant.age": 31},
+        {"participant": "P2", "trial": 1, "participant.age": 40, "participant.shoe_eu": 42.5},
+        {"participant": "P2", "trial": 2, "participant.age": 40, "participant.shoe_eu": 42.5},
+    ]
+    write_bids(tmp_path, rows, "Two")
+    listed = (tmp_path / "participants.tsv").read_text().splitlines()
+    assert listed == ["participant_id\tage\tshoe_eu", "sub-P1\t31\tn/a", "sub-P2\t40\t42.5"]

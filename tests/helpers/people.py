@@ -89,9 +89,9 @@ class Person:
 
 
 @contextmanager
-def open_session(until):
-    """Yield a session on one simulated tile without a walker, with all its processes, for several tests to share."""
-    session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
+def open_session(until, target=None):
+    """Yield a session on one simulated tile without a walker, or on another target, with all its processes."""
+    session = Session(target or Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
     try:
         session.start()
         until(lambda: session.poll() is not None and {"standby", "compiler"} <= set(session.pids), "all is started")

@@ -229,6 +229,28 @@ def test_where_words_are_typed_control_and_space_play_again(bench):
     assert (entry.answers["label"], entry.facts["plays"]) == ("a knock", 2)
 
 
+def test_words_are_learned_chosen_by_their_keys_and_told(bench):
+    parameters = {"answers": ["sand", "snow", "ice"], "sessions": 1, "repeats": 1}
+    main = {"id": "main", "kind": "trials", "method": {"kind": "absolute-identification", "parameters": parameters}}
+    stages = [{"id": "learn", "kind": "learn"}, {**main, "feedback": True}]
+    stimuli = {"a": {**CONSTANT, "correct": "snow"}, "b": {**CONSTANT, "correct": "ice"}}
+    bench.choose(stages=stages, stimuli=stimuli)
+    bench.until(Phase.PAGE)
+    assert bench.person.text.text() == "1: snow,  2: ice"
+    bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.READY)
+    assert not bench.workspace.desk.repeat.isEnabled()  # nothing was answered
+    bench.key(Qt.Key.Key_Space)
+    bench.until(Phase.ANSWERING)
+    assert [button.text() for button in bench.person.form.buttons] == ["1  sand", "2  snow", "3  ice"]
+    bench.key(Qt.Key.Key_2)
+    bench.until(Phase.READY)
+    _, first = bench.entries()
+    told = "Right." if first.trial.correct == "snow" else "It was ice."
+    assert (first.answers, bench.person.text.text()) == ({"answer": "snow"}, told)
+    bench.wait(bench.workspace.desk.repeat.isEnabled)
+
+
 def test_the_experimenter_ends_a_pause_with_the_button(bench):
     bench.choose(stages=[{"id": "rest", "kind": "pause", "seconds": 3600.0}, rated()], stimuli={"WC": CONSTANT})
     bench.until(Phase.PAUSE)

@@ -102,7 +102,7 @@ def test_a_mistake_is_said_as_the_file_would_and_cannot_be_saved(made):
     made.qtbot.waitUntil(lambda: "'many'" in made.maker.trouble.text())
     made.type(made.maker.stages.form.parameters.controls["blocks"], "4")
     made.qtbot.waitUntil(lambda: not made.maker.trouble.text())
-    assert made.maker.facts.text() == "rating: 8 trials, begun by key"
+    assert made.maker.facts.text() == "rating: 8 trials, begun by key  ·  less than a minute"
 
 
 @pytest.mark.parametrize("name", preset_files.protocols())

@@ -151,8 +151,9 @@ class AnswerForm(QWidget):
         row = QHBoxLayout(line)
         row.setContentsMargins(0, 0, 0, 0)
         mine: list[QPushButton] = []
-        for option in options:
-            button = QPushButton(str(option))
+        is_numbered = len(self._asks) == 1 and len(options) > 2 and not isinstance(one, Count)
+        for number, option in enumerate(options, 1):
+            button = QPushButton(f"{number}  {option}" if is_numbered else str(option))  # its key
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._asks) > 1)

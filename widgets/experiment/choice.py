@@ -17,10 +17,11 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.drawing import Drawing
+from underfoot.experiments.duration import about, usual_s, usual_trials
 from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.study import method_of
+from underfoot.experiments.study import all_stages
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.people_dialog import SimulatedPeople, words_of
 from underfoot.widgets.experiment.results_menu import ResultsButton
@@ -229,12 +230,9 @@ def facts_of(protocol: Protocol) -> str:
             lines.append(words.get(stage.kind, stage.kind) + (f", {stage.seconds:.0f} s" if stage.seconds else ""))
             continue
         method = METHODS[stage.method.kind]
-        number = method.checked(stage.method.parameters, protocol.stimuli).get("trials")
-        if issubclass(method, ListedMethod):
-            number = len(getattr(method_of(protocol, stage, "anybody"), "trials", ()))
-        if stage.most_trials:
-            number = min(number or stage.most_trials, stage.most_trials)
-        count = f"{number} trials" if number is not None else "as many trials as it takes"
+        is_known = issubclass(method, ListedMethod) or "trials" in method.parameters or stage.most_trials
+        count = f"{'' if is_known else 'some '}{usual_trials(protocol, stage)[0]} trials"
         practice = ", practice" if stage.practice else ""
-        lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}, begun by {stage.start}")
-    return "  ·  ".join(lines)
+        begun = f", begun by {stage.start}" if method.uses_stimuli else ""
+        lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}{begun}")
+    return "  ·  ".join([*lines, about(sum(usual_s(protocol, stage) for stage in all_stages(protocol)))])

@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
+from underfoot.experiments.duration import about
 from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import may_step
@@ -25,8 +26,8 @@ _WORDS = {
     "learn": "stimuli are tried",
     "level": "the level is set",
 }
-_LEAST_SHARE = 0.02
-"""From so much on what is left is told from what is done."""
+_USUAL_FOR_S = 120.0
+"""The pace that is usual counts as if it had been seen for so long."""
 
 
 class Desk(QWidget):
@@ -78,7 +79,7 @@ class Desk(QWidget):
         for button in (self.next, self.pause, self.window_button, self.leave, self.note, self.spoil, self.repeat):
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
         self.map, self.drawings = FloorMap(), DrawingColumn()
-        self._began_at, self._began_share = 0.0, 0.0
+        self._began_at, self._shown_at, self._began_share = 0.0, 0.0, 0.0
         self._form_key = ""
         self._lay_out()
         self._connect()
@@ -89,7 +90,8 @@ class Desk(QWidget):
         self.map.set_floor(floor)
         self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
         self.map.can_press = presses
-        self._began_at, self._began_share, self._form_key = time.monotonic(), -1.0, ""
+        self._began_at = self._shown_at = time.monotonic()
+        self._began_share, self._form_key = -1.0, ""
 
     def show_runner(self, runner: Runner) -> None:
         """Show where a runner stands."""
@@ -101,7 +103,7 @@ class Desk(QWidget):
         attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
         self.page.setText(_joined(page.stage or "The end: every answer is kept.", number, attempt, f"{page.share:.0%}"))
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
-        left = _left(page.share - self._began_share, page.share, self._began_at)
+        left = self._left(runner)
         is_over = phase is Phase.END
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
@@ -115,10 +117,24 @@ class Desk(QWidget):
         goes_on = phase is Phase.PAGE and not page.asks
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(page.trial is not None)
+        self.repeat.setEnabled(runner.study.can_repeat)
         self._show_form(runner)
         self.map.set_loads(runner.watch.loads_n, [False] * len(runner.watch.loads_n))
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)
         self.map.update()
+
+    def _left(self, runner: Runner) -> str:
+        """About how long it still takes: as usual at first, more and more as it took so far."""
+        share, whole_s = runner.page.share, runner.study.usual_s
+        if share >= 1.0:
+            return ""
+        now = time.monotonic()
+        if runner.phase is Phase.STOPPED:
+            self._began_at += now - self._shown_at  # a break says nothing of the pace
+        self._shown_at = now
+        seen_s, usual_s = now - self._began_at, (share - self._began_share) * whole_s
+        pace = (seen_s + _USUAL_FOR_S) / (usual_s + _USUAL_FOR_S)
+        return f"{about(pace * (1.0 - share) * whole_s)} left"
 
     def _show_form(self, runner: Runner) -> None:
         page, phase = runner.page, runner.phase
@@ -197,14 +213,6 @@ class Desk(QWidget):
                 self.next_wanted.emit()
         elif not self.form.key(event.key(), event.text()):
             super().keyPressEvent(event)
-
-
-def _left(done: float, share: float, began_at: float) -> str:
-    """About how long it still takes, as long as it took so far."""
-    if done < _LEAST_SHARE or share >= 1.0:
-        return ""
-    minutes = (1.0 - share) / done * (time.monotonic() - began_at) / 60.0
-    return f"about {max(round(minutes), 1)} min left"
 
 
 def _felt(runner: Runner) -> str:

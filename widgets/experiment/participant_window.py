@@ -203,7 +203,15 @@ def _text(runner: Runner) -> str:
         return page.feedback
     if runner.foot is not None:
         return runner.foot.one.doc
+    if page.kind == "learn":
+        return "\n\n".join(part for part in (page.text, _right_answers(runner)) if part)
     return page.text if page.trial is None else ""
+
+
+def _right_answers(runner: Runner) -> str:
+    """What belongs to each number that can be felt, where the stimuli have right answers."""
+    words = [runner.protocol.stimuli[name].correct for name in runner.study.learned]
+    return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
 
 
 def _go_words(runner: Runner, form: AnswerForm) -> str:
@@ -230,6 +238,8 @@ def _what_now(runner: Runner, form: AnswerForm) -> str:
             return "Press a number to feel it. Return goes on to the trials."
         case Phase.PAGE:
             return form.how
+        case Phase.PAUSE:
+            return "It goes on by itself."
         case Phase.STOPPED:
             return "Please speak to the experimenter."
     return ""

@@ -113,7 +113,10 @@ class RunningStudy(QObject):
         if self._controller.session is not None:
             self._foot.leave(runner)
             runner.session.send(Walk(self._walked))
-        runner.close_file()
+        try:
+            runner.close_file()
+        except UnderfootError as error:
+            self.said.emit(str(error))
         self._controller.take_back()
         self.left.emit(runner.study.participant if runner.study.is_done else "")
 

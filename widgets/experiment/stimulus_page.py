@@ -33,7 +33,7 @@ from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 
-LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm")
+LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm", "correct")
 NOTHING, FILE = "(no vibration)", "A file…"
 
 

@@ -46,6 +46,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 UNSAVED = "unsaved.draft"
 """Beside a person's own protocols: what was being made when the window was closed."""
+_HOW = "Pilot: try two trials of each stage yourself. Begin: type a participant's id first."
 SHORTCUTS = (
     ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
     ("Making a study: save, close", "Ctrl+S, Esc"),
@@ -189,7 +190,7 @@ class ExperimentWorkspace(Workspace):
         person = self.overview.participant.text()
         has_session = self._controller is not None and self._controller.session is not None
         goes_on = is_id(person) and session_path(self.root, self._study, person).exists()
-        why_not = "" if has_session else "The session is not open yet."
+        why_not = "The session is not open yet." if not has_session else "" if person else _HOW
         if person and not is_id(person):
             why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
         self.overview.show_way(has_session, has_session and is_id(person), goes_on, why_not)

@@ -47,7 +47,8 @@ def run(connection: Connection) -> None:
 
 
 def _compiled(request: CompileRequest, tell: Callable[[object], None]) -> Compiled:
-    options = LoopOptions(request.target.rate, folder=Path(request.folder) if request.folder else None)
+    folder = Path(request.folder) if request.folder else None
+    options = LoopOptions(request.target.rate, folder=folder, plates=request.plates)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
         KernelParts(patch, request.target, options, request.from_end).load(tell)

@@ -23,7 +23,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.running_median import MIDDLE
-from underfoot.kernels import intrinsic, kernel
+from underfoot.kernels import intrinsic, kernel, part
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
@@ -136,7 +136,8 @@ class Intake:
                 if self.tracker.opening:
                     self._open(count)
                 else:
-                    _take(self._where, count)
+                    _conceal(self._where, count)
+                    _follow(self._where, 0, count)
 
     def fill(self, frame: int, n: int) -> None:
         """Write `n` frames into `signals`, from session frame `frame` on."""
@@ -172,13 +173,12 @@ def _memory_at(context: Any, where: Any) -> Any:
 
 
 @kernel
-def _take(where: NDArray[np.int64], count: int) -> None:
-    """Conceal lost samples among the source's `count`, and track contacts through them."""
+def _conceal(where: NDArray[np.int64], count: int) -> None:
+    """Write the stamps of the source's `count` samples in seconds, and conceal lost samples."""
     m = _memory_at(where)
     for i in range(count):
         m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
     conceal(m.seconds, m.forces, count, m.tiles, m.stream, m.last, m.absent)
-    _follow(where, 0, count)
 
 
 @kernel
@@ -195,7 +195,7 @@ def _follow(where: NDArray[np.int64], begin: int, count: int) -> None:
                 )
 
 
-@kernel
+@part
 def _enqueue(
     queue: NDArray[np.void],
     segment: np.record,
@@ -255,7 +255,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
             segment.queue_head = segment.queue_tail = 0  # reuse the same few places: they are still in the cache
 
 
-@kernel
+@part
 def _first_frame(start: float, period: float) -> int:
     """Return the first frame at least one period after `start`, whichever way the sum is rounded."""
     if not abs(start) < _FARTHEST:
@@ -268,7 +268,7 @@ def _first_frame(start: float, period: float) -> int:
     return frame
 
 
-@kernel
+@part
 def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
     """Begin the segment to a sample, from the present values of the signals."""
     now = sample.from_frame
@@ -286,20 +286,20 @@ def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
     segment.queue_head += 1
 
 
-@kernel
+@part
 def _share(segment: np.record, now: float) -> float:
     """Return the share of the segment that has passed: 0 to 1."""
     length = segment.at_frame - segment.from_frame
     return min(max((now - segment.from_frame) / length, 0.0), 1.0) if segment.at_frame > segment.from_frame else 1.0
 
 
-@kernel
+@part
 def _held(segment: np.record, now: float, hold: float) -> float:
     """Return the gain of a force without newer samples: 1 while held, then a ramp to 0 of the same length."""
     return min(max(2.0 - (now - segment.at_frame) / hold, 0.0), 1.0)
 
 
-@kernel
+@part
 def _draw(
     signals: NDArray[np.float64], segment: np.record, timing: np.record, frame: int, begin: int, end: int
 ) -> None:
@@ -324,7 +324,7 @@ def _draw(
         signals[2, i] = start[2] + (target[2] - start[2]) * share
 
 
-@kernel
+@part
 def _draw_open(
     signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
 ) -> None:

@@ -27,6 +27,7 @@ from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor import contacts
 from underfoot.floor.layout import default_floor
+from underfoot.floor.simulated_plates import SimulatedPlates
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -45,7 +46,7 @@ class KernelParts:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
         self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, self._source, self._intake, contacts.load_kernels]
+        self._parts += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
         if from_end:
             self._parts.reverse()
 
@@ -63,6 +64,11 @@ class KernelParts:
         SimulatedFloor(default_floor(1, 2)).pull(_MOMENT)
         if self.target.kind in TRANSPORTS or self.target.simulation:
             source_of(self.target).pull(round(self.target.rate))
+
+    def _plates(self) -> None:
+        """Load the simulated plates."""
+        for heard in self.options.plates:
+            SimulatedPlates(default_floor(1, 2), None, [0, 1], float(RATE_HZ), SPAN, heard)
 
     def _intake(self) -> None:
         """Load the conversion of force samples to signals."""

@@ -24,7 +24,7 @@ from underfoot.engine.reports import SOUND_CARD, Notice, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
-from underfoot.engine.target import is_simulated, source_of
+from underfoot.engine.target import plates_of, source_of
 from underfoot.errors import UnderfootError
 from underfoot.floor.tile_parameters import simulation
 from underfoot.nodes import REGISTRY
@@ -146,7 +146,7 @@ def _options(setup: Setup, channels: tuple[int, ...], sound_channel: int | None)
         scopes=setup.scopes,
         folder=Path(setup.folder) if setup.folder else None,
         equalisers=setup.equalisers,
-        plates=("accelerometer",) if is_simulated(target) else (),
+        plates=plates_of(target),
         simulation=simulation(target.simulation)[0],
         measures=bool(target.accelerometers),
     )

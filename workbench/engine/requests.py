@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.session_memory import MemoryNames
 from underfoot.engine.target import Target
+from underfoot.floor.simulated_plates import Heard
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,14 @@ class StandBy:
 class CompileRequest:
     """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
 
-    `from_end` is for a process that shares this with another one.
+    `plates` are as in `LoopOptions`. `from_end` is for a process that shares this with another one.
     """
 
     ticket: int
     patch: bytes
     target: Target
     folder: str = ""
+    plates: tuple[Heard, ...] = ()
     from_end: bool = False
 
 

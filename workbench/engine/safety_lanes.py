@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.safety_rows import LARGEST, NEGLIGIBLE, along, is_still, limit_row
-from underfoot.kernels import Floats, inlined, kernel
+from underfoot.kernels import Floats, inlined, part
 from underfoot.lanes import all_eight, anywhere, chosen, eight, everywhere, magnitudes, put, put_across, roots
 from underfoot.layouts import Layout, Memory
 
@@ -44,7 +44,7 @@ results. `before` is 0 except for rows that add.
 """
 
 
-@kernel
+@part
 def limit_group(
     acceleration: NDArray[np.float64],
     out: NDArray[np.float32],
@@ -196,7 +196,7 @@ def _give(
             out[at + i, channel] = work.made[i * ROWS + place]
 
 
-@kernel
+@part
 def _run(work: Memory, stage: np.record, n: int) -> int:
     """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n."""
     lanes, zero, one, infinite = work.lanes, all_eight(0.0), all_eight(1.0), all_eight(math.inf)

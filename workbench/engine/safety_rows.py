@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, inlined, kernel
+from underfoot.kernels import Floats, inlined, part
 
 NEGLIGIBLE, LARGEST = 1e-12, 100.0
 """States below the first are set to 0; input is clamped to the second."""
@@ -75,7 +75,7 @@ def is_still(row: np.record) -> bool:
     return row.dc_in == row.dc_out == 0.0
 
 
-@kernel
+@part
 def limit_row(
     acceleration: Floats,
     out: NDArray[np.float32],

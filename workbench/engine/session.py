@@ -46,7 +46,7 @@ from underfoot.engine.reports import (
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
-from underfoot.engine.target import Target, force_rate_hz
+from underfoot.engine.target import Target, force_rate_hz, plates_of
 from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
@@ -338,12 +338,12 @@ class Session:
 
     # --- the compiler ---
 
-    def _start_compiler(self, *requests: CompileRequest) -> None:
+    def _start_compiler(self, *requests: CompileRequest | PreviewRequest) -> None:
         """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
-        is_new = self._compiler is None
         if self._compiler is None:
             self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
-        for request in (*requests, *([self._preview_request] if is_new and self._preview_request else [])):
+            requests = (*requests, *filter(None, [self._preview_request]))
+        for request in requests:
             self._compiler.send(request)
 
     def _request_compile(self) -> None:
@@ -352,7 +352,11 @@ class Session:
             self._ticket += 1
             self._compile_ticket, self._is_compiled = self._ticket, False
             self._parts_ready["compiler"] = 0
-            self._start_compiler(CompileRequest(self._ticket, self.patch.dumps(), self.target, str(self.folder or "")))
+            self._start_compiler(self._compile_request(self._ticket))
+
+    def _compile_request(self, ticket: int, from_end: bool = False) -> CompileRequest:
+        folder = str(self.folder or "")
+        return CompileRequest(ticket, self.patch.dumps(), self.target, folder, plates_of(self.target), from_end)
 
     def _hear_compiler(self) -> None:
         for message in self._compiler.receive() if self._compiler is not None else []:
@@ -446,9 +450,7 @@ class Session:
                     self._recorder.send(self._record_of(frame, command))
                 case Compiling():
                     if self._compiler is None:
-                        folder = str(self.folder or "")
-                        patch = self.patch.dumps()
-                        self._start_compiler(CompileRequest(_SHARED, patch, self.target, folder, from_end=True))
+                        self._start_compiler(self._compile_request(_SHARED, from_end=True))
                     self._report_compiling("engine", message)
                     continue
                 case Started(channels=channels) as started:

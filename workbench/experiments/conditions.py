@@ -1,8 +1,9 @@
 """Conditions in a CSV, as other programs for experiments have them: a row is a stimulus, columns say what it is.
 
 `stimulus` is its name (c1, c2, … without), `like` a stimulus of the protocol that it begins as; `patch`, `scaled_by`,
-`measured_m_s2`, `level_m_s2` and `stiffness_n_mm` are those of `Stimulus`. A column "node.parameter" sets the patch,
-and every other column is a factor, which the analysis compares. An empty cell says nothing.
+`measured_m_s2`, `level_m_s2`, `stiffness_n_mm` and `correct` (in PsychoPy: `corrAns`) are those of `Stimulus`. A column
+"node.parameter" sets the patch, and every other column is a factor, which the analysis compares. An empty cell says
+nothing.
 """
 
 import math
@@ -23,7 +24,9 @@ from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 
-_FIELDS = ("patch", "scaled_by", "measured_m_s2", "level_m_s2", "stiffness_n_mm")
+_FIELDS = ("patch", "scaled_by", "measured_m_s2", "level_m_s2", "stiffness_n_mm", "correct")
+_WORDS = ("patch", "scaled_by", "correct")
+_PSYCHOPY_CORRECT = "corrAns"
 _COLUMNS = ("stimulus", "like", *_FIELDS)
 
 
@@ -43,9 +46,13 @@ def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
     A patch that lies beside the table is copied beside the draft, if that is elsewhere.
     """
     header, lines = cells_of(path, "a table of conditions")
-    for column in header:
-        _check_column(path, column, header)
-    given = [{column: cell.strip() for column, cell in line.items() if cell.strip()} for line in lines]
+    named = ["correct" if column == _PSYCHOPY_CORRECT else column for column in header]
+    for column in named:
+        _check_column(path, column, named)
+    given = [
+        {column: cell.strip() for column, cell in zip(named, line.values(), strict=True) if cell.strip()}
+        for line in lines
+    ]
     if not any(given):
         raise BadFile(f"{path} has no conditions; allowed: a header, and a line for each condition")
     limit = draft.raw.get("limit_m_s2")
@@ -91,7 +98,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
         made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # they were those of other settings
     for column in _FIELDS:
         if column in given:
-            made[column] = given[column] if column in ("patch", "scaled_by") else value_of(given[column])
+            made[column] = given[column] if column in _WORDS else value_of(given[column])
     made["settings"] = {**made.get("settings", {}), **settings}
     made["factors"] = {**made.get("factors", {}), **factors}
     if not made.get("patch"):

@@ -14,7 +14,7 @@ from typing import Any
 
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.table import Row, columns_of
+from underfoot.experiments.table import OF_PERSON, Row, columns_of
 from underfoot.files import make_folder, read_file, write_file
 
 _DESCRIPTIONS = {
@@ -27,6 +27,7 @@ _DESCRIPTIONS = {
     "spoiled": "Why the trial does not count; empty where it does.",
     "entry": "Number of the page in the session; the recordings of the trial have it in their names.",
     "correct": "The right answer, where there is one.",
+    "right": "1 where the answer is the right one, else 0.",
     "stimulus": "The stimulus that is judged, by its name in the protocol; empty for nothing.",
     "other": "The stimulus of the other interval.",
     "gain_db": "Level of the stimulus re its level in the protocol, in dB.",
@@ -122,9 +123,22 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
         write_file(stem.with_suffix(".tsv"), _table(mine, columns, "\t", "n/a").encode())
         sidecar = {column: {"Description": _description(column, protocol)} for column in columns}
         written += [stem.with_suffix(".tsv"), _json(stem.with_suffix(".json"), {"TaskName": task, **sidecar})]
-    table = "participant_id\n" + "".join(f"sub-{label}\n" for label in labels.values())
-    write_file(folder / "participants.tsv", table.encode())
+    write_file(folder / "participants.tsv", _participants(rows, labels).encode())
     return [*written, folder / "participants.tsv"]
+
+
+def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
+    """A line for each participant, with what was asked of them beforehand."""
+    first = {str(row["participant"]): row for row in reversed(rows)}
+    asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
+    lines = [
+        {
+            "participant_id": f"sub-{label}",
+            **{column.removeprefix(OF_PERSON): first[person].get(column, "") for column in asked},
+        }
+        for person, label in labels.items()
+    ]
+    return _table(lines, ["participant_id", *(column.removeprefix(OF_PERSON) for column in asked)], "\t", "n/a")
 
 
 def bids_label(words: str) -> str:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from underfoot.errors import BadValue, require
 from underfoot.experiments.declared import Words
 from underfoot.experiments.draws import Draws
-from underfoot.experiments.trials import Answers, Trial
+from underfoot.experiments.questions import FIRST, NO, SECOND, YES
+from underfoot.experiments.trials import Answers, Trial, is_right
 from underfoot.parameters import Parameter
 
 if TYPE_CHECKING:
@@ -112,6 +113,16 @@ class Method(ABC):
     def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         """What is asked in each trial, with these checked parameters."""
 
+    @classmethod
+    @abstractmethod
+    def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
+        """About how many trials there are, and in how many blocks."""
+
+    @classmethod
+    def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """What `correct` of a stimulus can be, "" for none; () for any words, or where it is not looked at."""
+        return ()
+
     @property
     def asks(self) -> tuple[Parameter, ...]:
         """What is asked in each trial."""
@@ -135,8 +146,9 @@ class Method(ABC):
         """What is shown after an answer where the stage gives feedback; "" where there is no right answer."""
         if trial.correct == "":
             return ""
-        given = next(iter(answers.values()), "")
-        return "Right." if given == trial.correct else f"It was {trial.correct}."
+        if is_right(trial.correct, answers):
+            return "Right."
+        return "Wrong." if trial.correct in (FIRST, SECOND, YES, NO) else f"It was {trial.correct}."
 
 
 class ListedMethod(Method):
@@ -146,6 +158,11 @@ class ListedMethod(Method):
         super().__init__(given, stimuli, draws)
         self.trials = tuple(self.listed())
         self._at = 0
+
+    @classmethod
+    def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
+        trials = cls(given, stimuli, Draws(0)).trials
+        return len(trials), trials[-1].block if trials else 0
 
     @abstractmethod
     def listed(self) -> Sequence[Trial]:

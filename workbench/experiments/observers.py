@@ -7,7 +7,7 @@ generator.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -66,18 +66,25 @@ class Identifier(Observer):
     rates_differ = Number(0.3, 0.0, 3.0, doc="Standard deviation of rates from person to person, in logits.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        correct, most = int(trial.correct), len(self.given["identified"])
-        if random.random() < self._rate(trial.block):
-            return {"number": correct}
-        other = int(random.integers(1, most))
-        return {"number": other + (other >= correct)}
+        words = self.given["answers"]
+        most = len(words) or len(self.given["identified"])
+        number = correct = words.index(trial.correct) + 1 if words else int(trial.correct)
+        if random.random() >= self._rate(trial.block):
+            other = int(random.integers(1, most))
+            number = other + (other >= correct)
+        return {"answer": words[number - 1]} if words else {"number": number}
 
     def truths(self) -> dict[str, float]:
         sessions = range(1, self.given["sessions"] + 1)
         rates = {session: self._rate(session) for session in sessions}
         mean = sum(rates.values()) / len(rates)
-        found = {"rate": mean, "information": uniform_bits(mean, len(self.given["identified"]))}
+        found = {"rate": mean, "information": self._bits(mean)}
         return found | {f"rate in session {session}": rate for session, rate in rates.items()}
+
+    def _bits(self, rate: float) -> float:
+        names, words = self.given["identified"], self.given["answers"]
+        right = [words.index(self.protocol.stimuli[name].correct) for name in names] if words else range(len(names))
+        return uniform_bits(rate, len(words) or len(names), right)
 
     def _rate(self, session: int) -> float:
         last: float = self.truth["last_rate"]
@@ -85,15 +92,19 @@ class Identifier(Observer):
         return _moved(rate, self.truth["rates_differ"] * self.place)
 
 
-def uniform_bits(rate: float, stimuli: int) -> float:
+def uniform_bits(rate: float, answers: int, right: Sequence[int] = ()) -> float:
     """Information in bits where right answers have a rate and mistakes fall on all others alike.
 
-    >>> round(uniform_bits(0.61, 8), 3)
-    0.94
+    `right` has the place of the right answer to each stimulus, where several can have the same; else each has its own.
+
+    >>> round(uniform_bits(0.61, 8), 3), uniform_bits(1.0, 2, (0, 0, 1, 1))
+    (0.94, 1.0)
     """
-    wrong = (1.0 - rate) / (stimuli - 1)
-    terms = [(rate, 1), (wrong, stimuli - 1)]
-    return math.log2(stimuli) + sum(n * p * math.log2(p) for p, n in terms if p > 0.0)
+    right = right or range(answers)
+    table = np.full((len(right), answers), (1.0 - rate) / (answers - 1))
+    table[range(len(right)), list(right)] = rate
+    whole, *each = (-sum(p * math.log2(p) for p in line if p > 0.0) for line in (table.mean(axis=0), *table))
+    return float(whole - np.mean(each))
 
 
 class Detector(Observer):

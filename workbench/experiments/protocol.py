@@ -209,7 +209,11 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             given = METHODS[kind].checked(stage.method.parameters, self.stimuli)
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
+        right = METHODS[kind].right_answers(given)
         for name, gain_db in METHODS[kind].strongest(given).items():
+            correct = self.stimuli[name].correct
+            allowed = f"{', '.join(filter(None, right))} (of {stage.id!r})"
+            require(not right or correct in right, f"stimuli.{name}.correct", correct, allowed)
             peak = self.stimuli[name].peak_m_s2(gain_db)
             where = f"{place}.method reaches {peak:.3g} m/s^2 with {name}"
             if peak > self.limit_m_s2 * (1.0 + 1e-9):

@@ -27,8 +27,8 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     `scaled_by` is the number of the patch, "node.parameter", to which acceleration is proportional; with the settings
     the patch's peak was measured as `measured_m_s2`, and `level_m_s2` is the peak that is wanted of it.
-    `stiffness_n_mm` is what the plate is set to first, 0 for no plate. `factors` are what the analysis compares:
-    stiffness, waveform.
+    `stiffness_n_mm` is what the plate is set to first, 0 for no plate. `correct` is the right answer to it, "" where
+    there is none. `factors` are what the analysis compares: stiffness, waveform.
     """
 
     patch: str = ""
@@ -39,6 +39,9 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     stiffness_n_mm: Annotated[
         float, msgspec.Meta(ge=0.0, le=10000.0, description="What the plate is set to first; 0: no plate.")
     ] = 0.0
+    correct: Annotated[
+        str, msgspec.Meta(description="Answers are scored and fed back; empty: there is none.", title="Right answer")
+    ] = ""
     factors: Mapping[str, Fact] = {}
 
     def peak_m_s2(self, gain_db: float = 0.0) -> float:

@@ -84,6 +84,8 @@ class SessionFile:
         self.path, self._base = path, base
         self._packer = ThreadPoolExecutor(1, "packing")
         self._begun: list[tuple[Stretch, Future[_Packed]]] = []
+        self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
+        """What the disk has refused, to be written before anything else: when, and what."""
 
     @staticmethod
     def create(
@@ -107,7 +109,7 @@ class SessionFile:
             **(about or {}),
             "protocol": protocol.dumps().decode(),
             "participant": participant,
-            "begun": _now(),
+            "begun": time_of_day(),
             "software": f"Underfoot {__version__}",
             "python": platform.python_version(),
             "system": platform.platform(),
@@ -222,19 +224,31 @@ class SessionFile:
         self._begun += [(stretch, self._packer.submit(_packed, stretch)) for stretch in stretches]
 
     def add(self, entry: Entry, stretches: Iterable[Stretch] = ()) -> int:
-        """Keep an entry with its stretches; safe when this returns. Its number, from 1."""
+        """Keep an entry with its stretches; safe when this returns. Its number, from 1.
+
+        Where the disk refuses it, `BadFile`: it waits, and is written before the next one, or by `write_waiting`.
+        """
         packed = [self._packed_one(stretch) for stretch in stretches]
         self._begun = []
-        with self._transaction():
-            (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
-            row = (last + 1, _now(), msgspec.json.encode(entry).decode())
-            self._base.execute("insert into entry values (?, ?, ?)", row)
-            self._base.executemany(
-                "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [(last + 1, *row) for row in packed],
-            )
-        self._packer.submit(_fold, self.path)
-        return int(last) + 1
+        self._waiting.append((time_of_day(), entry, packed))
+        self.write_waiting()
+        (last,) = self._base.execute("select max(number) from entry").fetchone()
+        return int(last)
+
+    def write_waiting(self) -> None:
+        """Write what the disk has refused, in its order; `BadFile` where it still does."""
+        while self._waiting:
+            at, entry, packed = self._waiting[0]
+            with self._transaction():
+                (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
+                row = (last + 1, at, msgspec.json.encode(entry).decode())
+                self._base.execute("insert into entry values (?, ?, ?)", row)
+                self._base.executemany(
+                    "insert into stretch values (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    [(last + 1, *row) for row in packed],
+                )
+            del self._waiting[0]
+            self._packer.submit(_fold, self.path)
 
     def _packed_one(self, stretch: Stretch) -> _Packed:
         begun = next((future for one, future in self._begun if one is stretch), None)
@@ -242,6 +256,7 @@ class SessionFile:
 
     def replace_last(self, entry: Entry) -> None:
         """Put an entry in the place of the last one, whose stretches stay: a trial that is spoiled afterwards."""
+        self.write_waiting()
         with self._transaction():
             row = (msgspec.json.encode(entry).decode(),)
             self._base.execute("update entry set body = ? where number = (select max(number) from entry)", row)
@@ -250,7 +265,7 @@ class SessionFile:
         """Keep what the experimenter writes down."""
         with self._transaction():
             (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
-            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (_now(), last, text))
+            self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (time_of_day(), last, text))
 
     def close(self) -> None:
         """Fold the log into the file, and let go of it."""
@@ -326,5 +341,6 @@ def _packed(stretch: Stretch) -> _Packed:
     return (stretch.part, stretch.kind, stretch.first, stretch.rate_hz, columns, scale, shape, data)
 
 
-def _now() -> str:
+def time_of_day() -> str:
+    """The time of day, as it is kept."""
     return datetime.now().astimezone().isoformat(timespec="milliseconds")

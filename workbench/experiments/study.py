@@ -7,12 +7,14 @@ window or a terminal, knows no method, and no method knows who shows them.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.draws import Draws
+from underfoot.experiments.duration import usual_s
 from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
@@ -81,7 +83,7 @@ class Study:
             bool(IDENTIFIER.fullmatch(participant)), "participant", participant, "an id of letters, digits, - and _"
         )
         self.protocol, self.participant = protocol, participant
-        self._stages = _all_stages(protocol)
+        self._stages = all_stages(protocol)
         self.entries: list[Entry] = []
         self._begin()
         for number, entry in enumerate(entries, 1):
@@ -146,16 +148,21 @@ class Study:
         self._take(entry)
         return entry
 
+    @property
+    def can_repeat(self) -> bool:
+        """Whether the last page was a trial that was answered, which can be taken back."""
+        last = self.entries[-1] if self.entries else None
+        return last is not None and last.trial is not None and not last.spoiled
+
     def without_last(self, reason: str) -> "Study":
         """This study before its last answer, which is spoiled for a reason; `BadValue` where that is no trial.
 
         The new study's last entry is the spoiled one, to be kept in the place of the one before.
         """
-        last = self.entries[-1] if self.entries else None
-        if last is None or last.trial is None or last.spoiled:
+        if not self.can_repeat:
             raise BadValue("the last page was no trial that was answered; only such can be repeated")
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
-        changed = msgspec.structs.replace(last, spoiled=reason)
+        changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
     # --- how it goes on ---
@@ -262,12 +269,16 @@ class Study:
         within = self._method.share if self._method is not None else 0.0
         if most := self._stages[self._at].most_trials:
             within = max(within, self._answered / most)
-        weights = [_WEIGHT if stage.kind == "trials" else 1.0 for stage in self._stages]
-        return (sum(weights[: self._at]) + within * weights[self._at]) / sum(weights)
+        return (sum(self._usual_s[: self._at]) + within * self._usual_s[self._at]) / self.usual_s
 
+    @property
+    def usual_s(self) -> float:
+        """About how many seconds all pages take."""
+        return sum(self._usual_s)
 
-_WEIGHT = 20.0
-"""How many pages a stage of trials counts as, in what is done."""
+    @cached_property
+    def _usual_s(self) -> list[float]:
+        return [usual_s(self.protocol, stage) for stage in self._stages]
 
 
 def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
@@ -280,7 +291,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
     return METHODS[use.kind](given, protocol.stimuli, Draws(protocol.seed, participant, stage.id))
 
 
-def _all_stages(protocol: Protocol) -> Sequence[Stage]:
+def all_stages(protocol: Protocol) -> Sequence[Stage]:
     """The stages in their order, with the questions of the participant behind the consent."""
     stages = list(protocol.order())
     if protocol.participant:

@@ -6,7 +6,7 @@ from typing import Any
 from underfoot.errors import BadValue
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.study import PARTICIPANT, Entry
-from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.experiments.trials import NOTHING, Presentation, is_right
 
 Row = Mapping[str, Any]
 """One trial: values by the names of columns. What a trial does not have is not in its row."""
@@ -90,6 +90,8 @@ def _row(
     }
     if trial.correct != "":
         row["correct"] = trial.correct
+        if not entry.spoiled:
+            row["right"] = int(is_right(trial.correct, entry.answers))
     if judged is not None:
         row["stimulus"] = judged.stimulus
         if judged.stimulus != NOTHING:
@@ -118,6 +120,7 @@ NOT_FACTORS = frozenset(
         *(
             "entry",
             "correct",
+            "right",
             "stimulus",
             "other",
             "gain_db",
@@ -128,7 +131,7 @@ NOT_FACTORS = frozenset(
             "run",
         ),
         *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
-        *("number", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
+        *("number", "answer", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
         *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
         *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
     )

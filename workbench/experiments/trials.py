@@ -10,6 +10,16 @@ NOTHING = ""
 """The stimulus of an interval in which nothing is presented."""
 
 
+def is_right(correct: int | str, answers: Answers) -> bool:
+    """Whether the first of the answers is the right one; case and spaces around words do not matter.
+
+    >>> is_right("snow", {"label": " Snow"}), is_right(3, {"number": 2})
+    (True, False)
+    """
+    given = next(iter(answers.values()), "")
+    return str(given).strip().casefold() == str(correct).strip().casefold()
+
+
 class Presentation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A stimulus of the protocol, by its name, `gain_db` above the level that it has there; "" for nothing."""
 

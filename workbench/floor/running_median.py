@@ -7,7 +7,7 @@ counted, no more. The few in the middle are found anew when the median has left 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 
 Floats = NDArray[np.float64]
 
@@ -67,16 +67,18 @@ def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: i
     return 0.5 * (ascending[(n - 1) // 2 - middle.below] + ascending[n // 2 - middle.below])
 
 
-@kernel
+@part
 def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
     """The latest n values of a ring, in no order that matters, into the first of `values`."""
     end = newest + 1
-    part = min(n, end)
-    values[:part] = ring[end - part : end]
-    values[part:n] = ring[len(ring) - (n - part) :]
+    newer = min(n, end)
+    for i in range(newer):  # no slices: in Numba, assigning one brings the code for strings of its error
+        values[i] = ring[end - newer + i]
+    for i in range(newer, n):
+        values[i] = ring[len(ring) - n + i]
 
 
-@kernel
+@part
 def _choose(middle: np.record, values: Floats, n: int) -> None:
     """Find the middle of the first n values, and put it first, in order."""
     first, last = max((n - 1) // 2 - _REACH, 0), min(n // 2 + _REACH, n - 1)
@@ -102,7 +104,7 @@ def _choose(middle: np.record, values: Floats, n: int) -> None:
     _keep(middle, values, first, last)
 
 
-@kernel
+@part
 def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     """Keep fewer values: those near the median, and what equals the outermost of them."""
     kept = ascending[: middle.kept]
@@ -116,7 +118,7 @@ def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     _keep(middle, ascending, first, last)
 
 
-@kernel
+@part
 def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
     """Move what is kept to the front; before it were values below."""
     middle.kept = last + 1 - first
@@ -126,7 +128,7 @@ def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
         middle.below += first
 
 
-@kernel
+@part
 def _first_not_below(ascending: Floats, value: float) -> int:
     """The place of the first value that is not below `value`. Without a jump in the loop: values come at random."""
     first, length = 0, ascending.size
@@ -137,7 +139,7 @@ def _first_not_below(ascending: Floats, value: float) -> int:
     return first + (1 if ascending[first] < value else 0)
 
 
-@kernel
+@part
 def _select(values: Floats, first: int, last: int, k: int) -> None:
     """Order the values from `first` to `last` so far that number k is in its place, none below it behind it."""
     while first < last:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
@@ -195,7 +195,7 @@ def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray
                 _add_to_corners(forces_n[i, k], plates[k], hand.x_m, hand.y_m, hand.force_n)
 
 
-@kernel
+@part
 def _add_footfall(
     forces_n: Floats, plates: NDArray[np.void], step: np.record, curves: Floats, footing: NDArray[np.void], phase: float
 ) -> None:
@@ -211,9 +211,9 @@ def _add_footfall(
     on_ball = (roll - heel) / (ball - heel)
     braking = math.cos(math.pi * phase)
     shift = braking * step.cos_heading, braking * step.sin_heading
-    for part, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
+    for centre, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
         for j in range(_POINTS):
-            along = (part + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
+            along = (centre + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
             # The middle points press on one side, the outer ones on the other: the centre stays on the line.
             across = (0.5 if j % 3 == 0 else -0.5) * step.breadth_m
             x = step.heel_x_m + along * step.cos_heading - across * step.sin_heading
@@ -221,7 +221,7 @@ def _add_footfall(
             _add_point_force(forces_n, plates, footing, (x, y), load_n / _POINTS, shift)
 
 
-@kernel
+@part
 def _add_point_force(
     forces_n: Floats,
     plates: NDArray[np.void],
@@ -251,14 +251,14 @@ def _add_point_force(
                 _add_shifted(forces_n[k], plates[k], footing[k].shift_m, edge, share * force_n, shift)
 
 
-@kernel
+@part
 def _on_tile(plate: np.record, place: tuple[float, float]) -> tuple[float, float]:
     """A place of the floor in a tile's frame."""
     dx, dy = place[0] - plate.centre_m[0], place[1] - plate.centre_m[1]
     return plate.axes[0, 0] * dx + plate.axes[0, 1] * dy, plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
 
 
-@kernel
+@part
 def _held(plate: np.record, footing: np.record, along: float, across: float) -> float:
     """The share of a load beside a tile that its edge bears: 1 at the edge, 0 at that of the tile across the gap."""
     share = 1.0
@@ -269,7 +269,7 @@ def _held(plate: np.record, footing: np.record, along: float, across: float) -> 
     return share
 
 
-@kernel
+@part
 def _add_shifted(
     forces_n: Floats,
     plate: np.record,
@@ -284,7 +284,7 @@ def _add_shifted(
     _add_to_corners(forces_n, plate, x, y, force_n)
 
 
-@kernel
+@part
 def _add_to_corners(forces_n: Floats, plate: np.record, x: float, y: float, force_n: float) -> None:
     """A force at (x, y) of a tile's frame, split bilinearly over sensors at the corners of an upright rectangle."""
     centre_x = centre_y = half_x = half_y = 0.0

@@ -21,7 +21,7 @@ from underfoot.clock import FADE, SPAN
 from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import inlined, kernel
+from underfoot.kernels import inlined, kernel, part
 from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
@@ -273,7 +273,7 @@ def _apply(
     return moving
 
 
-@kernel
+@part
 def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: NDArray[np.float64]) -> None:
     """Let a tile begin to play, under what is on it in the first frame in which it is sent anything; it has that load
     until the next span."""
@@ -285,7 +285,7 @@ def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: 
             return
 
 
-@kernel
+@part
 def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> None:
     """What is on a tile by its `signal`, force, x and y: nobody, or a foot between three places of the grid."""
     load.systems[:] = -1
@@ -304,7 +304,7 @@ def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> 
     load.shares[0], load.shares[1], load.shares[2] = 1.0 - max(u, v), abs(u - v), min(u, v)
 
 
-@kernel
+@part
 def _take_load(row: np.record, load: np.record) -> None:
     """Let a load be the one of the slot that plays, at once."""
     for corner in range(CORNERS):
@@ -312,7 +312,7 @@ def _take_load(row: np.record, load: np.record) -> None:
         row.shares[row.slot, corner] = row.shares_before[row.slot, corner] = load.shares[corner]
 
 
-@kernel
+@part
 def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], here: int) -> None:
     """Move the shares of the systems that play; begin to fade to others, unless the last fade goes on."""
     slot = row.slot
@@ -343,7 +343,7 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
             row.shares_before[other] = row.shares[other]
 
 
-@kernel
+@part
 def _run(
     row: np.record,
     k: int,
@@ -381,7 +381,7 @@ def _run(
             shaker_states[k], body_states[k], row.awake = 0.0, 0.0, False
 
 
-@kernel
+@part
 def _run_systems(
     row: np.record,
     slot: int,
@@ -406,7 +406,7 @@ def _run_systems(
             out[i] += (share + rise * (past + i)) * one[i]
 
 
-@kernel
+@part
 def _ring(row: np.record, bodies: NDArray[np.float64], states: NDArray[np.float64], motor: float) -> float:
     """A bound of what a tile still does, m/s^2, of its systems and of the force that its shaker still gives."""
     rings = gain = 0.0

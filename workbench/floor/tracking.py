@@ -21,7 +21,7 @@ from underfoot.floor.running_median import (
     median_deviation,
     running_median,
 )
-from underfoot.kernels import inlined, kernel
+from underfoot.kernels import inlined, kernel, part
 
 Floats = NDArray[np.float64]
 
@@ -256,7 +256,7 @@ def bring_up_noise(memory: TrackerMemory) -> None:
         _noise_n(memory, k)
 
 
-@kernel
+@part
 def _weigh(tile: np.record, force_n: Floats) -> None:
     """The load on the tile; and the sample is added to the mean that goes into the baseline."""
     total, load_n = force_n[0] + force_n[1] + force_n[2] + force_n[3], 0.0
@@ -269,7 +269,7 @@ def _weigh(tile: np.record, force_n: Floats) -> None:
         tile.summed += 1
 
 
-@kernel
+@part
 def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     """The centroid of the tile's load, in the floor's frame."""
     x, y = 0.0, 0.0
@@ -283,7 +283,7 @@ def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     tile.y_m = plate.centre_m[1] + plate.axes[0, 1] * x + plate.axes[1, 1] * y
 
 
-@kernel
+@part
 def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
     """Put the mean since the last one, and the sum of this sample, into a slot of the ring."""
     slot[4] = 0.0
@@ -294,7 +294,7 @@ def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
     tile.summed = 0
 
 
-@kernel
+@part
 def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: NDArray[np.void], written: int) -> int:
     """Write a row for each tile in contact, from the number `written` on; returns how many there are."""
     for k in range(len(tiles)):
@@ -307,7 +307,7 @@ def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: 
     return written
 
 
-@kernel
+@part
 def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: float, gap: bool, happened: int) -> int:
     """Begin a contact of tile k, whose load was `before_n` a sample ago."""
     tile, stream = memory.tiles[k], memory.stream[0]
@@ -321,7 +321,7 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
     return _log(memory, k, BEGAN, stream.time_s, math.nan if cut else before_n, cut, happened)
 
 
-@kernel
+@part
 def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
     """End the contact of tile k."""
     tile, stream = memory.tiles[k], memory.stream[0]
@@ -332,7 +332,7 @@ def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int)
     return _log(memory, k, ENDED, last_s, math.nan, cut, happened)
 
 
-@kernel
+@part
 def _is_settled(tile: np.record, now_s: float) -> bool:
     """Whether a load too small for a foot has been steady for so long that it must be a residue."""
     steady_n = max(SETTLED_N, SETTLED_SIGMAS * tile.noise_n)
@@ -345,7 +345,7 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
     return now_s - tile.steady_s >= SETTLED_S
 
 
-@kernel
+@part
 def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) -> None:
     """Tile k reads less than nothing: after a while it takes that as its baseline."""
     tile = memory.tiles[k]
@@ -356,7 +356,7 @@ def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) 
         _renew_now(memory, k, take)
 
 
-@kernel
+@part
 def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
     """Let the present sample of each unladen tile into its baseline."""
     for k in range(len(memory.tiles)):
@@ -406,7 +406,7 @@ def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     return min(had + 1, length)
 
 
-@kernel
+@part
 def _noise_n(memory: TrackerMemory, k: int) -> float:
     """The noise of tile k, as it was when its baseline was last moved."""
     tile, n = memory.tiles[k], memory.tiles[k].noise_of
@@ -419,21 +419,21 @@ def _noise_n(memory: TrackerMemory, k: int) -> float:
     return tile.noise_n
 
 
-@kernel
+@part
 def _forget_quiet(memory: TrackerMemory, k: int) -> None:
     """The quiet of tile k is over; its noise is found out while the ring holds the values that it is of."""
     _noise_n(memory, k)
     memory.tiles[k].quiet = 0
 
 
-@kernel
+@part
 def _renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
     """Renew the baseline with the present sample, which the count of taken samples does not hold yet."""
     _renew(memory, k, memory.stream[0].taken + (1 if take else 0))
     memory.tiles[k].load_n = 0.0
 
 
-@kernel
+@part
 def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
     """Take what tile k read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
     tile, ring, stream, values = memory.tiles[k], memory.ring[k], memory.stream[0], memory.work
@@ -452,7 +452,7 @@ def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
     tile.untared = False
 
 
-@kernel
+@part
 def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, load_n: float, cut: bool, happened: int) -> int:
     """Write the event number `happened`, of tile k and the present sample; returns how many there are."""
     event, tile = memory.events[happened], memory.tiles[k]

@@ -1,6 +1,7 @@
 """What the floor says of a participant: steps, crossings, and where the feet are; and the forces as they were."""
 
 import math
+import time
 from collections import deque
 from dataclasses import dataclass
 
@@ -13,6 +14,8 @@ from underfoot.floor.layout import Floor
 
 LEFT_S = 0.4
 """The floor has been left once nobody was on it for so long; a foot that follows sooner is of the same crossing."""
+SILENT_S = 1.0
+"""A floor of which nothing has come for so long is unplugged; samples come a few milliseconds apart."""
 _KEPT_S = 60.0
 """Samples older than this are let go of, whatever nobody asked for."""
 
@@ -39,12 +42,14 @@ class FloorWatch:
         """All times on the floor so far, the present one last."""
         self.now_s = 0.0
         """The time of the latest sample, in seconds of the session."""
+        self._read_at = time.monotonic()
 
     def read(self) -> NDArray[np.float64]:
         """Take what came in since the last call: the force of each tile, less the tare, [sample, tile]."""
         frames, forces = self._forces.read()
         if not len(frames):
             return np.zeros((0, len(self.floor.tiles)))
+        self._read_at = time.monotonic()
         times = frames / self._rate_hz
         if self._kept and times[0] < self.now_s:  # an engine that was started again
             self._tracker = ContactTracker(self.floor, self.force_hz)
@@ -59,6 +64,11 @@ class FloorWatch:
         if not self._tracker.ongoing() and self.now_s - self._last_on > LEFT_S:
             self._leave()
         return np.asarray((forces - self._tracker.baseline_n).sum(axis=2))
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether no sample has come for a second: the floor is unplugged, or the engine stands."""
+        return time.monotonic() > self._read_at + SILENT_S
 
     @property
     def is_on(self) -> bool:

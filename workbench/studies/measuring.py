@@ -61,7 +61,7 @@ class Presented:
         self.stretches.append(Stretch("force", interval, force_s, watch.force_hz, corners, flat))
         names, heard = tuple(tiles[k] for k in sounding), played[:, sounding]
         self.stretches.append(Stretch("vibration", interval, first / rate, float(rate), names, heard))
-        loaded = np.nanargmax(forces.sum(axis=2).max(axis=0)) if most > 0.0 else 0
+        loaded = np.argmax(np.nan_to_num(forces.sum(axis=2)).max(axis=0)) if most > 0.0 else 0
         frames = round(begin_s * rate), round(self.first_s * rate), end
         self._awaited.append((interval, frames, np.union1d(sounding, loaded)))
         if presenter.measured_until >= end_s * rate:

@@ -8,7 +8,7 @@ the next one begins: the answer, times, and the stretch of force and vibration t
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,12 @@ from underfoot.engine.commands import Level
 from underfoot.engine.reports import Notice, ProcessDied, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
-from underfoot.errors import BadValue, require
-from underfoot.experiments.method import Method
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.experiments.methods.target_selection import TargetSelection
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import NO, YES
-from underfoot.experiments.store import SessionFile
-from underfoot.experiments.study import AGREED, Page, Study, method_of
+from underfoot.experiments.store import SessionFile, time_of_day
+from underfoot.experiments.study import AGREED, Entry, Page, Study, method_of
 from underfoot.experiments.trials import NOTHING, Answers, Presentation
 from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment
@@ -189,14 +188,14 @@ class Runner:
 
     def spoil(self, reason: str) -> None:
         """Leave the trial that is shown unanswered, for a reason, and present it again."""
-        entry = self.study.spoil(reason, self._presented.facts)
-        self.file.add(entry, self._presented.stretches)
+        self._store(self.study.spoil(reason, self._presented.facts))
         self._open_page()
 
     def repeat_last(self, reason: str) -> None:
         """Take the last answer back, for a reason, and present its trial again."""
-        self.study = self.study.without_last(reason)
-        self.file.replace_last(self.study.entries[-1])
+        before = self.study.without_last(reason)
+        self.file.replace_last(before.entries[-1])
+        self.study = before
         self._open_page()
 
     def note(self, text: str) -> None:
@@ -208,14 +207,15 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
-        self._mark(STOP)
-        self.note(f"stopped: {reason}")
         self._resumed = Phase.PREPARING if self.phase is Phase.PREPARING else Phase.PAGE
         self.phase, self.hint = Phase.STOPPED, f"Stopped: {reason}."
+        self._mark(STOP)
+        self.note(f"stopped: {reason}")
 
     def go_on(self) -> None:
         """After a stop, go on at the page where it was."""
         require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
+        self.file.write_waiting()
         self.note("went on")
         if self._resumed is Phase.PREPARING:
             self.session.panic()
@@ -236,7 +236,10 @@ class Runner:
     def close_file(self) -> None:
         """Let go of the file and of all equipment, and leave the session as it is."""
         self._equipment.close()
-        self.file.close()
+        try:
+            self.file.write_waiting()
+        finally:
+            self.file.close()
 
     # --- phases ---
 
@@ -258,7 +261,7 @@ class Runner:
         """Begin what the page is."""
         page = self.study.page
         self.hint, self._interval = "", 0
-        self._presented, self._floor_target, self.foot = Presented(started_at=_now()), None, None
+        self._presented, self._floor_target, self.foot = Presented(started_at=time_of_day()), None, None
         self._playing_until = math.inf
         self.presenter.want(IDLE)
         now = self._clock()
@@ -331,7 +334,9 @@ class Runner:
         self._mark(BEGIN, self.session.health.frame / self.session.target.rate - first_s)
 
     def _presenting(self) -> None:
-        if self._floor_target is not None:
+        if self.watch.is_silent:
+            self.stop("no force comes from the floor")
+        elif self._floor_target is not None:
             self._watch_target(self._floor_target)
         elif self.page.start == "key" and self._stood and not self.watch.is_on:
             self.stop("the participant left the floor")
@@ -342,6 +347,8 @@ class Runner:
             visits = self.watch.visits_since(self._armed_s)
             if len(visits) >= wanted and visits[wanted - 1].end_s < math.inf:
                 self._end_interval()
+            elif visits and visits[-1].end_s < math.inf:
+                self.hint = "Now back."
 
     def _timed(self, seconds: float, then: Callable[[], None]) -> None:
         """Strike what waits for it once the patch plays, and end it some time later."""
@@ -349,7 +356,8 @@ class Runner:
         if since is None:
             return
         if self._playing_until == math.inf:
-            self.presenter.strike(self._tile())
+            most_loaded = int(np.argmax(self.watch.loads_n))  # where somebody stands
+            self.presenter.strike(self.session.target.floor.tiles[most_loaded].id)
             self._playing_until = self._clock() + seconds
         elif self._clock() >= self._playing_until:
             self._playing_until = math.inf
@@ -399,7 +407,7 @@ class Runner:
 
     def _show_target(self) -> None:
         trial = self.page.trial
-        method = self._method()
+        method = method_of(self.protocol, self.protocol.stage(self.page.stage), self.study.participant)
         if trial is None or not isinstance(method, TargetSelection):
             raise BadValue(f"stage {self.page.stage!r} presents nothing")
         self._floor_target = FloorTarget.of(trial, method.given, self.watch.now_s, self._clock())
@@ -415,9 +423,6 @@ class Runner:
         self._presented.complete(self.presenter)
         self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 
-    def _method(self) -> Method:
-        return method_of(self.protocol, self.protocol.stage(self.page.stage), self.study.participant)
-
     # --- what is kept ---
 
     def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
@@ -432,11 +437,20 @@ class Runner:
         """Take an answer, keep it with its stretches, and open the next page; disk before screen."""
         known = {"started_at": self._presented.started_at, **facts}
         entry = self.study.answer(values, known)
-        self.file.add(entry, self._presented.stretches)
+        self._store(entry)
         self._equipment.mark(ANSWER, entry.stage)
         self._open_page()
         if pause_s and self.phase is Phase.WAITING:
             self._due = self._clock() + pause_s
+
+    def _store(self, entry: Entry) -> None:
+        """Write an entry; while the disk refuses it, it waits and the study is stopped."""
+        try:
+            self.file.add(entry, self._presented.stretches)
+        except BadFile:
+            with suppress(BadFile):
+                self.stop("the disk refuses the answer, which is kept until you go on; make room first")
+            raise
 
     def _measure(self) -> None:
         """Take down what this interval was, and tell those who want marks."""
@@ -471,10 +485,6 @@ class Runner:
         """At the participant's level."""
         return self._stimuli.presented(presentation, self.study.gain_db)
 
-    def _tile(self) -> str:
-        """The tile that is loaded most: where somebody stands."""
-        return self.session.target.floor.tiles[int(np.argmax(self.watch.loads_n))].id
-
 
 _STEPS: Mapping[Phase, Callable[[Runner], None]] = {
     Phase.PREPARING: Runner._prepare,
@@ -487,7 +497,3 @@ _STEPS: Mapping[Phase, Callable[[Runner], None]] = {
     Phase.STOPPED: Runner._ended,
     Phase.END: Runner._ended,
 }
-
-
-def _now() -> str:
-    return datetime.now().astimezone().isoformat(timespec="milliseconds")

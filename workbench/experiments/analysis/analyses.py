@@ -9,6 +9,7 @@ from underfoot.experiments.analysis import abx, bayesian, constant, identificati
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import METHOD
 from underfoot.experiments.methods import METHODS
@@ -32,7 +33,9 @@ class Analysis:
 
 
 ANALYSES: Mapping[str, Analysis] = {
-    "absolute-identification": Analysis(identification.estimates, identification.findings, ("correct", "number")),
+    "absolute-identification": Analysis(
+        identification.estimates, identification.findings, ("correct", "number or answer")
+    ),
     "constant-stimuli": Analysis(constant.estimates, constant.findings, ("stimulus",)),
     "staircases": Analysis(staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db")),
     "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
@@ -68,9 +71,15 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         analysis = ANALYSES[method]
         have = {name for row in part for name in row}
         for name in analysis.needs:
-            require(name in have, "columns", name, f"a table of {method} has the columns {', '.join(analysis.needs)}")
+            require(
+                bool(have & set(name.split(" or "))),
+                "columns",
+                name,
+                f"a table of {method} has the columns {', '.join(analysis.needs)}",
+            )
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
+        findings.tables += right_answers(part)
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:

@@ -19,7 +19,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's rate of right answers, over all sessions and each, and the transmitted information."""
     found = [_rate("rate", rows)]
     found += [_rate(f"rate in session {block}", part) for (block,), part in grouped(rows, "block").items()]
-    return [*found, information(confusion(rows)[1])]
+    return [*found, information(confusion(rows, settings)[2])]
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
@@ -37,35 +37,42 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         for (block,), session in sessions.items():
             values = [_rate("", p).value for p in grouped(session, "participant").values()]
             lines.append((f"session {block}", mean_interval("rate", values)))
-        stimuli, counts = confusion(part)
+        stimuli, answers, counts = confusion(part, settings)
         lines.append(("all people together", information(counts)))
-        found.tables.append(estimates_table(title, "of", lines, _THESIS))
-        found.tables.append(_confusion_table(title, stimuli, counts))
+        found.tables.append(estimates_table(title, "of", lines, _THESIS if name in _THESIS_SETS else ""))
+        found.tables.append(_confusion_table(title, stimuli, answers, counts))
         found.drawings.append(_confusion_drawn(title, counts))
-    found.drawings.insert(0, _learning_drawn(sets))
+    found.drawings.insert(0, _learning_drawn(sets, 1.0 / counts.shape[1]))
     if len(sets) > 1:
         found.add_tests("Do the sets differ?", lambda: _tests(sets))
     return found
 
 
+_THESIS_SETS = ("WS", "IT")
 _THESIS = (
     f"Thesis 3.4.2: mean {thesis.IDENTIFIED_MEAN:.0%}, standard deviation {thesis.IDENTIFIED_SD:.0%}, chance "
     f"{thesis.CHANCE:.1%}; the best stimulus {thesis.LEAST_CONFUSED:.0%}, the worst {thesis.MOST_CONFUSED:.0%}."
 )
 
 
-def confusion(rows: Sequence[Row]) -> tuple[list[str], NDArray[np.int64]]:
-    """Return the stimuli by number, and counts of answers: [presented, answered], each from number 1 on."""
+def confusion(rows: Sequence[Row], settings: Settings) -> tuple[list[str], list[str], NDArray[np.int64]]:
+    """Return stimuli, answers, and counts of [presented, answered]: both from number 1 on, or answers as words."""
+    if any("answer" in row for row in rows):
+        words = list(map(str, settings.given.get("answers") or sorted({str(row["answer"]) for row in rows})))
+        parts = grouped(rows, "stimulus")
+        table = [[sum(str(row["answer"]) == word for row in part) for word in words] for part in parts.values()]
+        return [str(name) for (name,) in parts], words, np.array(table, np.int64)
     names = {int(row["correct"]): str(row.get("stimulus", row["correct"])) for row in rows}
     most = max([*names, *(int(row["number"]) for row in rows)])
     counts = np.zeros((most, most), np.int64)
     for row in rows:
         counts[int(row["correct"]) - 1, int(row["number"]) - 1] += 1
-    return [names.get(k + 1, str(k + 1)) for k in range(most)], counts
+    stimuli = [names.get(k + 1, str(k + 1)) for k in range(most)]
+    return stimuli, stimuli, counts
 
 
 def _rate(name: str, rows: Sequence[Row]) -> Estimate:
-    right = sum(int(row["number"]) == int(row["correct"]) for row in rows)
+    right = sum(str(row.get("answer", row.get("number"))) == str(row["correct"]) for row in rows)
     return share_interval(name, right, len(rows))
 
 
@@ -85,23 +92,22 @@ def _tests(sets: dict[tuple[str, ...], list[Row]]) -> list[Test]:
     return tests
 
 
-def _confusion_table(title: str, stimuli: list[str], counts: NDArray[np.int64]) -> Table:
+def _confusion_table(title: str, stimuli: list[str], answers: list[str], counts: NDArray[np.int64]) -> Table:
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (name, *map(int, line)) for name, line in zip(stimuli, counts, strict=True)
     )
-    return Table(f"{title}: answers to each stimulus", ("stimulus", *stimuli), rows)
+    return Table(f"{title}: answers to each stimulus", ("stimulus", *answers), rows)
 
 
 def _confusion_drawn(title: str, counts: NDArray[np.int64]) -> Drawing:
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     levels = np.round(255.0 * shares).astype(np.uint8)
-    edge = (0.5, len(counts) + 0.5)
-    return Drawing(
-        f"{title}: confusions", "answered", "presented", heat=HeatMap(levels, edge, edge), x_range=edge, y_range=edge
-    )
+    presented, answered = ((0.5, n + 0.5) for n in counts.shape)
+    heat = HeatMap(levels, answered, presented)
+    return Drawing(f"{title}: confusions", "answered", "presented", heat=heat, x_range=answered, y_range=presented)
 
 
-def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
+def _learning_drawn(sets: dict[tuple[str, ...], list[Row]], chance: float) -> Drawing:
     lines = []
     for colour, ((name,), part) in zip(("vibration", "force", "muted"), sets.items(), strict=False):
         blocks, means, ends = [], [], []
@@ -114,8 +120,7 @@ def _learning_drawn(sets: dict[tuple[str, ...], list[Row]]) -> Drawing:
         lines.append(series("", blocks, means, "dots", colour))  # of one session, too
         for k, label in ((0, "95 %"), (1, "")):
             lines.append(series(label, blocks, [end[k] for end in ends], "dashed", colour))
-    marks = (
-        ReferenceLine("y", thesis.CHANCE, dashed=True, name="chance"),
-        ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"),
-    )
-    return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=marks)
+    marks = [ReferenceLine("y", chance, dashed=True, name="chance")]
+    if any(name in _THESIS_SETS for (name,) in sets):
+        marks.append(ReferenceLine("y", thesis.IDENTIFIED_MEAN, dashed=True, name="thesis, mean"))
+    return Drawing("Learning", "session", "right answers", tuple(lines), y_range=(0.0, 1.0), lines=tuple(marks))

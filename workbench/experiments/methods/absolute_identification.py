@@ -1,21 +1,32 @@
-"""Absolute identification: one stimulus at a time, answered by its number (thesis 3.4)."""
+"""Absolute identification: one stimulus at a time, answered by its number (thesis 3.4), or by one of some words."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from underfoot.errors import require
+from underfoot.experiments.declared import Words
 from underfoot.experiments.method import ListedMethod, StimulusNames
 from underfoot.experiments.questions import ask
 from underfoot.experiments.trials import Presentation, Trial
-from underfoot.parameters import Count, Parameter
+from underfoot.parameters import Choice, Count, Parameter, Text
 
 
 class AbsoluteIdentification(ListedMethod):
-    """Every stimulus `repeats` times in each of `sessions`, in an order of each person's own."""
+    """Every stimulus `repeats` times in each of `sessions`, in an order of each person's own.
+
+    With `answers` one of them is chosen, and which is right is what the stimulus has as `correct`: several stimuli can
+    have the same. Without, it is the stimulus's number.
+    """
 
     kind, name = "absolute-identification", "Absolute identification"
-    about = "Stimuli are played one at a time and answered by number; rates, confusions and information come of it."
+    about = (
+        "Stimuli are played one at a time and answered by number, or by one of some words; rates, confusions and "
+        "information come of it."
+    )
     identified = StimulusNames((), doc="What is told apart; its number is its place here, from 1.", least=2)
-    sessions = Count(6, 1, 100, doc="Each is one block: every stimulus `repeats` times.")
+    answers = Words((), doc="Words to choose from; each stimulus has its right answer. None: the stimulus's number.")
+    question = Text("Which one was it?", doc="What is asked after each trial.")
+    sessions = Count(6, 1, 100, doc="Each is one block, with every stimulus as often as repeats says.")
     repeats = Count(2, 1, 100, doc="How often each stimulus comes in a session.")
 
     def listed(self) -> Sequence[Trial]:
@@ -23,11 +34,23 @@ class AbsoluteIdentification(ListedMethod):
         found: list[Trial] = []
         for session in range(1, self.given["sessions"] + 1):
             for name in self.draws.shuffled([*names] * self.given["repeats"]):
-                number = names.index(name) + 1
-                found.append(Trial(len(found) + 1, session, (Presentation(name),), number))
+                right = self.stimuli[name].correct if self.given["answers"] else names.index(name) + 1
+                found.append(Trial(len(found) + 1, session, (Presentation(name),), right))
         return found
 
     @classmethod
     def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        most = len(given["identified"])
-        return (ask("number", Count(1, 1, most, doc="Which one was it?")),)
+        question, words = given["question"], given["answers"]
+        if words:
+            return (ask("answer", Choice(words[0], options=words, doc=question)),)
+        return (ask("number", Count(1, 1, len(given["identified"]), doc=question)),)
+
+    @classmethod
+    def check_together(cls, given: Mapping[str, Any]) -> None:
+        """Raise `BadValue` for a single answer, which would be no choice."""
+        require(len(given["answers"]) != 1, "answers", list(given["answers"]), "two or more, or none")
+
+    @classmethod
+    def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """One of the words; a stimulus without would be in no share."""
+        return tuple(given["answers"])

@@ -70,6 +70,10 @@ class Bayesian(Method):
             return (first_or_second(given["question"]),)
         return (yes_or_no("felt", given["question"]),)
 
+    @classmethod
+    def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
+        return given["trials"], 1
+
     @property
     def trial(self) -> Trial | None:
         return self._trial

@@ -4,9 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.experiments.method import ListedMethod, StimulusName, StimulusNames
-from underfoot.experiments.questions import FIRST, SECOND, first_or_second, yes_or_no
+from underfoot.experiments.questions import FIRST, NO, SECOND, YES, first_or_second, yes_or_no
 from underfoot.experiments.trials import Presentation, Trial
 from underfoot.parameters import Choice, Count, Parameter, Text
+
+COMPARISON, STANDARD = "comparison", "standard"
 
 
 class ConstantStimuli(ListedMethod):
@@ -41,18 +43,26 @@ class ConstantStimuli(ListedMethod):
             for name in self.draws.shuffled(names):
                 intervals: tuple[Presentation, ...] = (Presentation(name),)
                 facts: dict[str, str | int] = {"comparison": name}
+                right = self.stimuli[name].correct
                 if standard:
                     first = orders[name][block - 1]
                     both = (Presentation(standard), Presentation(name))
                     intervals = both if first else both[::-1]
-                    facts |= {"comparison_at": SECOND if first else FIRST, "judged_more": self.given["judged_more"]}
-                found.append(Trial(len(found) + 1, block, intervals, facts=facts))
+                    places = {COMPARISON: SECOND if first else FIRST, STANDARD: FIRST if first else SECOND, "": ""}
+                    facts |= {"comparison_at": places[COMPARISON], "judged_more": self.given["judged_more"]}
+                    right = places[right]
+                found.append(Trial(len(found) + 1, block, intervals, right, facts))
         return found
 
     def _standard_first(self, blocks: int) -> list[bool]:
         """In which blocks the standard comes first: in half of them."""
         odd = [self.draws.happens(0.5)] * (blocks % 2)
         return self.draws.shuffled([True] * (blocks // 2) + [False] * (blocks // 2) + odd)
+
+    @classmethod
+    def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """Yes or no; of two intervals that of the comparison or of the standard."""
+        return ("", COMPARISON, STANDARD) if given["standard"] else ("", YES, NO)
 
     @classmethod
     def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -27,7 +27,7 @@ class FreeLabels(ListedMethod):
         found: list[Trial] = []
         for block in range(1, self.given["repeats"] + 1):
             for name in self.draws.shuffled(self.given["named"]):
-                found.append(Trial(len(found) + 1, block, (Presentation(name),)))
+                found.append(Trial(len(found) + 1, block, (Presentation(name),), self.stimuli[name].correct))
         return found
 
     @classmethod

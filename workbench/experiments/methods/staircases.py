@@ -34,6 +34,10 @@ class Staircase:
     reversals_db: list[float] = field(default_factory=list)
 
 
+_TRIALS_OF_REVERSAL = 1.6
+"""From one reversal to the next, on average over simulated people, one answer a step."""
+
+
 class Staircases(Method):
     """Pairs of staircases, one from above and one from below, interleaved at random; a pair is a block.
 
@@ -87,6 +91,13 @@ class Staircases(Method):
         if given["standard"]:
             return (first_or_second(given["question"]),)
         return (yes_or_no("felt", given["question"]),)
+
+    @classmethod
+    def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
+        pairs = given["pairs"] * len(given["followed"])
+        answers = 0.5 * (given["down_after"] + given["up_after"]) * _TRIALS_OF_REVERSAL
+        moving = (1.0 - given["catch_share"]) * (1.0 - 1.0 / given["empty_every"] if given["empty_every"] else 1.0)
+        return round(2 * pairs * given["reversals"] * answers / max(moving, 0.1)), pairs
 
     @property
     def trial(self) -> Trial | None:

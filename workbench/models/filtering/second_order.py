@@ -12,7 +12,7 @@ g, k > 0, even if they change at every frame. This keeps a changing section stab
 
 import math
 
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -99,7 +99,8 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
     """
     now = state.now
     if now.k == 0.0:
-        now.values[:] = coefficients.values
+        for i in range(now.values.size):  # in Numba, assigning a slice brings the code for strings of its error
+            now.values[i] = coefficients.values[i]
     done = 0
     while done < out.size and not _same(now, coefficients):
         at = frame + done
@@ -113,7 +114,7 @@ def run_moving(signal: Floats, coefficients: Memory, frame: int, state: Memory, 
     run(signal[done:], coefficients, state.section, out[done:])
 
 
-@kernel
+@part
 def _same(a: Memory, b: Memory) -> bool:
     gains = a.gain_input == b.gain_input and a.gain_x1 == b.gain_x1 and a.gain_x2 == b.gain_x2
     return gains and a.g == b.g and a.k == b.k
@@ -135,11 +136,11 @@ def tail(state: Memory, coefficients: Memory) -> float:
     return math.hypot(coefficients.gain_x1, coefficients.gain_x2) * math.hypot(state.x1, state.x2)
 
 
-@kernel
+@part
 def _warped(frequency_hz: float, rate: float) -> float:
     return math.tan(math.pi * _held(frequency_hz / rate, LOWEST, HIGHEST))
 
 
-@kernel
+@part
 def _held(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)

@@ -8,7 +8,7 @@ modes. The end of 64 frames is a single product with p^64: no drift, 1e-11 after
 
 import math
 
-from underfoot.kernels import Floats, kernel, modal_kernel, widest
+from underfoot.kernels import Floats, kernel, modal_kernel, part, widest
 from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -88,7 +88,7 @@ def tabulate(powers: Memory, m: int, frequency_hz: float, decay_per_s: float, ra
             known *= 2
 
 
-@kernel
+@part
 def _power(exponent: int, frequency_hz: float, decay_per_s: float, rate_hz: float) -> tuple[float, float]:
     size = math.exp(-decay_per_s * exponent / rate_hz)
     angle = 2.0 * math.pi * (frequency_hz * exponent % rate_hz / rate_hz)
@@ -195,6 +195,6 @@ def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[f
     return x, y
 
 
-@kernel
+@part
 def _times(a: float, b: float, x: float, y: float) -> tuple[float, float]:
     return x * a - y * b, y * a + x * b

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, advanced, free_block, in_use, tabulate
 
@@ -93,7 +93,7 @@ def tail(state: Memory) -> float:
     return bound
 
 
-@kernel
+@part
 def _drop(coefficients: Memory, state: Memory) -> None:
     """Set modes under the floor to exactly 0, unless recent events may still be building them up."""
     if state.struck_lately == 0.0:
@@ -111,7 +111,7 @@ def _drop(coefficients: Memory, state: Memory) -> None:
     state.struck_lately = 0.0
 
 
-@kernel
+@part
 def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> None:
     """Add an event at frame `at` of the block: its tabulated response, and its phasors at the block's end."""
     block, response = state.block, coefficients.response

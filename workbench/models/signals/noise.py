@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.filtering import second_order
 from underfoot.models.signals.events import emit
@@ -180,17 +180,17 @@ def tail_texture(state: Memory, coefficients: Memory) -> float:
     return second_order.tail(state, coefficients.band_pass)
 
 
-@kernel
+@part
 def _white_sample(key: np.uint64, counter: int) -> float:
     return _ROOT_12 * (uniform(key, counter) - 0.5)
 
 
-@kernel
+@part
 def _mean_frames(mean_interval_s: float, rate: float) -> float:
     return max(mean_interval_s * rate, 2.0)
 
 
-@kernel
+@part
 def _low_passed_power(g: float) -> float:
     """Return the power of low-passed unit white noise (Butterworth), (2/pi) int g^4/(W^4+g^4) dW/(1+W^2)."""
     return (g**4 + math.sqrt(0.5) * (g - g**3)) / (1.0 + g**4)

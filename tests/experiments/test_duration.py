@@ -1,0 +1,39 @@
+"""About how long a study takes: as many trials as people need, and the pauses that they get."""
+
+import pytest
+from made_studies import preset_protocol, trials, walked
+
+from underfoot.experiments.duration import usual_s, usual_trials
+from underfoot.experiments.simulation import simulated_rows
+from underfoot.experiments.study import Study
+
+LISTED = ["compliance-rating", "identification-impact", "target-selection", "stiffness-vibration", "free-labels"]
+
+
+@pytest.mark.parametrize("name", ["detection-threshold", "intensity-equalisation"])
+def test_staircases_take_about_as_many_trials_as_simulated_people(name):
+    protocol = preset_protocol(name)
+    counts = [len(simulated_rows(protocol, person, 1, {})[0]) for person in range(5)]
+    expected, blocks = usual_trials(protocol, protocol.stage("main"))
+    assert 0.8 < expected / (sum(counts) / len(counts)) < 1.25
+    assert blocks == simulated_rows(protocol, 0, 1, {})[0][-1]["block"]
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_trials_and_pauses_are_those_that_come(name):
+    protocol = preset_protocol(name)
+    main = protocol.stage("main")
+    pages = [page for page in walked(Study(protocol, "P1")) if page.stage == "main"]
+    count, blocks = usual_trials(protocol, main)
+    assert (count, blocks) == (len(trials(pages)), pages[-1].trial.block)
+    without = {"block_pause_s": 0.0, "long_pause_s": 0.0}
+    bare = type(main)(**{name: getattr(main, name) for name in main.__struct_fields__} | without)
+    assert usual_s(protocol, main) - usual_s(protocol, bare) == pytest.approx(sum(page.seconds for page in pages))
+
+
+def test_what_is_done_is_told_in_time_not_in_stages():
+    """Target selection has 40 trials of practice before 240: after the practice a sixth is done."""
+    study = Study(preset_protocol("target-selection"), "P1")
+    pages = walked(study)
+    first = next(page for page in pages if page.stage == "main")
+    assert first.share == pytest.approx(1 / 6, abs=0.03)

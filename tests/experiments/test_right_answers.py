@@ -1,0 +1,114 @@
+"""Right answers: from a column of a table to feedback, scores in the table of trials, and shares by condition."""
+
+import pytest
+from made_studies import TD, made_protocol, walked
+from statsmodels.stats.proportion import proportion_confint
+
+from underfoot.errors import BadFile
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.conditions import with_conditions
+from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
+from underfoot.nodes import REGISTRY
+
+TABLE = "stimulus,like,level_m_s2,place,corrAns\nsoft,TD,0.2,heel,snow\nfirm,TD,0.6,heel,sand\nhard,TD,0.8,toe,sand\n"
+WORDS = {"answers": ["sand", "snow", "ice"], "sessions": 2, "repeats": 2}
+
+
+@pytest.fixture
+def words(tmp_path):
+    path = tmp_path / "conditions.csv"
+    path.write_text(TABLE)
+    stimuli = {"TD": {**TD, "correct": "ice"}, "X": {"correct": "ice"}}
+    made = made_protocol("absolute-identification", WORDS, stimuli, feedback=True)
+    return with_conditions(made, path, REGISTRY)
+
+
+def always(word):
+    return lambda page: {page.asks[0].name: word}
+
+
+def test_words_are_chosen_and_told_right_or_wrong(words):
+    study = Study(words, "P1")
+    assert study.page.asks[0].allowed == "sand, snow, ice"
+    told = {page.feedback for page in walked(study, always("sand"))} | {study.page.feedback}
+    assert told == {"", "Right.", "It was snow."}
+    rows = rows_of(words, "P1", study.entries)
+    assert {(row["stimulus"], row["correct"], row["right"]) for row in rows} == {
+        ("soft", "snow", 0),
+        ("firm", "sand", 1),
+        ("hard", "sand", 1),
+    }
+
+
+def test_shares_of_right_answers_are_those_of_each_condition(words):
+    study = Study(words, "P1")
+    walked(study, always("sand"))
+    (found,) = analysed(rows_of(words, "P1", study.entries), words, Settings())
+    (table,) = [table for table in found.tables if table.title == "Right answers"]
+    lines = {line[0]: line for line in table.rows}
+    assert set(lines) == {"all", "place: heel", "place: toe", "soft", "firm", "hard"}
+    assert lines["all"][2:4] == (8, 12)
+    assert lines["place: heel"][2:5] == (4, 8, 0.5)
+    assert lines["place: heel"][5:] == pytest.approx(proportion_confint(4, 8, method="wilson"))
+    (confusions,) = [table for table in found.tables if table.title.endswith("answers to each stimulus")]
+    assert confusions.columns == ("stimulus", "sand", "snow", "ice")
+    assert [line.at for line in found.drawings[0].lines] == [1 / 3]  # chance, and no mean of the thesis
+    assert sorted(confusions.rows) == [("firm", 4, 0, 0), ("hard", 4, 0, 0), ("soft", 4, 0, 0)]
+
+
+def test_a_spoiled_trial_has_no_score(words):
+    study = Study(words, "P1")
+    study.spoil("a phone rang")
+    study.answer({"answer": "sand"})
+    spoiled, answered = rows_of(words, "P1", study.entries)
+    assert ("right" in spoiled, "right" in answered) == (False, True)
+
+
+@pytest.mark.parametrize(("standard", "correct", "scores"), [("", "no", {0}), ("X", "comparison", {0, 1})])
+def test_constant_stimuli_are_scored_by_yes_and_no_and_by_the_interval(standard, correct, scores):
+    parameters = {"comparisons": ["TD"], "standard": standard, "blocks": 4}
+    stimuli = {"TD": {**TD, "correct": correct}, "X": {}}
+    protocol = made_protocol("constant-stimuli", parameters, stimuli, feedback=True)
+    study = Study(protocol, "P1")
+    pages = walked(study, always("first" if standard else "yes"))
+    assert {page.feedback for page in pages} - {"", "Right."} == {"Wrong."}
+    rows = rows_of(protocol, "P1", study.entries)
+    assert {row["right"] for row in rows} == scores
+    if standard:
+        assert all(row["right"] == (row["comparison_at"] == "first") for row in rows)
+
+
+def test_labels_are_right_whatever_their_case():
+    stimuli = {"TD": {**TD, "correct": "Snow"}, "X": {}}
+    protocol = made_protocol("free-labels", {}, stimuli)
+    study = Study(protocol, "P1")
+    walked(study, always(" snow "))
+    rows = {row["stimulus"]: row for row in rows_of(protocol, "P1", study.entries)}
+    assert rows["TD"]["right"] == 1
+    assert "right" not in rows["X"]
+
+
+def test_a_right_answer_that_cannot_be_given_is_one_line():
+    with pytest.raises(BadFile, match=r"stimuli.TD.correct is 'ice'; allowed: sand, snow \(of 'main'\)$"):
+        made_protocol(
+            "absolute-identification", {"answers": ["sand", "snow"]}, {"TD": {**TD, "correct": "ice"}, "X": {}}
+        )
+    with pytest.raises(BadFile, match=r"stimuli.X.correct is ''; allowed: sand, snow \(of 'main'\)$"):
+        made_protocol(
+            "absolute-identification", {"answers": ["sand", "snow"]}, {"TD": {**TD, "correct": "sand"}, "X": {}}
+        )
+    with pytest.raises(BadFile, match=r"stimuli.TD.correct is 'first'; allowed: yes, no \(of 'main'\)$"):
+        made_protocol("constant-stimuli", {}, {"TD": {**TD, "correct": "first"}})
+    with pytest.raises(BadFile, match=r"answers is \['sand'\]; allowed: two or more, or none"):
+        made_protocol("absolute-identification", {"answers": ["sand"]})
+
+
+def test_simulated_people_choose_words_at_their_rate(words, tmp_path):
+    found = [one for job in jobs_of(words, tmp_path, 80, Conditions(), 80) for one in simulate(job)]
+    (rate,) = [one for one in summaries(found) if one.name == "rate" and one.share == 1.0]
+    assert abs(rate.bias) < 4.0 * rate.spread / 80**0.5
+    rows = [row for k in range(4) for row in simulated_rows(words, k, 1, {})[0]]
+    assert {row["answer"] for row in rows} == {"sand", "snow", "ice"}

@@ -1,0 +1,38 @@
+"""Shares of right answers by condition: of each stimulus, and of each value of its factors."""
+
+from collections.abc import Sequence
+
+from underfoot.experiments.analysis.estimate import mean_interval, share_interval
+from underfoot.experiments.analysis.findings import Cell, Table
+from underfoot.experiments.table import Row, factors_of, grouped
+
+
+def right_answers(rows: Sequence[Row]) -> list[Table]:
+    """The table of right answers by condition; none where no trial has a right answer.
+
+    >>> rows = [{"participant": "P1", "stimulus": name, "right": k} for name in ("ice", "sand") for k in (0, 1, 1, 1)]
+    >>> [row[:5] for row in right_answers(rows)[0].rows]
+    [('all', 1, 6, 8, 0.75), ('ice', 1, 3, 4, 0.75), ('sand', 1, 3, 4, 0.75)]
+    """
+    scored = [row for row in rows if isinstance(row.get("right"), int)]
+    if not scored:
+        return []
+    lines = [_line("all", scored)]
+    for factor in factors_of(scored):
+        parts = grouped([row for row in scored if factor in row], factor)
+        if len(parts) < len(grouped(scored, "stimulus")):  # else it says what the stimuli say
+            lines += [_line(f"{factor}: {value}", part) for (value,), part in parts.items()]
+    lines += [_line(str(name), part) for (name,), part in grouped(scored, "stimulus").items()]
+    columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
+    note = "Of one person Wilson's intervals; of more the mean over people, with Student's."
+    return [Table("Right answers", columns, tuple(lines), note)]
+
+
+def _line(name: str, rows: Sequence[Row]) -> tuple[Cell, ...]:
+    people = list(grouped(rows, "participant").values())
+    right = [sum(row["right"] for row in part) for part in people]
+    if len(people) == 1:
+        share = share_interval(name, right[0], len(rows))
+    else:
+        share = mean_interval(name, [k / len(part) for k, part in zip(right, people, strict=True)])
+    return (name, len(people), sum(right), len(rows), share.value, share.low, share.high)

@@ -1,0 +1,59 @@
+"""About how long a study takes: what one plans with, and what progress is told from."""
+
+import math
+from collections.abc import Mapping
+
+from underfoot.experiments.methods import METHODS
+from underfoot.experiments.protocol import Protocol, Stage
+
+_PAGE_S, _QUESTION_S, _ANSWER_S = 15.0, 8.0, 2.5
+_BY_FOOT_S: Mapping[str, float] = {"step": 3.0, "crossings": 8.0}
+"""How long a presentation lasts that a foot begins."""
+
+
+def usual_trials(protocol: Protocol, stage: Stage) -> tuple[int, int]:
+    """About how many trials a stage has, and in how many blocks; where answers decide, as most people need."""
+    if stage.method is None:
+        return 0, 0
+    method = METHODS[stage.method.kind]
+    trials, blocks = method.usual_trials(method.checked(stage.method.parameters, protocol.stimuli), protocol.stimuli)
+    if not 0 < stage.most_trials < trials:
+        return trials, blocks
+    return stage.most_trials, math.ceil(blocks * stage.most_trials / trials)
+
+
+def usual_s(protocol: Protocol, stage: Stage) -> float:
+    """About how many seconds a stage lasts.
+
+    >>> usual_s(Protocol(), Stage(id="pause", kind="pause", seconds=60.0))
+    60.0
+    """
+    if stage.method is None:
+        return stage.seconds or _PAGE_S + _QUESTION_S * len(stage.questions)
+    method = METHODS[stage.method.kind]
+    given = method.checked(stage.method.parameters, protocol.stimuli)
+    if method.uses_stimuli:
+        intervals = 2 if method.asked(given)[0].name == "interval" else 1
+        presented_s = intervals * _BY_FOOT_S.get(stage.start, protocol.present_s)
+        trial_s = presented_s + (intervals - 1) * stage.interval_pause_s + _ANSWER_S + stage.trial_pause_s
+    else:
+        trial_s = given["visible_s"] + given["pause_s"]
+    trials, blocks = usual_trials(protocol, stage)
+    pauses = max(blocks - 1, 0)
+    long = pauses // stage.long_pause_every if stage.long_pause_every else 0
+    return trials * trial_s + (pauses - long) * stage.block_pause_s + long * stage.long_pause_s
+
+
+def about(seconds: float) -> str:
+    """A time in words.
+
+    >>> about(20.0), about(754.0), about(8000.0)
+    ('less than a minute', 'about 13 min', 'about 2 h 15 min')
+    """
+    if seconds < 45.0:
+        return "less than a minute"
+    minutes = round(seconds / 60.0)
+    if minutes < 100:
+        return f"about {minutes} min"
+    hours, rest = divmod(15 * round(minutes / 15), 60)
+    return f"about {hours} h {rest} min" if rest else f"about {hours} h"
