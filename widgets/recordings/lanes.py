@@ -198,16 +198,24 @@ class LanePainter:
         envelope, _ = self.content.envelope(
             "force", float(self._edges[0]), float(self._edges[-1]), self._frames, view.tile
         )
-        low, high = envelope.between(self._edges)
-        low, high = low - overview.rest_n, high - overview.rest_n
+        count = len(self.content.opened.floor.tiles)
+        (low, high), (tile_low, tile_high) = (
+            [found[:, 0] - overview.rest_n[column] for found in envelope.column(column).between(self._edges)]
+            for column in (count, view.tile)
+        )
         all_high = overview.levels["force"][-1].high
         top_n = max(200.0, round_top(1.05 * float(np.nanmax(all_high[:, -1], initial=0.0) - overview.rest_n[-1])))
         lane = self.lanes["force"]
-        self._paint_axis(painter, lane, ("Force, N", f"amber: all tiles, white: {self._tile()}"), -0.05 * top_n, top_n)
-        self._paint_band(painter, lane, low[:, -1], high[:, -1], (-0.05 * top_n, top_n), QColor(theme.FORCE))
-        middle = 0.5 * (low[:, view.tile] + high[:, view.tile])
+        self._paint_axis(painter, lane, ("Force, N", ""), -0.05 * top_n, top_n)
+        self._paint_band(painter, lane, low, high, (-0.05 * top_n, top_n), QColor(theme.FORCE))
+        middle = 0.5 * (tile_low + tile_high)
         self._paint_line(painter, lane, middle, (-0.05 * top_n, top_n), QColor(theme.TEXT))
-        self._paint_tiles(painter, high[:, :-1])
+        x = self.left + 6.0
+        for words, colour in (("all tiles", theme.FORCE), (self._tile(), theme.TEXT)):
+            painter.setPen(QColor(colour))
+            painter.drawText(QPointF(x, lane.top + 11.0), words)
+            x += painter.fontMetrics().horizontalAdvance(words) + 12.0
+        self._paint_tiles(painter, (envelope.most(self._edges) - overview.rest_n)[:, :-1])
 
     def _paint_tiles(self, painter: QPainter, load_n: NDArray[np.float32]) -> None:
         """A row for each tile, the chosen one marked."""

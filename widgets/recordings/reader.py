@@ -19,7 +19,7 @@ from underfoot.records.envelopes import Envelope
 from underfoot.records.recording import Gap, Mark, Recording
 from underfoot.records.survey import Survey, cached_survey, has_envelopes, open_envelopes
 
-LEVELS = (1, 8, 64)
+LEVELS = (1, 4, 16, 64)
 """How many blocks are in a bin of each level that is kept in memory."""
 RAW_S, FINE_S = 0.004, 0.1
 """Where a pixel is shorter than this, samples are read; where it is shorter than that, fine bins."""
@@ -247,7 +247,9 @@ class RecordingReader(QObject):
         found = {}
         for source, columns in self._columns.items():
             if frames > RAW_S * rate:
-                made = envelopes.read(self._base, source, envelopes.FINE, columns, begin, end)
+                fine = envelopes.read(self._base, source, envelopes.FINE, columns, begin, end)
+                # No finer than half a pixel: all of it is looked at for each picture.
+                made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":
                 rows = recording.forces_between(begin, end)
                 period = rate / float(recording.about["force_rate"])

@@ -9,10 +9,10 @@ runs.
 """
 
 
-def take_precedence() -> None:
-    """Run the calling thread before all threads that are not real-time; no error if that is not granted.
+def take_precedence(thread: int = 0) -> None:
+    """Run the calling thread (or another, by its id) before all that are not real-time; no error if not granted.
 
     Linux grants it to root, and to users permitted by `ulimit -r`. Processes that the thread starts do not inherit it.
     """
     with suppress(AttributeError, OSError):  # other systems lack the call, and most users the right
-        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))
+        os.sched_setscheduler(thread, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(PRIORITY))

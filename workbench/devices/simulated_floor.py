@@ -59,14 +59,14 @@ class SimulatedFloor:
         self.curves = simulated_loads.gait_curves([person.walker for person in people] or [walker])
         self._is_walking = walking
         self._hands = np.zeros(len(floor.tiles), simulated_loads.HAND)
-        self._foot_shift_m = np.zeros(len(floor.tiles))
+        self._footing = simulated_loads.footing_table(floor)
         self._recorded = np.zeros((0, len(floor.tiles), 4))
         self._sample = 0
         self.sensors: SimulatedSensors | None = None
         self.notices: tuple[str, ...] = ()
         if simulation is not None:
             self.sensors = SimulatedSensors(floor, simulation, seed, SENSOR_HZ, MAX_SAMPLES, profiles)
-            self._foot_shift_m, self.notices = self.sensors.foot_shift_m, self.sensors.lines
+            self._footing["shift_m"], self.notices = self.sensors.foot_shift_m, self.sensors.lines
             if simulation.recording:
                 self._recorded = recorded(simulation.recording, floor)
 
@@ -98,7 +98,7 @@ class SimulatedFloor:
                 else:
                     simulated_loads.walk(
                         self.forces, self.stamps, count, self._rate, self._plates, self.footfalls, self.curves,
-                        self._foot_shift_m,
+                        self._footing,
                     )  # fmt: skip
             simulated_loads.press(self.forces, count, self._plates, self._hands)
             if self.sensors is not None:

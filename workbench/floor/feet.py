@@ -292,10 +292,18 @@ class FootFinder:
         load.end, load.end_s, load.is_divided = first, float(before["time_s"]), True
         self._on[load.tile] = other
         self._loads.append(other)
-        for part in self._loads:
-            # What was decided meanwhile took two feet for one.
-            if part.sample >= first - self._doubtful:
-                part.foot = 0
+        # What was decided meanwhile took two feet for one.
+        wrong = [part for part in self._loads if part.sample >= first - self._doubtful]
+        # Without one of its loads, a foot may not have got those that were put to it later.
+        begun = {part.foot: _rank(part) for part in sorted(wrong, key=_rank, reverse=True)}
+        kept_from = self._count - self._held_samples
+        wrong += [
+            part
+            for part in self._loads
+            if part.foot and part.sample > kept_from and _rank(part) > begun.get(part.foot, (math.inf, 0))
+        ]
+        for part in wrong:
+            part.foot = 0
         self._renamed = {old: self._tokens if new == load.token else new for old, new in self._renamed.items()}
         if load.token >= 0:
             self._renamed[load.token] = self._tokens

@@ -154,7 +154,11 @@ def jumped(track: Floats, start_s: float, came_m: Floats) -> float | None:
     place_m, length_m = track[begin, 1:3], float(np.hypot(*towards))
     moved = length_m >= JUMP_M or (length_m >= ASIDE_M and _is_aside(place_m - track[0, 1:3], towards))
     risen = length_m >= RISEN_M and track[end, 3] >= RISEN * track[begin, 3]
-    if track[begin:, 3].min() < LOADED_N or not (moved or (risen and _is_aside(place_m - came_m, towards))):
+    # Part of a foot that lies beside a tile may press on it so lightly until another foot comes.
+    light = track[begin:, 3].min() < LOADED_N
+    if light and not (track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= LOADED_N and length_m >= JUMP_M):
+        return None
+    if not (moved or (risen and _is_aside(place_m - came_m, towards))):
         return None
     along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
     return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])

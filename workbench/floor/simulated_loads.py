@@ -2,6 +2,7 @@
 
 A foot presses with heel and ball at once, in shares that put its centre where it rolls; each is a few points, and a
 point presses on the tile that it is on, which splits it over its corners bilinearly: forces and centroids are exact.
+A sole spans the gap between two tiles: a point over it presses on both edges, as a load on a beam does on its supports.
 """
 
 import math
@@ -12,15 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel, part
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
 """Middles of the two parts of the sole that press, and how far they reach, as fractions of the foot's length."""
+_TOUCH_M = 1e-6
+"""Tiles that are nearer than this touch."""
 _POINTS = 4
 """Points by which each part of the sole presses."""
 _PHASES = 2048
 """Steps of phase in the table of a footfall's curves."""
+SPAN_M = 0.03
+"""The widest gap between tiles that a sole spans: half of a heel. What is over wider ones presses on the ground."""
 HAND_SHARE = 0.12
 """Share of the way that a pressing hand goes in one sample: a time constant of 8 ms at 1 kHz."""
 
@@ -46,6 +52,10 @@ FOOTFALL = np.dtype(
 """A footfall as kernels read it; its extremes are the first peak, the valley and the second peak. `number` counts the
 footfalls of a `person`, from 0."""
 
+FOOTING = np.dtype([("shift_m", np.float64), ("gap_m", np.float64, (2, 2))], align=True)
+"""How a tile takes a foot: how far shear shifts it (`walk`), and the gap at each side, [axis, towards -, +] of the
+tile's frame; 0 where no tile faces that side within `SPAN_M`."""
+
 HAND = np.dtype(
     [("x_m", np.float64), ("y_m", np.float64), ("target_n", np.float64), ("force_n", np.float64)], align=True
 )
@@ -66,6 +76,28 @@ def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]
     table["number"] = [number for walk in walks for number in range(len(walk))]
     table["left"] = [step.side == "left" for step in steps]
     return table[np.argsort(table["start_s"], kind="stable")]
+
+
+def footing_table(floor: Floor) -> NDArray[np.void]:
+    """How the tiles of a floor take feet: shape (tiles,) of `FOOTING`.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> footing_table(default_floor(1, 3))["gap_m"][1].round(3)
+    array([[0.005, 0.005],
+           [0.   , 0.   ]])
+    """
+    table = np.zeros(len(floor.tiles), FOOTING)
+    corners_m = np.array([tile.corners_m() for tile in floor.tiles])
+    for row, tile in enumerate(floor.tiles):
+        half = np.array(tile.size_m) / 2.0
+        corners = tile.to_tile(np.delete(corners_m, row, axis=0))
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        beyond_m = np.stack([-half - high, low - half], axis=-1)  # [other, axis, side]
+        across = (low < half - _TOUCH_M) & (high > _TOUCH_M - half)
+        faces = across[:, ::-1, None] & (beyond_m > _TOUCH_M) & (beyond_m <= SPAN_M)
+        nearest = np.where(faces, beyond_m, np.inf).min(axis=0, initial=np.inf)
+        table["gap_m"][row] = np.where(np.isfinite(nearest), nearest, 0.0)
+    return table
 
 
 def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np.float64]:
@@ -126,13 +158,13 @@ def walk(
     plates: NDArray[np.void],
     footfalls: NDArray[np.void],
     curves: Floats,
-    foot_shift_m: Floats,
+    footing: NDArray[np.void],
 ) -> None:
     """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
 
-    `plates` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table. A foot
-    brakes, then pushes off: the place where vertical sensors see it is `foot_shift_m` (tiles,) ahead of where it is as
-    it comes down, and as much behind as it leaves.
+    `plates` and `footing` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table.
+    A foot brakes, then pushes off: the place where vertical sensors see it is the tile's `shift_m` ahead of where it is
+    as it comes down, and as much behind as it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s
     longest_s = 0.0
@@ -147,7 +179,7 @@ def walk(
                 break
             phase = (now_s - footfall.start_s) / footfall.duration_s
             if phase < 1.0:
-                _add_footfall(forces_n[i], plates, footfall, curves, foot_shift_m, phase)
+                _add_footfall(forces_n[i], plates, footfall, curves, footing, phase)
 
 
 @kernel
@@ -165,7 +197,7 @@ def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray
 
 @part
 def _add_footfall(
-    forces_n: Floats, plates: NDArray[np.void], step: np.record, curves: Floats, foot_shift_m: Floats, phase: float
+    forces_n: Floats, plates: NDArray[np.void], step: np.record, curves: Floats, footing: NDArray[np.void], phase: float
 ) -> None:
     at = phase * _PHASES
     i = min(int(at), _PHASES - 1)
@@ -178,7 +210,7 @@ def _add_footfall(
     heel, ball = min(HEEL, roll), max(BALL, roll)
     on_ball = (roll - heel) / (ball - heel)
     braking = math.cos(math.pi * phase)
-    shift_x, shift_y = braking * step.cos_heading, braking * step.sin_heading
+    shift = braking * step.cos_heading, braking * step.sin_heading
     for centre, load_n in ((heel, force_n * (1.0 - on_ball)), (ball, force_n * on_ball)):
         for j in range(_POINTS):
             along = (centre + REACH * (2.0 * j / (_POINTS - 1) - 1.0)) * step.length_m
@@ -186,32 +218,70 @@ def _add_footfall(
             across = (0.5 if j % 3 == 0 else -0.5) * step.breadth_m
             x = step.heel_x_m + along * step.cos_heading - across * step.sin_heading
             y = step.heel_y_m + along * step.sin_heading + across * step.cos_heading
-            _add_point_force(forces_n, plates, x, y, load_n / _POINTS, foot_shift_m, shift_x, shift_y)
+            _add_point_force(forces_n, plates, footing, (x, y), load_n / _POINTS, shift)
 
 
 @part
 def _add_point_force(
     forces_n: Floats,
     plates: NDArray[np.void],
-    x: float,
-    y: float,
+    footing: NDArray[np.void],
+    place: tuple[float, float],
     force_n: float,
-    foot_shift_m: Floats,
-    shift_x: float,
-    shift_y: float,
+    shift: tuple[float, float],
 ) -> None:
-    """A point force on the floor goes to the tile that it is on; beside the tiles it goes into the ground."""
+    """A point force on the floor goes to the tile that it is on, over a gap to the edges about it (`_held`); elsewhere
+    it goes into the ground."""
     for k in range(len(plates)):
-        plate = plates[k]
-        dx, dy = x - plate.centre_m[0], y - plate.centre_m[1]
-        along = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy
-        across = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
-        if abs(along) <= plate.half_m[0] and abs(across) <= plate.half_m[1]:
-            shift_m = foot_shift_m[k]
-            along += shift_m * (plate.axes[0, 0] * shift_x + plate.axes[0, 1] * shift_y)
-            across += shift_m * (plate.axes[1, 0] * shift_x + plate.axes[1, 1] * shift_y)
-            _add_to_corners(forces_n[k], plate, along, across, force_n)
+        along, across = _on_tile(plates[k], place)
+        if abs(along) <= plates[k].half_m[0] and abs(across) <= plates[k].half_m[1]:
+            _add_shifted(forces_n[k], plates[k], footing[k].shift_m, (along, across), force_n, shift)
             return
+    held = 0.0
+    for k in range(len(plates)):
+        along, across = _on_tile(plates[k], place)
+        held += _held(plates[k], footing[k], along, across)
+    if held > 0.0:
+        for k in range(len(plates)):
+            along, across = _on_tile(plates[k], place)
+            share = _held(plates[k], footing[k], along, across) / held
+            if share > 0.0:
+                half = plates[k].half_m
+                edge = min(max(along, -half[0]), half[0]), min(max(across, -half[1]), half[1])
+                _add_shifted(forces_n[k], plates[k], footing[k].shift_m, edge, share * force_n, shift)
+
+
+@part
+def _on_tile(plate: np.record, place: tuple[float, float]) -> tuple[float, float]:
+    """A place of the floor in a tile's frame."""
+    dx, dy = place[0] - plate.centre_m[0], place[1] - plate.centre_m[1]
+    return plate.axes[0, 0] * dx + plate.axes[0, 1] * dy, plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
+
+
+@part
+def _held(plate: np.record, footing: np.record, along: float, across: float) -> float:
+    """The share of a load beside a tile that its edge bears: 1 at the edge, 0 at that of the tile across the gap."""
+    share = 1.0
+    for axis, at in ((0, along), (1, across)):
+        beyond = abs(at) - plate.half_m[axis]
+        if beyond > 0.0:
+            share *= max(1.0 - beyond / max(footing.gap_m[axis, 1 if at > 0.0 else 0], _TOUCH_M), 0.0)
+    return share
+
+
+@part
+def _add_shifted(
+    forces_n: Floats,
+    plate: np.record,
+    shift_m: float,
+    place: tuple[float, float],
+    force_n: float,
+    shift: tuple[float, float],
+) -> None:
+    """A foot's force at a place of the tile's frame, where shear lets it be seen."""
+    x = place[0] + shift_m * (plate.axes[0, 0] * shift[0] + plate.axes[0, 1] * shift[1])
+    y = place[1] + shift_m * (plate.axes[1, 0] * shift[0] + plate.axes[1, 1] * shift[1])
+    _add_to_corners(forces_n, plate, x, y, force_n)
 
 
 @part

@@ -50,7 +50,11 @@ class Envelope:
         >>> low[:, 0], high[:, 0]
         (array([ 0.,  4., nan], dtype=float32), array([ 3.,  7., nan], dtype=float32))
         """
-        return self._reduced(edges, self.low, np.fmin), self._reduced(edges, self.high, np.fmax)
+        return self._reduced(edges, self.low, np.fmin), self.most(edges)
+
+    def most(self, edges: NDArray[np.float64]) -> NDArray[np.float32]:
+        """The most between each two neighbours of `edges`, as `between` has it."""
+        return self._reduced(edges, self.high, np.fmax)
 
     def coarser(self, factor: int) -> "Envelope":
         """The same in bins of `factor` of these."""

@@ -42,6 +42,10 @@ class NullSink:
         while not self.socket.exists() and self._server.poll() is None and time.monotonic() < end:
             time.sleep(0.02)
 
+    def threads(self) -> list[int]:
+        """The server's threads."""
+        return [int(name) for name in os.listdir(f"/proc/{self._server.pid}/task")] if self._server is not None else []
+
     def stop(self) -> None:
         """Take the sound card away."""
         if self._server is not None:

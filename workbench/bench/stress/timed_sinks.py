@@ -1,6 +1,7 @@
 """Sound cards that are not there, with clocks of their own: sinks of PulseAudio into pipes, read at a set rate.
 
-A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock.
+A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock. A card waits
+for no processor: where the system grants it, server and reader run before all else.
 """
 
 import os
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from underfoot.bench.stress.null_sinks import NullSink
 from underfoot.clock import RATE_HZ
+from underfoot.devices.precedence import take_precedence
 
 _EVERY_S = 0.003
 _START_S = 10.0
@@ -21,14 +23,15 @@ _START_S = 10.0
 class TimedSink(NullSink):
     """A card whose clock is `ppm` fast, and that keeps what its first channel played.
 
-    `starved` counts the frames at which there was nothing to read: on a busy machine the server was late.
+    `starved_s` are the times of the system's clock at which there was nothing to read: on a busy machine the server was
+    late. Such a card played silence, and is behind from then on.
     """
 
     def __init__(self, folder: Path, name: str, channels: int, ppm: float) -> None:
         super().__init__(folder, name, channels)
         self.rate_hz = RATE_HZ * (1.0 + 1e-6 * ppm)
         self.module = f"module-pipe-sink file={self.folder / 'played'}"
-        self.starved = 0
+        self.starved_s: list[float] = []
         self._began_s = 0.0
         self._heard: list[NDArray[np.float32]] = []
         self._over = threading.Event()
@@ -39,6 +42,8 @@ class TimedSink(NullSink):
         end = time.monotonic() + _START_S
         while not (self.folder / "played").exists() and time.monotonic() < end:
             time.sleep(0.02)
+        for thread in self.threads():
+            take_precedence(thread)
         self._clock.start()
 
     def stop(self) -> None:
@@ -52,6 +57,7 @@ class TimedSink(NullSink):
 
     def _read(self) -> None:
         pipe, size = os.open(self.folder / "played", os.O_RDONLY | os.O_NONBLOCK), 4 * self.channels
+        take_precedence()
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
             if not read:  # the clock starts with what is played first
@@ -69,5 +75,6 @@ class TimedSink(NullSink):
             if read and due > 0:
                 # A card plays silence where it has nothing, and its clock goes on.
                 self._heard.append(np.zeros(due, np.float32))
-                self.starved, read = self.starved + due, read + due
+                self.starved_s.append(time.monotonic())
+                read += due
         os.close(pipe)

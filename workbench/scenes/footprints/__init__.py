@@ -28,6 +28,8 @@ BALL = 0.19
 """The middle of the ball is so far ahead of that of the sole, of its length."""
 SOLE_M = (0.27, 0.09)
 """Length and width of a sole that is drawn."""
+WORDS_M = (0.12, 0.035)
+"""The room of a step's length in words."""
 
 
 @dataclass
@@ -106,9 +108,22 @@ class Footprints(Scene):
         for one in self.prints:
             left = 1.0 - (self._now_s - one.ended_s) / self.given["fades_s"] if one.ended_s < math.inf else 1.0
             yield from _shapes_of(one, min(max(left, 0.0), 1.0))
+        yield from self._lengths()
         corners = np.concatenate([tile.corners_m() for tile in self.floor.tiles])
         x, y = 0.5 * (corners[:, 0].min() + corners[:, 0].max()), corners[:, 1].max() - 0.035
         yield Text(x, y, f"{self.steps} step{'' if self.steps == 1 else 's'}", 0.03, WORDS)
+
+    def _lengths(self) -> Iterable[Shape]:
+        """The length of each step, over all prints; where two would lie on one another, the later one's."""
+        places: list[tuple[float, float]] = []
+        for one in reversed(self.prints):
+            if one.step is None or not math.isfinite(one.step.heading_deg + one.step.step_length_mm):
+                continue
+            (x, y), heading_rad = one.at_m.tolist(), math.radians(one.step.heading_deg)
+            x, y = x + BALL * SOLE_M[0] * math.cos(heading_rad), y + BALL * SOLE_M[0] * math.sin(heading_rad)
+            if all(abs(x - other[0]) > WORDS_M[0] or abs(y - other[1]) > WORDS_M[1] for other in places):
+                places.append((x, y))
+                yield Text(x, y, f"{0.1 * one.step.step_length_mm:.0f} cm", 0.018, "#ffffff")
 
     @property
     def state(self) -> str:
@@ -145,10 +160,6 @@ def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
     heading_rad = math.radians(step.heading_deg)
     for part in _sole(x, y, heading_rad):
         yield Polygon(part, colour, 0.85 * opacity)
-    if math.isfinite(step.step_length_mm):
-        on_ball_m = BALL * SOLE_M[0]
-        at = x + on_ball_m * math.cos(heading_rad), y + on_ball_m * math.sin(heading_rad)
-        yield Text(*at, f"{0.1 * step.step_length_mm:.0f} cm", 0.018, "#ffffff", opacity)
 
 
 def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], ...]:
