@@ -139,6 +139,7 @@ class DesignWorkspace(Workspace):
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         open_patch.adopted.connect(self.document.edit)
+        open_patch.adopted.connect(self.canvas.begin_view)
         self.side.presets.said.connect(self.said)
         self.side.presets.left.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
