@@ -65,7 +65,7 @@ class PreviewPanel(QWidget):
         self._view_ms: Range | None = None
         self._levels = self._line = np.zeros((0, 0), np.float32)
         self._is_late = False
-        self.node = ""
+        self.node = self._why_silent = ""
         self.title = ElidedLabel("title")
         self.note = ElidedLabel("small")
         self.output = QComboBox(self)
@@ -181,9 +181,10 @@ class PreviewPanel(QWidget):
         self._other = self._view_ms = None
         self._draw()
 
-    def expect(self, node: str, type: NodeType) -> None:
+    def expect(self, node: str, type: NodeType, why_silent: str = "") -> None:
         """A preview of this node will come; what is shown of it now stays a moment, but not for long."""
         self._late.start()
+        self._why_silent = why_silent
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
@@ -307,14 +308,15 @@ class PreviewPanel(QWidget):
 
     def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
         rows = event_rows(pick(preview.events, self.node, port.name))
-        self.waveform.show_drawing(preview_drawings.events(rows[:, 0] * (1e3 / now.rate_hz), rows[:, 1], now))
+        times_ms = rows[:, 0] * (1e3 / now.rate_hz)
+        self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
         self._show_no_levels("events have no spectrum", now.view_ms)
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: Stretch, other: Stretch | None) -> None:
-        self.waveform.show_drawing(preview_drawings.waveform(now, other))
+        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent))
         self._tell(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale, rate = self._scale, now.rate_hz

@@ -116,9 +116,13 @@ class PatchView(QGraphicsView):
         self._moved()
 
     def bring(self, ids: Sequence[str]) -> None:
-        """Move the view as little as it takes to see these."""
-        self.ensureVisible(self.patch_scene.extent(ids), 32, 32)
+        """Move the view as little as it takes to see these, also beside the mini-map."""
+        extent = self.patch_scene.extent(ids)
+        self.ensureVisible(extent, 32, 32)
         self._moved()
+        covered = self.mapFromScene(extent).boundingRect().intersected(self.map.geometry())
+        if not self.map.isHidden() and not covered.isEmpty():
+            self.pan(0, covered.height() + 8)
 
     def _look_at(self, place: QPointF) -> None:
         self._keeps_all = False
