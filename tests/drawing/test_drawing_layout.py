@@ -54,6 +54,13 @@ def test_a_long_title_and_a_long_legend_go_on_in_the_next_line():
     assert len({shape.y for shape in shown if shape.words.startswith("series")}) == 3
 
 
+def test_the_name_of_an_axis_without_room_loses_its_end_not_its_beginning():
+    drawing = Drawing("", "energy of an event, of the bundle's units", "y", (series("", [0, 1], [0, 1]),))
+    name = next(shape for words, shape in texts(framed(drawing, 160, 200)).items() if words.endswith("→"))
+    assert name.words.startswith("energy")
+    assert name.x - measure(name.words, 11, False) >= 0.0
+
+
 def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
     words = texts(framed(LIVE, margins=Margins()))
     assert {"1\u202f000 N", "800", "0 s"} <= words.keys()

@@ -67,10 +67,16 @@ def no_waveform(note: str = "") -> Drawing:
     return _over_time([line], "signal", (-1.0, 1.0), np.zeros(0), nothing, _NO_TIME_MS, note)
 
 
-def levels_over_time(heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "") -> Drawing:
-    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above."""
+def levels_over_time(
+    heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "", caption: bool = True
+) -> Drawing:
+    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above.
+
+    With a `caption` words beside the dashed lines say what those are.
+    """
     view = heat.x if heat is not None else view_ms or _NO_TIME_MS
-    return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, _CAPTION, note)
+    lines = _CAPTION if caption and not note else FELT
+    return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, lines, note)
 
 
 def spectrum(

@@ -126,11 +126,21 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     right_margin = AXIS_PX if drawing.right else _RIGHT
     area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
     shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, "muted"))
-    shapes.append(Text(f"{pretty_text(drawing.x)} →", area.right, height - 5.0, "muted", "end"))
+    along = _cut(pretty_text(drawing.x), area.right - _PAD - measure(" →", SMALL_PX, False), measure)
+    shapes.append(Text(f"{along} →", area.right, height - 5.0, "muted", "end"))
     if drawing.right:
         label = f"{pretty_text(drawing.right)} ↑"
         shapes.append(Text(label, width - _PAD, top + 12.0, _right_colour(drawing), "end"))
     return area, shapes
+
+
+def _cut(words: str, room: float, measure: Measure) -> str:
+    """Return as much of a text as there is room for."""
+    if measure(words, SMALL_PX, False) <= room:
+        return words
+    while words and measure(f"{words}…", SMALL_PX, False) > room:
+        words = words[:-1]
+    return f"{words}…"
 
 
 def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[str]:

@@ -106,3 +106,20 @@ def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
     window.bridge.noticed.emit("sound device 'Card' is gone; going on without sound")
     window.say("Something else")
     assert "sound device 'Card' is gone" in window.status.session
+
+
+def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogram(shown, qtbot):
+    def named():
+        return [line.name for line in shown.spectrogram.drawing.lines if line.name]
+
+    assert shown.title.text() == "Hum"
+    assert named()
+    shown.resize(552, 210)
+    qtbot.waitUntil(lambda: not named())
+    assert shown.short_title.isVisible()
+    assert shown.short_title.text() == "Hum"
+    assert shown.title.text() == ""
+    shown.resize(900, 300)
+    qtbot.waitUntil(lambda: bool(named()))
+    assert shown.title.text() == "Hum"
+    assert shown.short_title.isHidden()
