@@ -184,6 +184,8 @@ class PreviewPanel(QWidget):
         self._name("Preview")
         self.note.set_full_text("select a node")
         self.output.hide()
+        self.laws.hide()
+        self._choose_page()
         self._late.stop()
         self._other = self._view_ms = None
         self._draw()
