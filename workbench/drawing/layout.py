@@ -97,8 +97,10 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
             yield Backdrop(Box(right - wide, top + 2.0, right, top + 2.0 + _LINE_PX))
             yield Text(line.name, right - 4.0, top + 14.0, "muted", "end")
     if drawing.note:
-        middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)
-        yield Text(drawing.note, *middle, "muted", "middle", SMALL_PX + 2)
+        x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
+        half = measure(drawing.note, SMALL_PX + 2, False) / 2.0 + 4.0
+        yield Backdrop(Box(x_px - half, y_px - 9.0, x_px + half, y_px + 9.0))
+        yield Text(drawing.note, x_px, y_px + 4.0, "muted", "middle", SMALL_PX + 2)
 
 
 def _within(left: float, top: float, right: float, bottom: float) -> Box:
