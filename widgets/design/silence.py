@@ -10,11 +10,14 @@ ASLEEP_REPORTS = 8
 
 
 def why_silent(patch: Patch, registry: Registry, id: str) -> str:
-    """Which node before this one, or it itself, has inputs that nothing comes to; "" if there is none."""
+    """Which node before this one, or it itself, is muted or has inputs that nothing comes to; "" if there is none."""
     waiting, seen = [id], {id}
     while waiting:
         here = waiting.pop(0)
-        type = registry[patch.node(here).type]
+        node = patch.node(here)
+        type = registry[node.type]
+        if node.muted:
+            return f"{node.label or type.label} is muted"
         wired = [(source.partition(".")[0], target) for source, target in patch.wires]
         fed = [source for source, target in wired if target in {f"{here}.{port.name}" for port in type.inputs}]
         if type.inputs and not fed:
@@ -52,5 +55,5 @@ class SilenceHint:
         for sink in sinks:
             why = why_silent(patch, registry, sink.id)
             if why:
-                return why if " of " in why else f"{why} of {registry[sink.type].label}"
+                return why
         return "no foot presses a tile. A click on the tile at the lower right strikes it"

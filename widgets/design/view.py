@@ -145,7 +145,7 @@ class PatchView(QGraphicsView):
         way = chain(self.document.patch.groups, left)
         below = way[way.index(group) + 1 :] if group in way else way if not group else []
         self.patch_scene.select(below[:1])
-        self._fit(self.patch_scene.extent(), LEAST_FIT)
+        self.begin_view()
         self.setFocus()
 
     def leave(self) -> None:

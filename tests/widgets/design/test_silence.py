@@ -24,6 +24,7 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
         (STEPPED, "tile-output", ""),
         (UNFED, "modal-bank", "nothing comes to strike"),
         (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
+        (STEPPED.mark(["footfall"], "muted", True), "tile-output", "Footfall is muted"),
         (Patch().add("tile-force", REGISTRY), "tile-force", ""),
     ],
 )
