@@ -169,6 +169,7 @@ class PreviewPanel(QWidget):
         column.addLayout(head)
         told = QHBoxLayout()
         told.setContentsMargins(16, 0, 8, 2)
+        told.setSpacing(theme.GRID)
         told.addWidget(self.short_title)
         told.addWidget(self.note, 1)
         column.addLayout(told)

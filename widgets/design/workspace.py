@@ -185,7 +185,7 @@ class DesignWorkspace(Workspace):
             ("Edit a note or a title", "Double-click"),
             ("Move the view", "Space and drag, middle button"),
         ]
-        own = (*self.listen_bar.actions_by_name.values(), *self.canvas.actions_by_name.values())
+        own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())
         return [*steps, *keys_of(own), *hand]
 
     # --- the document ---

@@ -136,3 +136,9 @@ def test_a_preset_that_is_opened_is_in_view_wherever_one_has_looked(window, desi
     opened(qtbot, design, "ice")
     view = design.canvas.mapToScene(design.canvas.viewport().rect()).boundingRect()
     assert view.contains(design.canvas.patch_scene.nodes["tile"].sceneBoundingRect())
+
+
+def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
+    told = dict(design.shortcuts())
+    assert told["Presets"] == "Ctrl+P"
+    assert told["Save as preset"] == "Ctrl+Alt+S"
