@@ -7,6 +7,8 @@ from underfoot.patch.patch import Patch
 
 ASLEEP_REPORTS = 8
 """So many reports of costs in a row, two a second, in which every node sleeps."""
+_ALONE = {"begin": "at once", "pace": "at its frequency"}
+"""Choices by which a node needs no events to run."""
 
 
 def why_silent(patch: Patch, registry: Registry, id: str) -> str:
@@ -20,7 +22,9 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
             return f"{node.label or type.label} is muted"
         wired = [(source.partition(".")[0], target) for source, target in patch.wires]
         fed = [source for source, target in wired if target in {f"{here}.{port.name}" for port in type.inputs}]
-        if type.inputs and not fed:
+        values = type.values(node.parameters)
+        runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
+        if type.inputs and not fed and not runs_alone:
             inputs = " or ".join(port.name for port in type.inputs)
             return f"nothing comes to {inputs}" + (f" of {type.label}" if here != id else "")
         waiting += [source for source in dict.fromkeys(fed) if source not in seen]
@@ -46,7 +50,7 @@ class SilenceHint:
         self._reports = None if any(awake.values()) else self._reports + 1
         if self._reports == ASLEEP_REPORTS:
             self._reports = None
-            self._say(f"Nothing sounds yet: {self._why(patch, registry)}")
+            self._say(f"Nothing sounds: {self._why(patch, registry)}")
 
     def _why(self, patch: Patch, registry: Registry) -> str:
         sinks = [node for node in patch.nodes if registry[node.type].is_sink]
@@ -56,4 +60,6 @@ class SilenceHint:
             why = why_silent(patch, registry, sink.id)
             if why:
                 return why
-        return "no foot presses a tile. A click on the tile at the lower right strikes it"
+        if any(registry[node.type].hosts for node in patch.nodes):
+            return "no foot presses a tile. A click on the tile at the lower right strikes it"
+        return "it has come to its end. P plays it from the start"

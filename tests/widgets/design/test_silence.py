@@ -15,6 +15,12 @@ STEPPED = patch_of(
     ("footfall.onset", "modal-bank.strike"),
     ("modal-bank.out", "tile-output.acceleration"),
 )
+ONCE = patch_of(
+    ("rhythm.out", "modal-bank.strike"),
+    ("modal-bank.out", "tile-output.acceleration"),
+    rhythm={"begin": "at once"},
+)
+AT_EVENTS = ONCE.set("rhythm", "begin", "at events", REGISTRY)
 UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
 
 
@@ -22,6 +28,8 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
     ("patch", "id", "why"),
     [
         (STEPPED, "tile-output", ""),
+        (ONCE, "tile-output", ""),
+        (AT_EVENTS, "tile-output", "nothing comes to start of Rhythm"),
         (UNFED, "modal-bank", "nothing comes to strike"),
         (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
         (STEPPED.mark(["footfall"], "muted", True), "tile-output", "Footfall is muted"),
@@ -70,7 +78,11 @@ def test_what_has_sounded_says_nothing(design):
 
 @pytest.mark.parametrize(
     ("patch", "words"),
-    [(UNFED, "nothing comes to strike of Modal bank"), (Patch().add("noise", REGISTRY), "through a Tile output")],
+    [
+        (UNFED, "nothing comes to strike of Modal bank"),
+        (ONCE, "P plays it from the start"),
+        (Patch().add("noise", REGISTRY), "through a Tile output"),
+    ],
 )
 def test_a_patch_that_cannot_sound_says_why(design, patch, words):
     design.set_patch(patch)
