@@ -14,6 +14,8 @@ from underfoot.errors import BadFile, BadValue
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
 LARGEST, DEEPEST = 64 << 20, 64
+_LONGEST = 120
+"""Characters of a message that repeats what is in the file."""
 
 Document = TypeVar("Document", bound=msgspec.Struct)
 
@@ -130,7 +132,9 @@ def placed(error: msgspec.ValidationError, raw: Any) -> str:
     if message.startswith("Expected") and place != "$":
         wanted = message.removeprefix("Expected ").partition(", got")[0].replace("`", "").split()
         return f"{place} is {_short(value)}; allowed: {' '.join(_WORDS.get(word, word) for word in wanted)}"
-    return f"{place}.{message}" if "; allowed: " in message else f"{place}: {_lower(message)}"
+    if "; allowed: " in message:
+        return f"{place}.{message}"
+    return f"{place}: {_lower(message if len(message) <= _LONGEST else f'{message[: _LONGEST - 3]}...')}"
 
 
 def _short(value: object) -> str:

@@ -51,10 +51,12 @@ def number(value: float, digits: int = 3) -> str:
 def pretty_unit(unit: str) -> str:
     """Return a unit as it is displayed.
 
-    >>> pretty_unit("m/s^2"), pretty_unit("N*s/m")
-    ('m/s²', 'N·s/m')
+    >>> pretty_unit("m/s^2"), pretty_unit("N*s/m"), pretty_unit("N/m^a")
+    ('m/s²', 'N·s/m', 'N/mᵃ')
     """
-    return unit.replace("^2", "²").replace("^3", "³").replace("^-1", "⁻¹").replace("*", "·").replace("deg", "°")
+    for plain, high in (("^2", "²"), ("^3", "³"), ("^-1", "⁻¹"), ("^a", "ᵃ"), ("*", "·"), ("deg", "°")):
+        unit = unit.replace(plain, high)
+    return unit
 
 
 def pretty_text(text: str) -> str:

@@ -206,7 +206,9 @@ def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_do
         for name in has.keys() - format.carries:
             assert KEPT[name] in every
         if "parameters" not in format.carries:
-            assert f"{type} ({', '.join(node.parameters)})" in every
+            named = f"{type} ({', '.join(node.parameters)})" if node.parameters else type
+            assert named in every
+            assert "()" not in every
     assert ("force" in has) == bool(node.hosts)
     assert ("sound" in has) == (type == "sound-output")
     assert ("tiles" in has) == any(isinstance(p, Tiles) for p in node.parameters.values())

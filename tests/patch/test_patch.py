@@ -220,6 +220,7 @@ WRONG = [
     (document(version=99), "version is 99; allowed: 1 (a newer Underfoot may have written it)"),
     (document(version=99, something="new"), "a newer Underfoot may have written it"),
     (document(colour="red"), "unknown field `colour`"),
+    (document(**{"x" * 5000: 1}), "unknown field `xxxx"),
     (document(title=3), "title is 3; allowed: text"),
     (document(seed=1.5), "seed is 1.5; allowed: a whole number"),
     (document(nodes={}), "nodes is {}; allowed: a list"),

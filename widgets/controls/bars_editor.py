@@ -41,8 +41,12 @@ class Bars(HandlePad):
             self._high = min(max(1.0, 1.25 * max(self._values, default=0.0)), self._parameter.high)
             self._low = max(min(0.0, 1.25 * min(self._values, default=0.0)), self._parameter.low)
 
+    def _scaled(self) -> QRectF:
+        """From the lowest to the highest value; above it is room for half a handle."""
+        return self.area().adjusted(0.0, 6.0, 0.0, 0.0)
+
     def _y(self, value: float) -> float:
-        area = self.area()
+        area = self._scaled()
         return area.bottom() - (value - self._low) / (self._high - self._low) * area.height()
 
     def _bar(self, index: int) -> QRectF:
@@ -69,7 +73,7 @@ class Bars(HandlePad):
         self._fit()
 
     def drag(self, index: int, place: QPointF) -> None:
-        area = self.area()
+        area = self._scaled()
         at = min(max(int((place.x() - area.x()) / area.width() * len(self._values)), 0), len(self._values) - 1)
         self.chosen = at
         share = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)

@@ -1,6 +1,6 @@
 """Dialogs that ask for a file. Where the desktop has none of its own, Qt's is shown, with buttons like all others."""
 
-from PySide6.QtWidgets import QFileDialog, QToolButton, QWidget
+from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
 
@@ -22,4 +22,8 @@ def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "")
         button = dialog.findChild(QToolButton, name)
         if isinstance(button, QToolButton):
             button.setIcon(theme.icon(icon, theme.TEXT))
+    splitter = dialog.findChild(QSplitter, "splitter")
+    if isinstance(splitter, QSplitter):  # places and dates can be read
+        dialog.resize(100 * theme.GRID, 60 * theme.GRID)
+        splitter.setSizes([18 * theme.GRID, 80 * theme.GRID])
     return dialog

@@ -145,12 +145,13 @@ class BlindTest(QWidget):
         self._plays += 1
         self.now.setText(f"{name} plays")
         self._listening.play_blind(self.comparison.x if name == "X" else name)
-        for button in self.answers.values():
-            button.setEnabled(True)
+        if name == "X":
+            for button in self.answers.values():
+                button.setEnabled(True)
 
     def answer(self, slot: str) -> None:
-        """X is this slot; keep that, and go on."""
-        if self.comparison is None or self.comparison.is_over or not self._plays:
+        """X is this slot; keep that, and go on. Nothing is kept before X was played."""
+        if self.comparison is None or self.comparison.is_over or not self.answers[slot].isEnabled():
             return
         self.comparison.answer(slot, time.monotonic() - self._began_s, self._plays)
         if not self._keep():

@@ -21,15 +21,16 @@ STUB = 40.0
 class BlockItem(NodeItem):
     """A collapsed group, drawn as one node."""
 
-    def __init__(self, group: Group, face: Face) -> None:
-        super().__init__(PlacedNode(group.id, "", group.at), face)
+    def __init__(self, group: Group, node: PlacedNode, face: Face) -> None:
+        super().__init__(node, face)
         self.group_now = group
 
-    def set_group(self, group: Group, face: Face) -> None:
-        """Show the group as it is now."""
-        self.group_now, self.node = group, PlacedNode(group.id, "", group.at)
+    def set_group(self, group: Group, node: PlacedNode, face: Face) -> None:
+        """Show the group, and the node that stands for it, as they are now."""
+        self.group_now, self.node = group, node
         self.setPos(*group.at)
         self.set_face(face)
+        self.update()
         for wire in self.wires:
             wire.follow()
 

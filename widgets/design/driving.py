@@ -3,6 +3,7 @@
 from functools import partial
 
 from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.parameters import Number
@@ -83,6 +84,9 @@ class Driving:
         """Offer, at a place of the screen, what may drive a parameter."""
         menu = self._menu(id, name, self._parent)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        heading = QAction(menu.title(), menu)
+        heading.setEnabled(False)
+        menu.insertAction(menu.actions()[0], heading)
         menu.popup(place)
 
     def offer(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
@@ -106,6 +110,7 @@ class Driving:
     def drive(self, id: str, name: str, by: str) -> None:
         """Let a new node of the type `by` drive a parameter; or show its "port", show "no port", take its wire."""
         patch, registry = self._document.patch, self._scene.registry
+        self._parent.setFocus()  # the number's field, which had it, may give way to what drives it
         if by in registry:
             label = registry[patch.node(id).type].parameters[name].label.lower()
             after = driven_with(patch, registry, id, name, by)

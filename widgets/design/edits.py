@@ -81,6 +81,7 @@ class EditableView(PatchView):
         word = "Insert" if into and into not in after.wires else "Add"
         self.document.edit(after, f"{word} {self.registry[type].label}")
         self.patch_scene.select([id])
+        self.bring([id])
 
     def _room_at(self, type: str, place: QPointF) -> tuple[float, float]:
         shape = node_shape(face_of(self.registry[type]), (), False)

@@ -209,7 +209,7 @@ class Inspector(QScrollArea):
         if self._patch.node(id).label:
             column.addWidget(theme.label(type.label, "muted"))
         column.addWidget(_wrapped(pretty_text(_LINE_END.sub(" ", type.doc)), "small"))
-        column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "muted"))
+        column.addWidget(_wrapped(pretty_text(f"Accuracy: {type.accuracy}"), "small"))
         column.addSpacing(8)
         if type.type in PICTURES:
             self.picture = PICTURES[type.type](type)

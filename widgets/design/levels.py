@@ -92,6 +92,14 @@ def face_of_group(patch: Patch, registry: Registry, group: Group) -> Face:
     return Face(title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs))
 
 
+def node_of_group(patch: Patch, group: Group) -> PlacedNode:
+    """The node that a collapsed group is drawn as: muted or bypassed where all in it is, soloed where anything is."""
+    marks = [node.marks for node in patch.nodes if node.id in set(group.members)]
+    muted, bypassed = (bool(marks) and all(name in one for one in marks) for name in ("muted", "bypassed"))
+    soloed = any("soloed" in one for one in marks)
+    return PlacedNode(group.id, "", group.at, muted=muted, bypassed=bypassed, soloed=soloed)
+
+
 def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool:
     return end in crossing or (plain and end not in wired)
 

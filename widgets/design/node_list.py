@@ -31,6 +31,7 @@ FAMILIES = (
 )
 """The order of the families; others follow."""
 _ROW, _HEADING = 24, 28
+_SEARCH = QSize(248, 320)
 _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 
 
@@ -72,13 +73,19 @@ class NodeList(QListWidget):
             fitting = [type for type in there.values() if rank(type, text) >= 0]
             for type in sorted(fitting, key=lambda type: (rank(type, text), type.label.lower())):
                 self._add(type, type.family)
+            if not fitting:
+                others = [(rank(type, text), type.label) for type in real.values() if rank(type, text) >= 0]
+                self._add_words(f"{min(others)[1]} does not fit here" if others else "No node has these words")
             self.setCurrentRow(0)
             return
         for family, types in grouped(there).items():
-            heading = QListWidgetItem(family.upper(), self)
-            heading.setFlags(Qt.ItemFlag.NoItemFlags)
+            self._add_words(family.upper())
             for type in types:
                 self._add(type, "")
+
+    def _add_words(self, words: str) -> None:
+        """A row that cannot be chosen."""
+        QListWidgetItem(words, self).setFlags(Qt.ItemFlag.NoItemFlags)
 
     def _add(self, type: NodeType, note: str) -> None:
         item = QListWidgetItem(type.label, self)
@@ -140,7 +147,7 @@ class NodeSearch(QFrame):
             f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
             f"QListWidget {{ background: {theme.PANEL}; }}"
         )
-        self.setFixedSize(QSize(248, 320))
+        self.setFixedSize(_SEARCH)
         self.field = SearchField("Add a node", self, closes=True)
         self.list = NodeList(registry, self)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -163,6 +170,7 @@ class NodeSearch(QFrame):
         """Show it at this place of its parent, as far as it fits there. It offers all types of node, or those that are
         `allowed`; with `first`, words for a choice before them that is no node: `NO_NODE` is chosen then."""
         room = self._around.rect()
+        self.setFixedHeight(min(_SEARCH.height(), room.height() - 16))
         self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
         self.field.clear()
         self.field.setPlaceholderText(hint)

@@ -25,7 +25,7 @@ from underfoot.widgets.design import preset_drops
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
-_ROW, _HEADING, _STAR_PX, _PICTURE_PX = 42, 28, 20, 56
+_ROW, _HEADING, _STAR_PX, _LEVEL_PX = 46, 28, 20, 58
 
 
 class PresetList(QListWidget):
@@ -213,18 +213,18 @@ class _Row(QStyledItemDelegate):
 
     def _paint_preset(self, painter: QPainter, rect: QRect, index: QModelIndex | QPersistentModelIndex) -> None:
         picture: PresetPicture | None = index.data(_PICTURE)
-        text = rect.adjusted(8, 4, -_STAR_PX - _PICTURE_PX - 4, -4)
+        text = rect.adjusted(8, 4, -_STAR_PX, -6)
         align = Qt.AlignmentFlag.AlignLeft
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.TEXT))
-        name = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, text.width())
+        name = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideMiddle, text.width())
         painter.drawText(text, align | Qt.AlignmentFlag.AlignTop, name)
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))
         level = "" if picture is None or picture.felt_db is None else f"{picture.peak_m_s2:.1f} m/s²"
         painter.drawText(text, align | Qt.AlignmentFlag.AlignBottom, level)
         if picture is not None:
-            place = QRectF(rect.right() - _STAR_PX - _PICTURE_PX, rect.y() + 6, _PICTURE_PX, rect.height() - 12)
+            place = QRectF(text.adjusted(_LEVEL_PX, text.height() - 18, -4, 2))
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.VIBRATION))
             painter.drawPolygon(_outline(picture, place))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QMessageBox, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
@@ -43,6 +43,7 @@ class PresetPanel(QWidget):
         self.list = PresetList(self)
         self.about = theme.label("", "small")
         self.about.setWordWrap(True)
+        self.about.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.shows = QButtonGroup(self)
         self.hears = QToolButton(self)
         self.hears.setText("Hear")
@@ -126,6 +127,7 @@ class PresetPanel(QWidget):
         ]
         fitting = ranked(fitting, self.field.text())
         self.list.show_presets(fitting, self._known, self._stars, headed=not self.field.text())
+        self.list.setVisible(bool(fitting))
         self.about.setText("" if fitting else self._nothing(which))
 
     def _nothing(self, which: str) -> str:

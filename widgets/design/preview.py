@@ -7,6 +7,7 @@ from itertools import pairwise, zip_longest
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
@@ -24,6 +25,7 @@ from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
 from underfoot.quantities import pretty_unit, quantity
+from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
@@ -40,6 +42,8 @@ LAWS = 3
 """How many laws of a node are drawn."""
 LATE_MS = 400
 """A preview that takes longer says that it is being made."""
+NARROW_PX, LOW_PX = 680, 240
+"""In a panel that is smaller the name stands before the figures, and the spectrogram has no words in it."""
 SILENT_DB = -120.0
 """The levels of what is no louder are drawn on an axis that ends at 0 dB."""
 
@@ -65,8 +69,10 @@ class PreviewPanel(QWidget):
         self._view_ms: Range | None = None
         self._levels = self._line = np.zeros((0, 0), np.float32)
         self._is_late = False
-        self.node = ""
+        self.node = self._why_silent = ""
         self.title = ElidedLabel("title")
+        self.short_title = theme.label("", "heading")
+        self.short_title.hide()
         self.note = ElidedLabel("small")
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
@@ -163,7 +169,9 @@ class PreviewPanel(QWidget):
         column.addLayout(head)
         told = QHBoxLayout()
         told.setContentsMargins(16, 0, 8, 2)
-        told.addWidget(self.note)
+        told.setSpacing(theme.GRID)
+        told.addWidget(self.short_title)
+        told.addWidget(self.note, 1)
         column.addLayout(told)
         column.addWidget(self._pages, 1)
         for one, following in pairwise((*in_line, self.waveform, self.spectrogram, self.pad)):
@@ -174,22 +182,25 @@ class PreviewPanel(QWidget):
     def clear(self) -> None:
         """Show nothing: no node is meant."""
         self.node, self._ports, self._preview = "", {}, None
-        self.title.set_full_text("Preview")
+        self._name("Preview")
         self.note.set_full_text("select a node")
         self.output.hide()
+        self.laws.hide()
+        self._choose_page()
         self._late.stop()
         self._other = self._view_ms = None
         self._draw()
 
-    def expect(self, node: str, type: NodeType) -> None:
+    def expect(self, node: str, type: NodeType, why_silent: str = "") -> None:
         """A preview of this node will come; what is shown of it now stays a moment, but not for long."""
         self._late.start()
+        self._why_silent = why_silent
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = self._view_ms = None
-        self.title.set_full_text(type.label)
+        self._name(type.label)
         self.note.set_full_text("")
         self.laws.setVisible(type.laws is not None)
         self._choose_page()
@@ -197,6 +208,10 @@ class PreviewPanel(QWidget):
         self.output.addItems(list(self._ports))
         self.output.setVisible(len(self._ports) > 1)
         self._draw()
+
+    def _name(self, name: str) -> None:
+        self.short_title.setText(name)
+        self.title.set_full_text("" if self.width() < NARROW_PX else name)
 
     def show_preview(self, preview: Preview) -> None:
         """Show what came."""
@@ -307,14 +322,15 @@ class PreviewPanel(QWidget):
 
     def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
         rows = event_rows(pick(preview.events, self.node, port.name))
-        self.waveform.show_drawing(preview_drawings.events(rows[:, 0] * (1e3 / now.rate_hz), rows[:, 1], now))
+        times_ms = rows[:, 0] * (1e3 / now.rate_hz)
+        self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
         self._show_no_levels("events have no spectrum", now.view_ms)
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: Stretch, other: Stretch | None) -> None:
-        self.waveform.show_drawing(preview_drawings.waveform(now, other))
+        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent))
         self._tell(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale, rate = self._scale, now.rate_hz
@@ -322,7 +338,8 @@ class PreviewPanel(QWidget):
             self._levels = spectrogram_db(now.values, rate, scale)
             shown = shown_levels(self._levels, top_of(self._levels), range_db)
             heat = HeatMap(shown, now.view_ms, scale.range_hz)
-            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale))
+            caption = self.height() >= LOW_PX
+            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, caption=caption))
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
             beside = spectrum_db(other.values, rate, scale) if other is not None else None
@@ -356,6 +373,14 @@ class PreviewPanel(QWidget):
         self._is_late, self._preview = True, None
         self._draw()
         self.note.set_full_text("being made…")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        is_narrow = self.width() < NARROW_PX
+        self.short_title.setVisible(is_narrow)
+        self.title.set_full_text("" if is_narrow else self.short_title.text())
+        if (event.oldSize().height() < LOW_PX) != (self.height() < LOW_PX):
+            self._draw()
 
     # --- zoom and cursor ---
 

@@ -28,10 +28,10 @@ _ROOM = 0.06
 _CAPTION = (FELT[0], ReferenceLine("y", FELT_HZ[1], dashed=True, name="felt by the sole: 40 to 1\u202f000 Hz"))
 
 
-def waveform(now: Stretch, other: Stretch | None = None) -> Drawing:
+def waveform(now: Stretch, other: Stretch | None = None, why_silent: str = "") -> Drawing:
     """A signal over time; the force behind it, on the right axis, unless the signal is a force itself.
 
-    Behind it is what the tile does of it, and in violet the `other` slot's signal.
+    Behind it is what the tile does of it, and in violet the `other` slot's signal. Where all is silent, it says why.
     """
     drawn = [(now.values, "force" if now.is_force else "vibration")]
     if now.measured is not None:
@@ -46,14 +46,17 @@ def waveform(now: Stretch, other: Stretch | None = None) -> Drawing:
     lines = [Series("", _times_ms(now, values.size), values, colour=colour) for values, colour in reversed(drawn)]
     label = f"signal, {now.unit}" if now.unit else "signal"
     view = (now.begin_ms, max(now.end_ms, other.end_ms if other is not None else 0.0, now.begin_ms + 1.0))
-    return _over_time(lines, label, (bottom, top), np.zeros(0) if now.is_force else now.force_n, now, view)
+    note = "" if largest > SILENT else why_silent or "silent in this step"
+    return _over_time(lines, label, (bottom, top), np.zeros(0) if now.is_force else now.force_n, now, view, note)
 
 
-def events(times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: Stretch) -> Drawing:
+def events(
+    times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: Stretch, why_silent: str = ""
+) -> Drawing:
     """Events as lines as long as they are strong, and the force behind them."""
     top = round_top(float(strengths.max(initial=0.0)) or 1.0)
     line = Series("", times_ms, strengths, "stems", "events")
-    note = "" if times_ms.size else "no events in this step"
+    note = "" if times_ms.size else why_silent or "no events in this step"
     return _over_time([line], "strength", (0.0, top), now.force_n, now, now.view_ms, note)
 
 
@@ -64,10 +67,16 @@ def no_waveform(note: str = "") -> Drawing:
     return _over_time([line], "signal", (-1.0, 1.0), np.zeros(0), nothing, _NO_TIME_MS, note)
 
 
-def levels_over_time(heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "") -> Drawing:
-    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above."""
+def levels_over_time(
+    heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "", caption: bool = True
+) -> Drawing:
+    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above.
+
+    With a `caption` words beside the dashed lines say what those are.
+    """
     view = heat.x if heat is not None else view_ms or _NO_TIME_MS
-    return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, _CAPTION, note)
+    lines = _CAPTION if caption and not note else FELT
+    return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, lines, note)
 
 
 def spectrum(

@@ -15,7 +15,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.blocks import BlockItem, FrameItem, NoteItem, StubItem
 from underfoot.widgets.design.editing import driven_parameters, drivers, upstream
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
-from underfoot.widgets.design.levels import face_of_group, level_of
+from underfoot.widgets.design.levels import face_of_group, level_of, node_of_group
 from underfoot.widgets.design.placing import Box
 from underfoot.widgets.design.resting_wires import RestingWires
 from underfoot.widgets.design.rewiring import passage, port_of
@@ -123,11 +123,11 @@ class PatchScene(QGraphicsScene):
         for id in [id for id in self.blocks if id not in wanted]:
             self.removeItem(self.blocks.pop(id))
         for id, group in wanted.items():
-            face = face_of_group(self.patch, self.registry, group)
+            node, face = node_of_group(self.patch, group), face_of_group(self.patch, self.registry, group)
             if id in self.blocks:
-                self.blocks[id].set_group(group, face)
+                self.blocks[id].set_group(group, node, face)
             else:
-                self.blocks[id] = BlockItem(group, face)
+                self.blocks[id] = BlockItem(group, node, face)
                 self.addItem(self.blocks[id])
 
     def _show_notes(self) -> None:

@@ -116,9 +116,13 @@ class PatchView(QGraphicsView):
         self._moved()
 
     def bring(self, ids: Sequence[str]) -> None:
-        """Move the view as little as it takes to see these."""
-        self.ensureVisible(self.patch_scene.extent(ids), 32, 32)
+        """Move the view as little as it takes to see these, also beside the mini-map."""
+        extent = self.patch_scene.extent(ids)
+        self.ensureVisible(extent, 32, 32)
         self._moved()
+        covered = self.mapFromScene(extent).boundingRect().intersected(self.map.geometry())
+        if not self.map.isHidden() and not covered.isEmpty():
+            self.pan(0, covered.height() + 8)
 
     def _look_at(self, place: QPointF) -> None:
         self._keeps_all = False
@@ -141,7 +145,7 @@ class PatchView(QGraphicsView):
         way = chain(self.document.patch.groups, left)
         below = way[way.index(group) + 1 :] if group in way else way if not group else []
         self.patch_scene.select(below[:1])
-        self._fit(self.patch_scene.extent(), LEAST_FIT)
+        self.begin_view()
         self.setFocus()
 
     def leave(self) -> None:

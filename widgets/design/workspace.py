@@ -25,6 +25,7 @@ from underfoot.widgets.design.preset_browsing import PresetBrowsing
 from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.side_panel import SidePanel
+from underfoot.widgets.design.silence import SilenceHint, why_silent
 from underfoot.widgets.design.slot_listening import OTHER, SlotListening
 from underfoot.widgets.design.small_plots import SmallPlots
 from underfoot.widgets.design.undo import Document
@@ -83,6 +84,7 @@ class DesignWorkspace(Workspace):
         self.preview = PreviewPanel(self)
         self.listen_bar = ListenBar(self)
         self.hearing = Hearing(self.canvas, registry)
+        self.silence_hint = SilenceHint(lambda text: self.canvas.say(text, alarm=False))
         self.slots: SlotListening | None = None
         self._lay_out()
         self._soon = QTimer(self, singleShot=True, interval=SOON_MS)
@@ -114,6 +116,8 @@ class DesignWorkspace(Workspace):
         open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
         self.patch_edited.connect(open_patch.take)
         controller.opened.connect(self._set_target)
+        self.silence_hint.begin(controller.playing)
+        controller.playing_changed.connect(self.silence_hint.begin)
         controller.bridge.costs.connect(self.show_costs)
         controller.bridge.health.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
@@ -139,6 +143,7 @@ class DesignWorkspace(Workspace):
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
         open_patch.adopted.connect(self.document.edit)
+        open_patch.adopted.connect(self.canvas.begin_view)
         self.side.presets.said.connect(self.said)
         self.side.presets.left.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
@@ -180,7 +185,7 @@ class DesignWorkspace(Workspace):
             ("Edit a note or a title", "Double-click"),
             ("Move the view", "Space and drag, middle button"),
         ]
-        own = (*self.listen_bar.actions_by_name.values(), *self.canvas.actions_by_name.values())
+        own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())
         return [*steps, *keys_of(own), *hand]
 
     # --- the document ---
@@ -236,6 +241,8 @@ class DesignWorkspace(Workspace):
         share, awake = (costs.share, costs.awake) if costs else (None, {})
         self.canvas.patch_scene.show_costs(share, awake)
         self.inspector.show_costs(share, awake)
+        if costs:
+            self.silence_hint.take(self.patch(), self.registry, awake)
 
     def show_health(self, health: Health) -> None:
         """Show no costs while the engine does not run."""
@@ -430,7 +437,8 @@ class DesignWorkspace(Workspace):
     def _ask(self) -> None:
         id = self._previewed
         if any(node.id == id for node in self.patch().nodes):
-            self.preview.expect(id, self.registry[self.patch().node(id).type])
+            type = self.registry[self.patch().node(id).type]
+            self.preview.expect(id, type, why_silent(self.patch(), self.registry, id))
             self._want(id)
 
     def _want(self, id: str) -> None:

@@ -55,7 +55,7 @@ class RecordedSteps(QWidget):
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
         table = titled(head, WholeRows(self.table))
-        table.setMinimumWidth(46 * theme.GRID)
+        table.setMinimumWidth(53 * theme.GRID)
         across.addWidget(table)
         holder = QWidget()
         inside = QHBoxLayout(holder)

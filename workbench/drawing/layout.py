@@ -97,8 +97,10 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
             yield Backdrop(Box(right - wide, top + 2.0, right, top + 2.0 + _LINE_PX))
             yield Text(line.name, right - 4.0, top + 14.0, "muted", "end")
     if drawing.note:
-        middle = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + 4.0)
-        yield Text(drawing.note, *middle, "muted", "middle", SMALL_PX + 2)
+        x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
+        half = measure(drawing.note, SMALL_PX + 2, False) / 2.0 + 4.0
+        yield Backdrop(Box(x_px - half, y_px - 9.0, x_px + half, y_px + 9.0))
+        yield Text(drawing.note, x_px, y_px + 4.0, "muted", "middle", SMALL_PX + 2)
 
 
 def _within(left: float, top: float, right: float, bottom: float) -> Box:
@@ -126,11 +128,21 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     right_margin = AXIS_PX if drawing.right else _RIGHT
     area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
     shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, "muted"))
-    shapes.append(Text(f"{pretty_text(drawing.x)} →", area.right, height - 5.0, "muted", "end"))
+    along = _cut(pretty_text(drawing.x), area.right - _PAD - measure(" →", SMALL_PX, False), measure)
+    shapes.append(Text(f"{along} →", area.right, height - 5.0, "muted", "end"))
     if drawing.right:
         label = f"{pretty_text(drawing.right)} ↑"
         shapes.append(Text(label, width - _PAD, top + 12.0, _right_colour(drawing), "end"))
     return area, shapes
+
+
+def _cut(words: str, room: float, measure: Measure) -> str:
+    """Return as much of a text as there is room for."""
+    if measure(words, SMALL_PX, False) <= room:
+        return words
+    while words and measure(f"{words}…", SMALL_PX, False) > room:
+        words = words[:-1]
+    return f"{words}…"
 
 
 def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[str]:

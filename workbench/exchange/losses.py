@@ -48,7 +48,9 @@ def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
     for node in patch.nodes:
         type = registry[node.type]
         for name in _features(node, type):
-            words = f"{node.id} ({', '.join(type.parameters)})" if name == "parameters" else node.id
+            words = node.id
+            if name == "parameters" and type.parameters:
+                words += f" ({', '.join(type.parameters)})"
             found.setdefault(name, []).append(words)
     for name in ("title", "comment", "seed"):
         if getattr(patch, name):

@@ -124,3 +124,12 @@ def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, desk):
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
     assert not any(target == "low-pass.cutoff" for _, target in desk.patch().wires)
     assert "300 Hz" in editor.field.text()
+
+
+def test_the_menu_says_what_it_is_about(desk):
+    editor = desk.inspector.editors["cutoff"]
+    menu = ask(editor.field, editor.field.rect().center())
+    heading = menu.actions()[0]
+    assert heading.text() == "Drive cutoff with"
+    assert not heading.isEnabled()
+    menu.close()

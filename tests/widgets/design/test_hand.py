@@ -207,3 +207,19 @@ def test_tidying_up_follows_the_flow_and_is_one_step(workspace):
     assert workspace.document.stack.undoText() == "Tidy up 5 nodes"
     workspace.undo_action.trigger()
     assert workspace.patch() == patch
+
+
+def test_the_list_says_why_what_was_typed_is_not_in_it(line):
+    start = port(line, "hum", "out", "out")
+    drag(line, start, start + QPoint(0, 120))
+    field, rows = line.canvas.search.field, line.canvas.search.list
+    for words, said in (("step", "Step does not fit here"), ("zzz", "No node has these words")):
+        field.setText(words)
+        assert [rows.item(i).text() for i in range(rows.count())] == [said]
+        assert rows.current() == ""
+
+
+def test_the_list_is_no_higher_than_the_canvas(line):
+    line.canvas.setFixedHeight(240)
+    QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
+    assert line.canvas.rect().contains(line.canvas.search.geometry())

@@ -126,13 +126,13 @@ def test_harmonics_are_drawn_over_in_one_drag_and_typed_below(selected):
     desk = selected("tone", harmonics=[1.0, 1.0, 1.0, 1.0])
     editor = desk.inspector.editors["harmonics"]
     area = editor.bars.area()
-    y = area.bottom() - 0.4 * area.height()
+    y = 0.5 * (area.bottom() + editor.bars.handles()[0].y())
     start, end = (QPointF(area.x() + share * area.width(), y) for share in (0.1, 0.9))
     send(editor.bars, QEvent.Type.MouseButtonPress, start.toPoint(), LEFT)
     for share in np.linspace(0.0, 1.0, 9):
         send(editor.bars, QEvent.Type.MouseMove, (start + share * (end - start)).toPoint(), LEFT)
     send(editor.bars, QEvent.Type.MouseButtonRelease, end.toPoint(), LEFT)
-    assert now(desk, "harmonics") == pytest.approx([0.5] * 4, abs=0.02)  # the scale has a quarter of room
+    assert now(desk, "harmonics") == pytest.approx([0.5] * 4, abs=0.02)
     assert desk.document.stack.count() == 1
     editor.bars.setFocus()
     for key in (KEY.Key_P, KEY.Key_Up, KEY.Key_Return, KEY.Key_Return, KEY.Key_Delete):

@@ -129,3 +129,16 @@ def test_a_preset_is_dropped_on_the_canvas_or_on_a_slot_and_taken_back_there(win
     assert design.patch().title == "Gravel underfoot"
     design.undo_action.trigger()
     assert design.patch().title == "Ice"
+
+
+def test_a_preset_that_is_opened_is_in_view_wherever_one_has_looked(window, design, qtbot):
+    design.canvas.pan(4000, 3000)
+    opened(qtbot, design, "ice")
+    view = design.canvas.mapToScene(design.canvas.viewport().rect()).boundingRect()
+    assert view.contains(design.canvas.patch_scene.nodes["tile"].sceneBoundingRect())
+
+
+def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
+    told = dict(design.shortcuts())
+    assert told["Presets"] == "Ctrl+P"
+    assert told["Save as preset"] == "Ctrl+Alt+S"

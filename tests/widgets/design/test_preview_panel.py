@@ -11,6 +11,7 @@ from windows import quiet_window
 
 from underfoot.engine.reports import Costs, Preview
 from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.node import Port
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.preview_drawings import waveform
@@ -106,3 +107,30 @@ def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
     window.bridge.noticed.emit("sound device 'Card' is gone; going on without sound")
     window.say("Something else")
     assert "sound device 'Card' is gone" in window.status.session
+
+
+def test_without_a_node_there_are_no_laws_to_be_shown(shown):
+    shown.expect("fibre-bundle", NODES["fibre-bundle"])
+    shown.laws.click()
+    assert shown.wants_laws
+    shown.clear()
+    assert shown.laws.isHidden()
+    assert not shown.wants_laws
+    assert shown.waveform.isVisible()
+
+
+def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogram(shown, qtbot):
+    def named():
+        return [line.name for line in shown.spectrogram.drawing.lines if line.name]
+
+    assert shown.title.text() == "Hum"
+    assert named()
+    shown.resize(552, 210)
+    qtbot.waitUntil(lambda: not named())
+    assert shown.short_title.isVisible()
+    assert shown.short_title.text() == "Hum"
+    assert shown.title.text() == ""
+    shown.resize(900, 300)
+    qtbot.waitUntil(lambda: bool(named()))
+    assert shown.title.text() == "Hum"
+    assert shown.short_title.isHidden()

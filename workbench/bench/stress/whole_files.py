@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from underfoot.bench.stress import damaged
 from underfoot.calibration.files.measurements import read_presses
@@ -26,6 +27,7 @@ from underfoot.floor.profile import Centroid, Fsr, Profile, Response
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
+from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.records.recording import Recording, Writer
@@ -51,6 +53,16 @@ def tone(frequency_hz: float = 100.0) -> Patch:
     """A tone on every tile, without an input."""
     patch = Patch(title="tone").add("tone", REGISTRY, frequency=frequency_hz, harmonics=(1.0,), amplitude=4.0)
     return patch.add("tile-output", REGISTRY).connect("tone.out", "tile-output.acceleration", REGISTRY)
+
+
+def _write_patch(path: Path) -> None:
+    """Gravel with a note, and a sub-patch in a sub-patch that shows a parameter."""
+    patch = Patch.load(preset_files.patches()["gravel"], REGISTRY)
+    ids = tuple(node.id for node in patch.nodes[:6])
+    shown = next(f"{node.id}.{name}" for node in patch.nodes[:6] for name in REGISTRY[node.type].parameters)
+    outer = Group("outer", (*ids, "note"), "Grains", "teal", True, (40.0, 8.0), (shown,))
+    groups = (outer, Group("inner", ids[:2], collapsed=True))
+    replace(patch, notes=(Note("note", "from 2 mm on"),), groups=groups).save(path)
 
 
 def _write_profile(path: Path) -> None:
@@ -177,9 +189,7 @@ def _again(document: Any) -> None:
 
 
 KINDS: dict[str, Kind] = {
-    "patch": Kind(
-        _preset(preset_files.patches(), "gravel"), lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document
-    ),
+    "patch": Kind(_write_patch, lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document),
     "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), damaged.of_document),
     "profile": Kind(_write_profile, _read_profile, damaged.of_document),
     "simulation": Kind(TileParameters().save, lambda path: _again(TileParameters.load(path)), damaged.of_document),

@@ -22,7 +22,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         lines.append((str(person), f"{a or 'A'} or {b or 'B'}", *_figures(part)))
     if len(lines) > 1:
         lines.append(("all", "", *_figures(rows)))
-    note = "Intervals are Wilson's; p is of so many right answers or more by guessing: exact binomial (SciPy)."
+    note = "Intervals are Wilson's; p is of so many right answers or more by guessing: exact binomial."
     columns = ("participant", "which", "right", "of", "rate", "95 % from", "to", "p")
     found.tables.append(Table("Is X A or B?", columns, tuple(lines), note))
     return found

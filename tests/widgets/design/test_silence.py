@@ -1,0 +1,99 @@
+"""Why nothing is to be heard: in the preview of a silent node, and once over the canvas while a patch plays."""
+
+import numpy as np
+import pytest
+from made_patches import patch_of
+
+from underfoot.engine.reports import Costs, Preview
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.silence import ASLEEP_REPORTS, why_silent
+from underfoot.widgets.design.workspace import DesignWorkspace
+
+STEPPED = patch_of(
+    ("tile-force.force", "footfall.force"),
+    ("footfall.onset", "modal-bank.strike"),
+    ("modal-bank.out", "tile-output.acceleration"),
+)
+ONCE = patch_of(
+    ("rhythm.out", "modal-bank.strike"),
+    ("modal-bank.out", "tile-output.acceleration"),
+    rhythm={"begin": "at once"},
+)
+AT_EVENTS = ONCE.set("rhythm", "begin", "at events", REGISTRY)
+UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
+
+
+@pytest.mark.parametrize(
+    ("patch", "id", "why"),
+    [
+        (STEPPED, "tile-output", ""),
+        (ONCE, "tile-output", ""),
+        (AT_EVENTS, "tile-output", "nothing comes to start of Rhythm"),
+        (UNFED, "modal-bank", "nothing comes to strike"),
+        (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
+        (STEPPED.mark(["footfall"], "muted", True), "tile-output", "Footfall is muted"),
+        (Patch().add("tile-force", REGISTRY), "tile-force", ""),
+    ],
+)
+def test_the_nearest_input_that_nothing_comes_to_is_named(patch, id, why):
+    assert why_silent(patch, REGISTRY, id) == why
+
+
+@pytest.fixture
+def design(qtbot):
+    workspace = DesignWorkspace(REGISTRY)
+    qtbot.addWidget(workspace)
+    workspace.resize(1000, 700)
+    workspace.show()
+    workspace.silence_hint.begin(True)
+    return workspace
+
+
+def sleep(design, reports, awake=0):
+    costs = Costs({}, {node.id: awake for node in design.patch().nodes})
+    for _ in range(reports):
+        design.show_costs(costs)
+
+
+def test_what_a_patch_waits_for_is_said_once_over_the_canvas(design):
+    design.set_patch(STEPPED)
+    sleep(design, ASLEEP_REPORTS - 1)
+    assert design.canvas.said == ""
+    sleep(design, 1)
+    assert "no foot presses a tile" in design.canvas.said
+    design.canvas.say("")
+    sleep(design, 2 * ASLEEP_REPORTS)
+    assert design.canvas.said == ""
+
+
+def test_what_has_sounded_says_nothing(design):
+    design.set_patch(STEPPED)
+    sleep(design, 1, awake=1)
+    sleep(design, 2 * ASLEEP_REPORTS)
+    design.silence_hint.begin(False)
+    sleep(design, 2 * ASLEEP_REPORTS)
+    assert design.canvas.said == ""
+
+
+@pytest.mark.parametrize(
+    ("patch", "words"),
+    [
+        (UNFED, "nothing comes to strike of Modal bank"),
+        (ONCE, "P plays it from the start"),
+        (Patch().add("noise", REGISTRY), "through a Tile output"),
+    ],
+)
+def test_a_patch_that_cannot_sound_says_why(design, patch, words):
+    design.set_patch(patch)
+    sleep(design, ASLEEP_REPORTS)
+    assert words in design.canvas.said
+
+
+def test_a_silent_preview_says_why(design):
+    design.set_patch(UNFED)
+    design.preview.expect("modal-bank", REGISTRY["modal-bank"], why_silent(UNFED, REGISTRY, "modal-bank"))
+    silence = np.zeros(480, np.float32)
+    made = Preview(1, 48_000.0, silence, {"modal-bank.out": silence})
+    design.preview.show_preview(made)
+    assert design.preview.waveform.drawing.note == "nothing comes to strike"

@@ -1,0 +1,65 @@
+"""Why nothing is to be heard: words where the person looks."""
+
+from collections.abc import Callable, Mapping
+
+from underfoot.patch.node import Registry
+from underfoot.patch.patch import Patch
+
+ASLEEP_REPORTS = 8
+"""So many reports of costs in a row, two a second, in which every node sleeps."""
+_ALONE = {"begin": "at once", "pace": "at its frequency"}
+"""Choices by which a node needs no events to run."""
+
+
+def why_silent(patch: Patch, registry: Registry, id: str) -> str:
+    """Which node before this one, or it itself, is muted or has inputs that nothing comes to; "" if there is none."""
+    waiting, seen = [id], {id}
+    while waiting:
+        here = waiting.pop(0)
+        node = patch.node(here)
+        type = registry[node.type]
+        if node.muted:
+            return f"{node.label or type.label} is muted"
+        wired = [(source.partition(".")[0], target) for source, target in patch.wires]
+        fed = [source for source, target in wired if target in {f"{here}.{port.name}" for port in type.inputs}]
+        values = type.values(node.parameters)
+        runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
+        if type.inputs and not fed and not runs_alone:
+            inputs = " or ".join(port.name for port in type.inputs)
+            return f"nothing comes to {inputs}" + (f" of {type.label}" if here != id else "")
+        waiting += [source for source in dict.fromkeys(fed) if source not in seen]
+        seen.update(fed)
+    return ""
+
+
+class SilenceHint:
+    """Tells, once after each start, what a patch waits for that has not sounded for some seconds."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        self._say = say
+        self._reports: int | None = None
+
+    def begin(self, playing: bool) -> None:
+        """Playing began or ended."""
+        self._reports = 0 if playing else None
+
+    def take(self, patch: Patch, registry: Registry, awake: Mapping[str, int]) -> None:
+        """For how many tiles each node is awake now."""
+        if self._reports is None or not patch.nodes:
+            return
+        self._reports = None if any(awake.values()) else self._reports + 1
+        if self._reports == ASLEEP_REPORTS:
+            self._reports = None
+            self._say(f"Nothing sounds: {self._why(patch, registry)}")
+
+    def _why(self, patch: Patch, registry: Registry) -> str:
+        sinks = [node for node in patch.nodes if registry[node.type].is_sink]
+        if not sinks:
+            return "a patch sounds through a Tile output"
+        for sink in sinks:
+            why = why_silent(patch, registry, sink.id)
+            if why:
+                return why
+        if any(registry[node.type].hosts for node in patch.nodes):
+            return "no foot presses a tile. A click on the tile at the lower right strikes it"
+        return "it has come to its end. P plays it from the start"
