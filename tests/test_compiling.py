@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from underfoot.commands.compiling import compiling_told
+from underfoot.commands.compiling import report_compiling
 from underfoot.kernels import kernel
 
 
@@ -21,7 +21,7 @@ def test_what_is_compiled_is_told_and_what_is_loaded_is_not(monkeypatch, tmp_pat
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
     said = []
     for _ in range(2):
-        with compiling_told():
+        with report_compiling():
             numbers = np.ones(3)
             _kernel()(numbers)
         assert list(numbers) == [2.0, 2.0, 2.0]

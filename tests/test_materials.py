@@ -49,12 +49,12 @@ def play(material, seed=1, weight_n=700.0):
     if (material, seed, weight_n) not in _played:
         patch = MATERIALS[material]
         program = Program(patch, REGISTRY, ("t1",), rate=RATE, block=BLOCK, seed=seed)
-        hosts = step(weight_n)
+        engine_signals = step(weight_n)
         sources = [f"{node.id}.events" for node in patch.nodes if node.type in SOURCES]
         out, events = np.zeros(FRAMES), []
         for at in range(0, FRAMES, BLOCK):
-            for name, signal in program.hosts.items():
-                signal[0] = hosts[name][at : at + BLOCK]
+            for name, signal in program.engine_signals.items():
+                signal[0] = engine_signals[name][at : at + BLOCK]
             program.run(at, BLOCK)
             out[at : at + BLOCK] = program.output[0]
             events += [program.events(source) for source in sources]
@@ -150,11 +150,11 @@ def test_events_come_only_while_the_foot_is_down(material):
 
 @pytest.mark.parametrize("material", MATERIALS)
 def test_it_is_silent_and_asleep_until_somebody_comes_and_again_when_he_has_gone(material):
-    patch, hosts = MATERIALS[material], step(700.0)
+    patch, engine_signals = MATERIALS[material], step(700.0)
     program = Program(patch, REGISTRY, ("t1", "t2"), rate=RATE, block=BLOCK)
     for at in range(0, 4 * FRAMES, BLOCK):
-        for name, signal in program.hosts.items():
-            signal[0] = hosts[name][at : at + BLOCK] if at < FRAMES else 0.0
+        for name, signal in program.engine_signals.items():
+            signal[0] = engine_signals[name][at : at + BLOCK] if at < FRAMES else 0.0
         program.run(at, BLOCK)
         assert not program.output[1].any()
         if at == 0:
@@ -169,7 +169,7 @@ def test_a_brittle_floor_lies_still_under_a_foot_that_only_stands():
     cracks = []
     for at in range(0, 4 * FRAMES, BLOCK):
         ramp = np.minimum((at + np.arange(BLOCK)) / (0.2 * RATE), 1.0)
-        for name, signal in program.hosts.items():
+        for name, signal in program.engine_signals.items():
             signal[0] = 850.0 * ramp if name == "force_n" else 0.0
         program.run(at, BLOCK)
         cracks.append(len(program.events("sheet.events")))

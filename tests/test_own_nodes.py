@@ -9,7 +9,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch.own_nodes import node_files, run_file
+from underfoot.patch.custom_nodes import node_files, run_file
 from underfoot.patch.patch import Patch, PlacedNode
 
 

@@ -143,10 +143,10 @@ def test_on_an_empty_floor_everything_sleeps(name):
 def test_everything_falls_asleep_again_after_a_step(name):
     program = Program(load(name), REGISTRY, ("t1",), rate=RATE, block=4800)
     for at in range(0, 8 * RATE, 4800):
-        for signal in program.hosts.values():
+        for signal in program.engine_signals.values():
             signal[:] = 0.0
         if at == 4800:
-            program.hosts["force_n"][0] = 700.0 * np.sin(np.linspace(0.0, np.pi, 4800)) ** 2
+            program.engine_signals["force_n"][0] = 700.0 * np.sin(np.linspace(0.0, np.pi, 4800)) ** 2
         program.run(at, 4800)
         assert at != 4800 or any(program.awake().values())
     assert not any(program.awake().values())

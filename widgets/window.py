@@ -17,7 +17,7 @@ from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.patch.heard import without_missing
+from underfoot.patch.effective import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_question import FileQuestion
 from underfoot.widgets.menu import MainMenu

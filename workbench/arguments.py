@@ -31,12 +31,12 @@ def number(name: str, value: object, lowest: float, highest: float, allowed: str
     return found
 
 
-def whole(name: str, value: object, lowest: int, highest: int, allowed: str) -> int:
+def integer(name: str, value: object, lowest: int, highest: int, allowed: str) -> int:
     """Return a whole number from `lowest` to `highest`.
 
-    >>> whole("fibres", 2e3, 1, 10**12, "1 to 1e12")
+    >>> integer("fibres", 2e3, 1, 10**12, "1 to 1e12")
     2000
-    >>> whole("fibres", 2.5, 1, 10**12, "1 to 1e12")
+    >>> integer("fibres", 2.5, 1, 10**12, "1 to 1e12")
     Traceback (most recent call last):
     underfoot.errors.BadValue: fibres is 2.5; allowed: a whole number, 1 to 1e12
     """
@@ -73,4 +73,4 @@ def seed_of(value: object) -> int:
     >>> seed_of(7)
     7
     """
-    return whole("seed", value, 0, 2**63 - 1, "0 to 2^63 - 1")
+    return integer("seed", value, 0, 2**63 - 1, "0 to 2^63 - 1")

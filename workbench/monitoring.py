@@ -19,7 +19,7 @@ from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.step_finder import CHUNK, Found, StepFinder
+from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
 from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -31,7 +31,7 @@ _SILENT_S = 0.5
 
 
 @dataclass(frozen=True)
-class Equipment:
+class StreamOptions:
     """Equipment of a session besides its source: profiles, sample rate of hardware, sound card, accelerometers."""
 
     profiles: Path | None = None
@@ -66,7 +66,7 @@ class FileStream:
         self._finder = StepFinder(floor, forces.rate_hz)
         self._stopped = False
 
-    def __iter__(self) -> Iterator[Found]:
+    def __iter__(self) -> Iterator[Detections]:
         for at in range(0, len(self._time_s), CHUNK):
             if self._stopped:
                 break
@@ -101,15 +101,15 @@ class SessionStream:
         self._stopped = False
         self._response = ResponseTotals(len(target.floor.tiles)) if target.accelerometers else None
 
-    def __iter__(self) -> Iterator[Found]:
+    def __iter__(self) -> Iterator[Detections]:
         session = self._session
         if self._record is not None:
             session.record(self._record)
         session.start()
         now = 0.0
-        news: list[str] = []
+        messages: list[str] = []
         while now < self._seconds and not self._stopped:
-            news += self._news()
+            messages += self._messages()
             if self._response is not None:
                 self._response.feed(*session.response.read()[1:])
             frames, forces = session.force.read()
@@ -118,13 +118,13 @@ class SessionStream:
             else:  # nothing more may arrive
                 now = max(now, session.health.frame / self._rate - _SILENT_S)
                 time.sleep(_WAIT_S)
-            if len(frames) or news:
+            if len(frames) or messages:
                 kept = frames / self._rate < self._seconds
-                yield replace(self._finder.feed(frames[kept] / self._rate, forces[kept]), news=tuple(news))
-                news.clear()
+                yield replace(self._finder.feed(frames[kept] / self._rate, forces[kept]), messages=tuple(messages))
+                messages.clear()
         if self._response is not None:
-            news += self._response.lines(self.floor)
-        yield replace(self._finder.finish(), news=tuple(news))
+            messages += self._response.lines(self.floor)
+        yield replace(self._finder.finish(), messages=tuple(messages))
 
     def stop(self) -> None:
         """Stop as soon as possible."""
@@ -140,12 +140,12 @@ class SessionStream:
         """Return warnings about the data."""
         return self._finder.warnings()
 
-    def _news(self) -> Iterator[str]:
+    def _messages(self) -> Iterator[str]:
         for report in self._session.poll():
-            yield from news_of(report, self._session.health.running)
+            yield from messages_of(report, self._session.health.running)
 
 
-def news_of(report: Report, running: bool) -> Iterator[str]:
+def messages_of(report: Report, running: bool) -> Iterator[str]:
     """Yield the messages of a report to the user; `DeviceError` for an engine that cannot run."""
     match report:
         case Notice(text) if not running:
@@ -167,10 +167,10 @@ def open_stream(
     pace: bool = False,
     record: Path | None = None,
     patch: Path | None = None,
-    equipment: Equipment | None = None,
+    equipment: StreamOptions | None = None,
 ) -> FileStream | SessionStream:
     """Open the stream of a simulator ("simulator", with ":" and its kind), hardware, a force CSV, or a recording."""
-    hardware, equipment = split_target(source), equipment or Equipment()
+    hardware, equipment = split_target(source), equipment or StreamOptions()
     if equipment.sensor_hz is not None and hardware is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
     simulation = simulation_of(source)

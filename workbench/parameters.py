@@ -32,7 +32,7 @@ class Parameter:
             object.__setattr__(self, "label", name.replace("_", " ").capitalize())
 
     @property
-    def moves(self) -> bool:
+    def is_ramped(self) -> bool:
         """Whether it ramps to a new value; otherwise a change rebuilds the program and fades it in."""
         return False
 
@@ -75,7 +75,7 @@ class Number(Parameter):
     kind: ClassVar[str] = "number"
 
     @property
-    def moves(self) -> bool:
+    def is_ramped(self) -> bool:
         return not self.fades
 
     @property

@@ -5,10 +5,10 @@ import json
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
-from underfoot.bench import whole
+from underfoot.bench import run_all
 from underfoot.bench.blocks import BlockCost
-from underfoot.bench.reach import Reach
 from underfoot.bench.report import Bench
+from underfoot.bench.requirements import Requirement
 from underfoot.bench.stability import Failure, Stability
 from underfoot.errors import UnderfootError
 from underfoot.patch.patch import Patch
@@ -18,19 +18,19 @@ COST = BlockCost("gravel", 36, 36, 64, 50.0, 90.0, 1.0, 1.0, 0.01)
 
 def bench(monkeypatch, *options, failures=(), ns=2.0):
     asked = {}
-    rows = [Reach("modes", "ten", ns, "ns", spread=0.02)]
+    rows = [Requirement("modes", "ten", ns, "ns", spread=0.02)]
 
-    def run(quick, seed, tell, cluster):
+    def run(quick, seed, progress, cluster):
         asked.update(quick=quick, seed=seed, cluster=cluster)
-        tell("working")
+        progress("working")
         return Bench(rows, [COST], (), Stability(failures=list(failures)))
 
-    def run_times(tell):
+    def run_times(progress):
         asked.update(short=True)
         return Bench(rows, [COST])
 
-    monkeypatch.setattr(whole, "run", run)
-    monkeypatch.setattr(whole, "run_times", run_times)
+    monkeypatch.setattr(run_all, "run", run)
+    monkeypatch.setattr(run_all, "run_times", run_times)
     return CliRunner().invoke(cli, ["bench", *options]), asked
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from underfoot.bench.compare import Time, changes, read
-from underfoot.bench.reach import Reach
-from underfoot.bench.reach.row import SPEED
 from underfoot.bench.report import Bench
+from underfoot.bench.requirements import Requirement
+from underfoot.bench.requirements.requirement import SPEED
 from underfoot.errors import BadFile
 
 
@@ -43,9 +43,9 @@ def test_rows_of_one_run_alone_are_named():
 
 def test_speeds_are_times_of_a_second_and_other_figures_are_not_compared():
     rows = [
-        Reach("whole block", "gravel", 50.0, SPEED, slowness=1.5, spread=0.01),
-        Reach("modes", "free", 0.1, "ns", spread=0.02),
-        Reach("tones", "error", 1e-16),
+        Requirement("whole block", "gravel", 50.0, SPEED, slowness=1.5, spread=0.01),
+        Requirement("modes", "free", 0.1, "ns", spread=0.02),
+        Requirement("tones", "error", 1e-16),
     ]
     assert Bench(rows, []).times() == [
         Time("whole block: gravel", 20.0, "ms a second of sound", 1.5, 0.01),

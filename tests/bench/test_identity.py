@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.bench.identity import Tracks, identity, walk
+from underfoot.bench.identity import Tracks, identity, simulate_walk
 from underfoot.floor.layout import default_floor
 from underfoot.floor.simulated_people import drawn_people
 
@@ -63,7 +63,7 @@ def test_two_that_swap_are_two_switches():
 
 
 def test_one_walker_on_a_large_floor_has_every_step_once_with_its_side():
-    walked = walk(default_floor(6, 6), (), 40.0)
+    walked = simulate_walk(default_floor(6, 6), (), 40.0)
     assert (walked.splits, walked.joins, walked.persons) == (0, 0, 1)
     assert walked.steps == walked.sided == walked.sides_right >= walked.feet - 1
     assert walked.contacts.switches == 0
@@ -72,7 +72,7 @@ def test_one_walker_on_a_large_floor_has_every_step_once_with_its_side():
 
 @pytest.mark.parametrize(("count", "path"), [(1, "turn"), (1, "straight"), (2, "crossing")])
 def test_people_who_turn_and_cross_are_told_apart(count, path):
-    walked = walk(default_floor(6, 6), drawn_people(count, path), 40.0)
+    walked = simulate_walk(default_floor(6, 6), drawn_people(count, path), 40.0)
     assert walked.splits + walked.joins <= 0.01 * walked.feet
     assert walked.contacts.idf1 > 0.98
     assert walked.contacts.switches == 0

@@ -12,17 +12,17 @@ def test_each_step_that_is_sent_changes_what_is_played_behind_it(link):
     assert 35 <= len(found.seconds) <= 43  # one every 47 ms
     assert (found.seconds > 0.0).all()
     assert len(np.unique(found.seconds.round(5))) > 5  # they are not of one moment
-    assert 0.0 <= found.late <= 1.0
+    assert 0.0 <= found.late_share <= 1.0
     assert found.shown_s >= found.hold_s + latency.BLOCK / latency.RATE - 1e-9
 
 
 def test_each_step_of_a_load_shakes_the_simulated_plate():
-    found = latency.to_acceleration(2.5)
+    found = latency.acceleration_latencies(2.5)
     assert 4 <= len(found) <= 7  # one every 0.4 s
     assert (found > 0.0).all()
 
 
 def test_a_bare_datagram_takes_its_time_too():
-    found = latency.bare(0.2)
+    found = latency.datagram_delays(0.2)
     assert found.shape == (200,)
     assert (found > 0.0).all()

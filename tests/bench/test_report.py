@@ -8,8 +8,8 @@ import pytest
 from underfoot.bench import report
 from underfoot.bench.accuracy import Comparison, Curve, Point
 from underfoot.bench.blocks import BlockCost
-from underfoot.bench.reach import Reach
 from underfoot.bench.report import Bench
+from underfoot.bench.requirements import Requirement
 from underfoot.bench.stability import Failure, Stability
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
@@ -21,9 +21,9 @@ CURVES = (
 )
 COMPARISON = Comparison("impact", "a blow & more", "relative", CURVES)
 REACHES = [
-    Reach("tones", "error", 5e-16, high=1e-12),
-    Reach("floors", "gravel", 31.0, "times real time", low=40.0),
-    Reach("bundles", "strength", 2766.5, "", 2764.0, 2768.0),
+    Requirement("tones", "error", 5e-16, high=1e-12),
+    Requirement("floors", "gravel", 31.0, "times real time", low=40.0),
+    Requirement("bundles", "strength", 2766.5, "", 2764.0, 2768.0),
 ]
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -57,10 +57,10 @@ def test_the_table_says_everything(bench):
     assert bench.stability.failures[0].patch.dumps().decode() in table
 
 
-def test_reaches_are_said_to_be_met_or_not(bench):
+def test_requirements_are_said_to_be_met_or_not(bench):
     table = report.text(bench).splitlines()
     assert table[0] == "load 1.5 on 2 cores"
-    assert table[1].startswith("reach: 3 asked, 1 not met")
+    assert table[1].startswith("requirements: 3 with limits, 1 not met")
     (missed,) = (line for line in table if line.endswith("NOT MET"))
     for words in ("floors: gravel", "at least 40", "31 times real time"):
         assert words in missed
@@ -71,7 +71,7 @@ def test_reaches_are_said_to_be_met_or_not(bench):
         "low": None, "high": 1e-12, "slowness": 1.0, "spread": None, "asked": "at most 1e-12", "met": True,
     }  # fmt: skip
     assert rows[2]["asked"] == "2764 to 2768"
-    assert not Reach("any", "figure", float("nan"), high=1.0).met
+    assert not Requirement("any", "figure", float("nan"), high=1.0).is_met
 
 
 def test_a_report_is_a_page_with_its_pictures_figures_and_failures(bench, tmp_path):

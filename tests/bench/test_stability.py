@@ -48,8 +48,10 @@ def test_a_broken_node_is_named_with_a_patch_that_shows_it(sound):
 
 
 def test_the_smallest_patch_keeps_only_what_fails():
-    patch = stability.alone("explosive", WITH_EXPLOSIVE, {"width": 0.9}).add("noise", REGISTRY | WITH_EXPLOSIVE)
-    less = stability.smallest(patch, lambda p: any(n.type == "explosive" and n.parameters for n in p.nodes))
+    patch = stability.isolated_patch("explosive", WITH_EXPLOSIVE, {"width": 0.9}).add(
+        "noise", REGISTRY | WITH_EXPLOSIVE
+    )
+    less = stability.minimal_patch(patch, lambda p: any(n.type == "explosive" and n.parameters for n in p.nodes))
     assert [(placed.type, placed.parameters) for placed in less.nodes] == [("explosive", {"width": 0.9})]
     assert less.wires == ()
 
@@ -69,23 +71,23 @@ def test_healthy_patches_withstand_everything(rate):
 
 
 def test_random_patches_are_patches_and_come_again_with_the_seed(sound):
-    first, second = ([stability.random_patch(REGISTRY, str(sound), draw) for _ in range(30)] for draw in rngs(7, 7))
+    first, second = ([stability.random_patch(REGISTRY, str(sound), rng) for _ in range(30)] for rng in rngs(7, 7))
     assert first == second
     assert all(patch.check(REGISTRY) is patch and len(patch.nodes) >= 4 for patch in first)
     assert sum(len(patch.wires) for patch in first) > 60
 
 
 def test_every_parameter_drawn_is_allowed(sound):
-    (draw,) = rngs(3)
+    (rng,) = rngs(3)
     for type, declared in REGISTRY.items():
-        for patch in stability.random_points(type, REGISTRY, str(sound), 4, 10, draw):
+        for patch in stability.random_points(type, REGISTRY, str(sound), 4, 10, rng):
             declared.values(patch.node(type).parameters)
 
 
 def test_a_patch_endures_from_late_in_the_day():
     patch = Patch().add("noise", REGISTRY, amplitude=100.0).add("tile-output", REGISTRY)
     patch = patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
-    assert stability.endure(patch, REGISTRY, 8_000, 1.0, 86_000 * 8_000) == ""
+    assert stability.run_long(patch, REGISTRY, 8_000, 1.0, 86_000 * 8_000) == ""
 
 
 def rngs(*seeds):

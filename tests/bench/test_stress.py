@@ -12,23 +12,23 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.bench import stress
-from underfoot.bench.stress import damage, damaged, datagrams, full_disk, sinks
-from underfoot.bench.stress.tried import Scale, Tried
-from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
+from underfoot.bench.stress import corruption, damage, datagrams, full_disk, sinks
+from underfoot.bench.stress.outcome import Effort, Outcome
+from underfoot.bench.stress.valid_files import KINDS, Kind, read_error
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.records.recording import Recording, Writer
 
 
-def told(tried):
-    return [f"{one.what}: {one.found}" for one in tried if not one.passed]
+def told(outcomes):
+    return [f"{one.what}: {one.found}" for one in outcomes if not one.passed]
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_damaged_files_of_a_kind_are_read_or_refused_in_one_line(name, monkeypatch):
     monkeypatch.setattr(damage, "KINDS", {name: KINDS[name]})
-    (tried,) = damage.run(Scale(times=25, seed=11), lambda line: None)
-    assert tried.times == 25
-    assert tried.passed, tried.found
+    (outcomes,) = damage.run(Effort(times=25, seed=11), lambda line: None)
+    assert outcomes.times == 25
+    assert outcomes.passed, outcomes.found
 
 
 def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
@@ -39,14 +39,14 @@ def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
     monkeypatch.setattr(damage, "KINDS", {"patch": kind})
     monkeypatch.setattr(damage, "of_database", lambda path, draw: path.write_bytes(b"seven b"))
     lines = []
-    (tried,) = damage.run(Scale(times=5), lines.append)
-    assert not tried.passed
+    (outcomes,) = damage.run(Effort(times=5), lines.append)
+    assert not outcomes.passed
     assert any("ValueError in test_stress.py" in line for line in lines)
 
 
 def test_the_same_seed_damages_alike():
     data = bytes(range(256)) * 8
-    for how in (damaged.of_bytes, damaged.of_head):
+    for how in (corruption.corrupt_bytes, corruption.corrupt_head):
         first, second = (how(data, np.random.default_rng(4)) for _ in range(2))
         assert first == second != data
 
@@ -60,7 +60,7 @@ def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
         rows = np.frombuffer(data, "<f8").copy()
         rows[10 * 50] = 6.9e80
         base.execute("update force set data = ?", (rows.tobytes(),))
-    assert "times that no session can have" in refusal(KINDS["recording"], path)
+    assert "times that no session can have" in read_error(KINDS["recording"], path)
     with Recording(path) as recording, pytest.raises(BadFile):
         recording.forces()
 
@@ -71,17 +71,17 @@ def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resample
     data = bytearray(path.read_bytes())
     data[24:28] = (3).to_bytes(4, "little")  # samples a second
     path.write_bytes(data)
-    assert "its header says 3 Hz; allowed: 100 Hz and more" in refusal(KINDS["sound file"], path)
+    assert "its header says 3 Hz; allowed: 100 Hz and more" in read_error(KINDS["sound file"], path)
 
 
 def test_strangers_datagrams_are_left_out_and_floods_take_no_memory():
-    tried = list(datagrams.run(Scale(times=2000), lambda line: None))
-    assert not told(tried)
-    assert "0 of 2000 taken" in tried[0].found
+    outcomes = list(datagrams.run(Effort(times=2000), lambda line: None))
+    assert not told(outcomes)
+    assert "0 of 2000 taken" in outcomes[0].found
 
 
 def test_what_no_shaker_may_get_reaches_none():
-    assert not told(sinks.run(Scale(seconds=2.0), lambda line: None))
+    assert not told(sinks.run(Effort(seconds=2.0), lambda line: None))
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
@@ -115,13 +115,13 @@ def test_what_a_killed_writer_left_can_be_read_where_the_disk_is_full(tmp_path):
 def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
     asked = {}
 
-    def run(row, scale, tell):
-        asked.update(row=row, scale=scale)
-        return {"damage": [Tried("patch", 3, "a traceback", False)]}
+    def run(row, effort, progress):
+        asked.update(row=row, effort=effort)
+        return {"damage": [Outcome("patch", 3, "a traceback", False)]}
 
     monkeypatch.setattr(stress, "run", run)
     done = CliRunner().invoke(cli, ["bench", "--stress", "damage", "--times", "3"])
-    assert asked == {"row": "damage", "scale": Scale(3, None, 1)}
+    assert asked == {"row": "damage", "scale": Effort(3, None, 1)}
     assert "a traceback   FAILED" in done.stdout
     assert isinstance(done.exception, UnderfootError)
     CliRunner().invoke(cli, ["bench", "--stress", "--json"])

@@ -17,7 +17,7 @@ def played(folder, ppm, began_s, late_s, seconds=30.0):
     card = TimedSink(folder, f"card {ppm:g}", 2, ppm)
     time_s = began_s + np.arange(round(seconds * RATE_HZ)) / card.rate_hz
     sound = np.sin(2.0 * np.pi * HZ * (time_s - late_s(time_s))).astype(np.float32)
-    card.heard = lambda: (began_s, sound)
+    card.samples = lambda: (began_s, sound)
     return card
 
 

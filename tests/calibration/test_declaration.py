@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.calibration import procedures
-from underfoot.calibration.declaration import Calibration, Setup
+from underfoot.calibration.declaration import Calibration, MeasurementSetup
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures import CALIBRATIONS, discover
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
@@ -29,7 +29,7 @@ import numpy as np
 
 from underfoot.calibration.declaration import PRESSING, Calibration
 from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import Live, Page
+from underfoot.calibration.procedure import PageProgress, Page
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest
 from underfoot.options import option
@@ -63,10 +63,10 @@ class NoiseProcedure(PagedProcedure):
 
     def plan(self, answers):
         page = Page("rest", "Nothing on it", "Stand clear.", press=PressRequest((0.0, 0.0), 0.0, 1.0))
-        return [Step(page, lambda readings: None if readings.last(1.0) else Live("Stand clear."))]
+        return [Step(page, lambda readings: None if readings.last(1.0) else PageProgress("Stand clear."))]
 
     def conclude(self):
-        deviation = float(np.std(self.taken()[0].readings.last(1.0).values[:, self._sensor]))
+        deviation = float(np.std(self.step_data()[0].readings.last(1.0).values[:, self._sensor]))
         return Result("noise", "Noise", (("noise_counts", deviation, "counts"),), "Measured.", True)
 """
 
@@ -82,7 +82,7 @@ def test_every_calibration_declares_what_others_read(declared):
     assert found.exit_code == 0
     assert declared.summary.split()[0] in found.output
     assert all(one.flag in found.output for one in options_of(declared))
-    procedure = declared().procedure(Setup(TILE, Profile(tile=TILE.id)))
+    procedure = declared().procedure(MeasurementSetup(TILE, Profile(tile=TILE.id)))
     assert (procedure.page.key, procedure.result) == ("setup", None)
 
 
@@ -113,7 +113,7 @@ def test_a_calibration_is_added_by_one_file(noise):
         flag for parameter in command.params for flag in parameter.opts
     }
     hand = SimulatedHand(SimulatedTile(TILE, seed=1), seed=1)
-    result = run(noise(sensor=2).procedure(Setup(TILE, Profile(tile="t1"))), hand)
+    result = run(noise(sensor=2).procedure(MeasurementSetup(TILE, Profile(tile="t1"))), hand)
     assert 0.0 < result.figures["noise_counts"] < 100.0
 
 

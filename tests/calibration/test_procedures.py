@@ -126,7 +126,7 @@ def test_weights_out_of_order_are_refused():
     walked(procedure, Hand(force=False), values, "sensor1-weight2")
     with pytest.raises(BadMeasurement, match="out of order: 15 N after 20 N on the way up"):
         procedure.answer({"weight_n": 15.0})
-    assert procedure.page.asks
+    assert procedure.page.questions
 
 
 def test_40_n_typed_as_400_is_refused_and_can_be_mended():
@@ -217,7 +217,7 @@ def test_back_forgets_what_was_taken_and_cancel_changes_nothing():
     with pytest.raises(BadValue, match="takes a press, not an answer"):
         procedure.answer({})
     with pytest.raises(BadValue, match="takes no recording"):
-        procedure.hear(np.zeros(3))
+        procedure.take_recording(np.zeros(3))
 
 
 def test_answers_are_checked():

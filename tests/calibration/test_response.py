@@ -15,7 +15,7 @@ from underfoot.calibration.science.response import ResponseMeasurements, equalis
 from underfoot.calibration.science.sweep import exponential, train
 from underfoot.calibration.science.transfer_function import measure
 from underfoot.engine.safety import Limits
-from underfoot.engine.sounding import SimulatedShaker
+from underfoot.engine.shaker_rigs import SimulatedShaker
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
@@ -128,7 +128,7 @@ def test_the_load_that_the_equaliser_is_for_cannot_be_left_out():
         if procedure.page.may_skip:
             procedure.skip()
         elif procedure.page.sound is not None:
-            procedure.hear(rig.play(procedure.page.sound))
+            procedure.take_recording(rig.play(procedure.page.sound))
         else:
             procedure.answer({})
     place = ("standing-place", False)
@@ -175,9 +175,9 @@ def test_the_pages_come_in_order_and_back_forgets():
     def go_on():
         keys.append(procedure.page.key)
         if procedure.page.sound is not None:
-            procedure.hear(rig.play(procedure.page.sound))
+            procedure.take_recording(rig.play(procedure.page.sound))
         else:
-            procedure.answer(QUICK if procedure.page.asks else {})
+            procedure.answer(QUICK if procedure.page.questions else {})
 
     for _ in range(4):
         go_on()
@@ -207,7 +207,7 @@ def test_loads_may_be_left_out():
         if procedure.page.may_skip:
             procedure.skip()
         elif procedure.page.sound is not None:
-            procedure.hear(rig.play(procedure.page.sound))
+            procedure.take_recording(rig.play(procedure.page.sound))
         else:
             procedure.answer({})
     names = [name for name, _, _ in procedure.result.raw]
@@ -237,21 +237,21 @@ def test_what_cannot_be_right_is_refused_on_its_page_and_can_be_taken_again(page
         if procedure.page.may_skip:
             procedure.skip()
         elif procedure.page.sound is not None:
-            procedure.hear(rig.play(procedure.page.sound))
+            procedure.take_recording(rig.play(procedure.page.sound))
         else:
             procedure.answer({})
     heard = rig.play(procedure.page.sound)
     with pytest.raises(BadMeasurement, match=reason):
-        procedure.hear(spoil(heard))
+        procedure.take_recording(spoil(heard))
     assert procedure.page.key == page
-    procedure.hear(heard)
+    procedure.take_recording(heard)
     assert procedure.page.key != page
 
 
 def test_a_page_takes_only_what_it_asks_for():
     procedure = ResponseProcedure(TILE, RATE)
     with pytest.raises(BadValue, match="takes no recording"):
-        procedure.hear(np.zeros(10))
+        procedure.take_recording(np.zeros(10))
     for values, word in (({"order": 13}, "order is 13"), ({"level": 0.9}, "level is 0.9"), ({"mass": 1.0}, "mass")):
         with pytest.raises(BadValue, match=word):
             procedure.answer(values)

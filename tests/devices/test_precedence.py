@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from underfoot.devices.precedence import PRIORITY, take_precedence
+from underfoot.devices.thread_priority import PRIORITY, raise_thread_priority
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="this system has no such priorities")
 
@@ -19,7 +19,7 @@ def in_a_thread(do):
 
 
 def asked():
-    take_precedence()
+    raise_thread_priority()
     return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(0).sched_priority
 
 

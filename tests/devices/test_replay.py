@@ -35,7 +35,7 @@ def test_every_sample_comes_once_at_its_own_time(step):
     np.testing.assert_allclose(stamps, np.arange(1_200) * 200.0, atol=1e-6)
     np.testing.assert_array_equal(arrivals, stamps)
     np.testing.assert_array_equal(force_n, forces.force_n)
-    assert source.over
+    assert source.is_finished
 
 
 def test_it_begins_at_the_frame_it_is_told():

@@ -14,7 +14,7 @@ from null_sink import listening
 
 from underfoot.clock import FADE
 from underfoot.devices.accelerometers import Accelerometer
-from underfoot.devices.sound import Exchange, Stream, max_channels
+from underfoot.devices.sound import PlayRecord, Stream, max_channels
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import Notice, Started
 from underfoot.engine.safety import PANIC
@@ -183,11 +183,11 @@ def test_a_sounddevice_without_what_moves_memory_is_named_in_one_line(monkeypatc
 _CUT = """
 import threading
 import numpy as np
-from underfoot.devices.sound import Exchange
+from underfoot.devices.sound import PlayRecord
 
 rate = 48_000
 tone = 0.4 * np.sin(2.0 * np.pi * 100.0 * np.arange(20 * rate) / rate)
-exchange = Exchange("", "", np.stack([tone, tone], axis=1).astype(np.float32), 1, rate)
+exchange = PlayRecord("", "", np.stack([tone, tone], axis=1).astype(np.float32), 1, rate)
 if CUT_AFTER_S is None:
     exchange.silence()
 else:
@@ -231,7 +231,7 @@ def test_an_exchange_that_is_silenced_before_it_begins_plays_nothing(null_sink, 
 def test_an_exchange_with_a_device_that_is_not_there_is_one_line():
     pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
     with pytest.raises(DeviceError, match="no such card") as error:
-        Exchange("no such card", "", np.zeros((48, 1), np.float32), 1, 48_000).run()
+        PlayRecord("no such card", "", np.zeros((48, 1), np.float32), 1, 48_000).run()
     assert "\n" not in str(error.value)
 
 

@@ -26,7 +26,7 @@ def plate(emulated):
 
 def test_it_goes_where_it_is_wanted_in_the_same_time_for_every_distance(plate, emulated, until):
     for stiffness in (90.0, 90.0, 160.0):
-        plate.want(stiffness)
+        plate.request_stiffness(stiffness)
         assert not plate.poll(is_loaded=False)
         until(lambda: plate.poll(is_loaded=False), "it is there")
     assert [(round(to, 4), seconds) for _, to, seconds in emulated.moves] == [(0.5, 0.15), (0.5, 0.15), (1.0, 0.15)]
@@ -34,7 +34,7 @@ def test_it_goes_where_it_is_wanted_in_the_same_time_for_every_distance(plate, e
 
 
 def test_it_waits_for_a_foot_to_leave_and_stops_where_it_is_when_one_comes(plate, emulated, until):
-    plate.want(160.0)
+    plate.request_stiffness(160.0)
     for _ in range(5):
         assert not plate.poll(is_loaded=True)
     assert emulated.moves == []
@@ -53,7 +53,7 @@ def test_it_waits_for_a_foot_to_leave_and_stops_where_it_is_when_one_comes(plate
 def test_a_plate_that_never_arrives_is_lost(emulated):
     now = [0.0]
     plate = Plate(emulated.name, CALIBRATION, move_s=30.0, clock=lambda: now[0])
-    plate.want(90.0)
+    plate.request_stiffness(90.0)
     plate.poll(is_loaded=False)
     now[0] = 40.0
     with pytest.raises(DeviceError, match="does not arrive"):

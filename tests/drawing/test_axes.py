@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from underfoot.drawing.axes import Axis, around, exactly, tick_texts, tick_values
+from underfoot.drawing.axes import Axis, fixed_axis, round_axis, tick_texts, tick_values
 
 HUGE = 1e6
 
@@ -32,7 +32,7 @@ def test_ticks_of_a_log_axis_enclose_the_range(low, high):
 
 @given(st.floats(-HUGE, HUGE), st.floats(1e-6, HUGE), st.floats(30.0, 2000.0))
 def test_ticks_are_apart_within_the_axis_and_told_apart(low, length, pixels):
-    axis = around((low, low + length), False, 0.0, pixels, 26.0)
+    axis = round_axis((low, low + length), False, 0.0, pixels, 26.0)
     assert axis.low <= low
     assert axis.high >= low + length
     places = axis.place([value for value, _ in axis.ticks])
@@ -45,12 +45,12 @@ def test_ticks_are_apart_within_the_axis_and_told_apart(low, length, pixels):
 
 
 def test_a_narrow_log_axis_has_ticks_too():
-    axis = around((140.0, 145.0), True, 0.0, 400.0, 50.0)
+    axis = round_axis((140.0, 145.0), True, 0.0, 400.0, 50.0)
     assert len(axis.ticks) >= 3
 
 
 def test_a_given_range_is_shown_exactly():
-    axis = exactly((-1.3, 7.7), False, 100.0, 0.0, 26.0)
+    axis = fixed_axis((-1.3, 7.7), False, 100.0, 0.0, 26.0)
     assert (axis.low, axis.high) == (-1.3, 7.7)
     assert all(axis.low <= value <= axis.high for value, _ in axis.ticks)
     np.testing.assert_allclose(axis.place([-1.3, 7.7]), [100.0, 0.0])

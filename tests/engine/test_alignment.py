@@ -29,7 +29,7 @@ def noise(frames, seed=1):
     return (0.1 * found / found.std()).astype(np.float32)
 
 
-def heard_of(memory, played, arrives, told=DELAY):
+def simulated_recording(memory, played, arrives, told=DELAY):
     """What is told of t2's accelerometer while `played` goes out and `arrives` comes in: by session frame, NaN in gaps.
 
     And how often it was aligned anew.
@@ -41,7 +41,7 @@ def heard_of(memory, played, arrives, told=DELAY):
     for block, at in enumerate(range(0, len(played) - BLOCK, BLOCK)):
         rows[:, 1] = played[at : at + BLOCK]
         memory.vibration.write(rows, BLOCK)
-        reader.heard[:, 0] = arrives[at : at + BLOCK]
+        reader.recorded[:, 0] = arrives[at : at + BLOCK]
         reader.write(at, BLOCK)
         if block % 40 == 39:
             reader.align()
@@ -58,7 +58,7 @@ def delayed(played, frames=DELAY):
 def test_frames_that_are_lost_leave_a_gap_and_all_others_stand_where_they_were_commanded(memory):
     played = noise(6 * RATE)
     arrives = np.delete(delayed(played), slice(144_123, 144_123 + 511))
-    found, jumps = heard_of(memory, played, np.append(arrives, np.zeros(511, np.float32)))
+    found, jumps = simulated_recording(memory, played, np.append(arrives, np.zeros(511, np.float32)))
     known = np.isfinite(found)
     assert jumps == 1
     gap = np.flatnonzero(~known[: 5 * RATE])
@@ -69,7 +69,7 @@ def test_frames_that_are_lost_leave_a_gap_and_all_others_stand_where_they_were_c
 def test_silence_that_is_put_in_is_left_out(memory):
     played = noise(6 * RATE)
     arrives = np.insert(delayed(played), 150_000, np.zeros(2_177, np.float32))
-    found, jumps = heard_of(memory, played, arrives)
+    found, jumps = simulated_recording(memory, played, arrives)
     assert jumps == 1
     known = np.isfinite(found)
     assert known[: 5 * RATE - DELAY].all()
@@ -78,7 +78,7 @@ def test_silence_that_is_put_in_is_left_out(memory):
 
 def test_a_distance_that_the_device_told_wrongly_is_found_without_being_counted(memory):
     played = noise(3 * RATE)
-    found, jumps = heard_of(memory, played, delayed(played), told=DELAY - 2_200)
+    found, jumps = simulated_recording(memory, played, delayed(played), told=DELAY - 2_200)
     known = np.isfinite(found)
     assert jumps == 0
     assert known.sum() > 1.5 * RATE
@@ -87,8 +87,8 @@ def test_a_distance_that_the_device_told_wrongly_is_found_without_being_counted(
 
 def test_a_tone_that_matches_at_each_period_changes_nothing(memory):
     tone = (0.1 * np.sin(2.0 * np.pi * 300.0 / RATE * np.arange(4 * RATE))).astype(np.float32)
-    assert heard_of(memory, tone, np.roll(tone, DELAY + 40))[1] == 0
+    assert simulated_recording(memory, tone, np.roll(tone, DELAY + 40))[1] == 0
 
 
 def test_shaking_that_has_nothing_to_do_with_the_command_changes_nothing(memory):
-    assert heard_of(memory, noise(4 * RATE, 1), noise(4 * RATE, 2))[1] == 0
+    assert simulated_recording(memory, noise(4 * RATE, 1), noise(4 * RATE, 2))[1] == 0

@@ -13,9 +13,9 @@ from underfoot.engine.commands import Set
 from underfoot.engine.error_curve import error_curve
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadValue
-from underfoot.models.modal import blow
+from underfoot.models.modal import strike_error
 from underfoot.nodes import REGISTRY
-from underfoot.patch.heard import as_heard
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.patch import Patch
 
 IMPACT = REGISTRY["impact"]
@@ -34,7 +34,7 @@ def test_a_smaller_error_that_is_asked_is_found_and_takes_no_less():
 def test_the_error_that_is_found_is_the_one_beside_scipy():
     """The displacement of one mode under one blow, by a tight solver: hammer, mode, Hunt and Crossley's contact."""
     values = {**IMPACT.values(HARD), "damping": 0.0, "error": 0.05, "stiffness": 1e6, "exponent": 1.0}
-    struck = blow.work(values, shows=True)().displacement
+    struck = strike_error.timed_work(values, shows=True)().displacement
     pole = complex(-20.0, 2.0 * np.pi * 300.0)
 
     def motion(_, y):
@@ -45,7 +45,7 @@ def test_the_error_that_is_found_is_the_one_beside_scipy():
     at = np.arange(480) / 48_000.0
     exact = solve_ivp(motion, (0.0, at[-1]), [0.0, 1.0, 0.0, 0.0], "DOP853", at, rtol=1e-11, atol=1e-14).y[2]
     apart = np.linalg.norm(struck[:480] - exact) / np.linalg.norm(exact)
-    assert blow.error_found(values) == pytest.approx(apart, rel=0.3, abs=1e-7)
+    assert strike_error.measured_error(values) == pytest.approx(apart, rel=0.3, abs=1e-7)
 
 
 def test_points_are_kept_until_a_value_changes(monkeypatch):
@@ -65,14 +65,14 @@ def test_the_command_prints_the_curve_of_a_node_as_its_patch_has_it_built(tmp_pa
     Patch(error_scale=10.0).add("impact", **HARD).save(path)
     said = CliRunner().invoke(cli, ["cost", str(path), "--curve", "impact"])
     assert said.exit_code == 0, said.output
-    assert said.stdout.startswith("impact stands here: asked 0.01, found ")
+    assert said.stdout.startswith("impact stands here: requested 0.01, found ")
     assert len(said.stdout.splitlines()) == 9
     data = json.loads(CliRunner().invoke(cli, ["cost", str(path), "--curve", "impact", "--json"]).stdout)
     assert (data["here"]["asked"], len(data["points"])) == (0.01, 7)
 
 
 def test_a_node_that_is_exact_says_so_instead():
-    with pytest.raises(BadValue, match=r"allowed: one that is asked for an error\. It is exact"):
+    with pytest.raises(BadValue, match=r"allowed: one with a requested error\. It is exact"):
         next(error_curve(REGISTRY["gain"], {}))
 
 
@@ -80,7 +80,9 @@ def test_every_asked_error_is_scaled_by_the_patch_and_kept_in_its_range():
     patch = Patch().add("impact", error=1e-4).add("stick-slip", error="0.003").add("gain")
 
     def asked(scale):
-        heard = as_heard(Patch.loads(patch.dumps().replace(b'"seed"', b'"error_scale": %g, "seed"' % scale)), REGISTRY)
+        heard = effective_patch(
+            Patch.loads(patch.dumps().replace(b'"seed"', b'"error_scale": %g, "seed"' % scale)), REGISTRY
+        )
         return heard.node("impact").parameters["error"], heard.node("stick-slip").parameters["error"]
 
     assert asked(10.0) == (pytest.approx(1e-3), "0.03")
@@ -101,7 +103,7 @@ def test_a_factor_of_one_is_not_in_the_file_and_others_come_back():
 def test_where_no_error_costs_more_than_another_it_is_said():
     *_, curve = error_curve(IMPACT, {})
     assert len({point.found for point in curve.points}) == 1, "a soft blow takes one sub-step a frame"
-    assert curve.told().endswith("all errors that may be asked take the same")
+    assert curve.description().endswith("all errors that can be requested take the same time")
     low, high = curve.drawing().x_range
     assert low < curve.here.found < high
 

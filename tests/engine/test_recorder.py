@@ -272,7 +272,7 @@ def test_cut_takes_away_whole_blocks_and_parts_of_them(tmp_path):
     assert writer.end("vibration") == 300
     assert writer.end("force") is None
     writer.cut(130)
-    writer.say("patch", "another")
+    writer.set_about("patch", "another")
     writer.commit()
     writer.close()
     with Recording(tmp_path / "a.uf") as recording:

@@ -15,7 +15,7 @@ from underfoot.engine.render import render
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.patch.audition import auditioned, softened
+from underfoot.patch.audition import attenuated, auditioned
 from underfoot.patch.patch import Patch
 
 RATE = 48_000
@@ -94,7 +94,7 @@ PAIRS = [("gravel", "wood"), ("stimulus-tc", "stimulus-sp"), ("tacton-ws1", "tac
 @pytest.mark.parametrize(("a", "b"), PAIRS)
 def test_switching_between_a_and_b_under_a_foot_makes_no_step_larger_than_their_own(a, b):
     """Forth and back while the foot shifts. Beyond each signal's own steps there is what the fade adds, of 10 ms."""
-    first, second = preset(a), softened(preset(b), REGISTRY, 0.5)
+    first, second = preset(a), attenuated(preset(b), REGISTRY, 0.5)
     alone = [played(standing(patch), 96_000)[:, 0].astype(float) for patch in (first, second)]
     loop = standing(first)
     at = 38_400, 67_200
@@ -188,8 +188,8 @@ def test_an_output_is_heard_without_the_others_and_a_muted_node_in_spite_of_it()
 
 
 def test_what_is_played_softer_is_so_by_the_factor():
-    np.testing.assert_allclose(heard(softened(hum(), REGISTRY, 0.25)), 0.25 * heard(hum()), atol=1e-6)
-    assert softened(hum(), REGISTRY, 1.0) is hum() or softened(hum(), REGISTRY, 1.0) == hum()
+    np.testing.assert_allclose(heard(attenuated(hum(), REGISTRY, 0.25)), 0.25 * heard(hum()), atol=1e-6)
+    assert attenuated(hum(), REGISTRY, 1.0) is hum() or attenuated(hum(), REGISTRY, 1.0) == hum()
 
 
 # --- previews ---

@@ -118,7 +118,7 @@ def test_csv_has_the_acceleration_of_each_tile(exports, tmp_path):
     head, *_ = (tmp_path / "a.csv").read_text().splitlines()
     assert head == "time_s,t1_m_s2"
     table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
-    np.testing.assert_allclose(table[:, 1], export.played["t1"], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(table[:, 1], export.acceleration_by_tile["t1"], rtol=1e-6, atol=1e-9)
 
 
 def test_svg_is_a_picture_with_its_axes(exports, tmp_path):
@@ -209,7 +209,7 @@ def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_do
             named = f"{type} ({', '.join(node.parameters)})" if node.parameters else type
             assert named in every
             assert "()" not in every
-    assert ("force" in has) == bool(node.hosts)
+    assert ("force" in has) == bool(node.engine_signals)
     assert ("sound" in has) == (type == "sound-output")
     assert ("tiles" in has) == any(isinstance(p, Tiles) for p in node.parameters.values())
     assert ("files" in has) == (type == "wav-player")

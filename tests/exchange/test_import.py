@@ -8,7 +8,7 @@ import pytest
 from mutations import mutated, randomness
 
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.exchange.format import Export, read_through
+from underfoot.exchange.format import Export, read_foreign_patch
 from underfoot.exchange.formats import FORMATS, READ, to_read
 from underfoot.exchange.syntacts_curves import shaped
 from underfoot.exchange.syntacts_signals import Reading, types_in
@@ -23,7 +23,7 @@ def read(folder, name, document):
     """What comes of a document in a file of this format."""
     path = folder / made.SAMPLES[name][0]
     path.write_text(json.dumps(document))
-    return read_through(to_read(path, name), path)
+    return read_foreign_patch(to_read(path, name), path)
 
 
 def curves(imported):
@@ -39,9 +39,9 @@ def at(points, time_s, column):
 def test_a_file_becomes_a_patch_that_plays_at_each_footfall(tmp_path, format):
     path = made.put(tmp_path, format.name)
     assert to_read(path).name == format.name
-    imported = read_through(format, path)
+    imported = read_foreign_patch(format, path)
     assert Patch.loads(imported.patch.dumps(), REGISTRY).dumps() == imported.patch.dumps()
-    played = Export(imported.patch, seconds=1.5).played["t1"]
+    played = Export(imported.patch, seconds=1.5).acceleration_by_tile["t1"]
     assert 0.1 < np.abs(played).max() < 2.0 * 2.0 * FULL
     assert not played[: round(0.05 * 48_000)].any()
 
@@ -224,7 +224,7 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, name):
     path = tmp_path / made.SAMPLES[format][0]
     path.write_bytes(data)
     with pytest.raises(BadFile) as error:
-        read_through(FORMATS[format], path)
+        read_foreign_patch(FORMATS[format], path)
     assert message in str(error.value)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
@@ -238,7 +238,7 @@ def test_changed_files_are_read_or_refused_in_one_line(tmp_path, format):
         path.write_bytes(mutated(whole, randomness(seed)))
         patch, said = None, ""
         try:
-            patch = read_through(format, path).patch
+            patch = read_foreign_patch(format, path).patch
         except UnderfootError as error:
             said = str(error)
         assert "\n" not in said, seed

@@ -7,7 +7,7 @@ from scipy import stats
 
 from underfoot.errors import BadValue
 from underfoot.experiments.blind_comparison import BlindComparison, chance_p
-from underfoot.experiments.exchange import read_csv, write_csv
+from underfoot.experiments.trial_files import read_csv, write_csv
 
 
 def answered(participant, right, of, seed=3):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from made_studies import first_answers, made_protocol
 
-from underfoot.experiments.exchange import write_bids
 from underfoot.experiments.physio import write_physio
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import Excerpt, SessionFile
 from underfoot.experiments.table import rows_of
+from underfoot.experiments.trial_files import write_bids
 
 RNG = np.random.default_rng(3)
 FORCE = np.abs(RNG.normal(300.0, 50.0, (40, 4)))
@@ -26,11 +26,11 @@ def exported(tmp_path):
     file = SessionFile.create(tmp_path / "p-1.session", protocol, "p-1")
     study = file.study(protocol)
     while not study.is_done:
-        stretches = [Stretch("force", 0, 1.5, 1000.0, CORNERS, FORCE),
-                     Stretch("vibration", 0, 1.25, 48_000.0, ("t1",), VIBRATION),
-                     Stretch("vibration", 1, 2.25, 48_000.0, (), np.zeros((9, 0))),
-                     Stretch("measured", 1, 2.25, 48_000.0, ("t1",), 0.9 * VIBRATION)]  # fmt: skip
-        file.add(study.answer(first_answers(study.page)), stretches)
+        excerpts = [Excerpt("force", 0, 1.5, 1000.0, CORNERS, FORCE),
+                     Excerpt("vibration", 0, 1.25, 48_000.0, ("t1",), VIBRATION),
+                     Excerpt("vibration", 1, 2.25, 48_000.0, (), np.zeros((9, 0))),
+                     Excerpt("measured", 1, 2.25, 48_000.0, ("t1",), 0.9 * VIBRATION)]  # fmt: skip
+        file.add(study.answer(first_answers(study.page)), excerpts)
     write_bids(tmp_path / "b", rows_of(protocol, "p-1", file.entries()), "Two trials", protocol)
     written = write_physio(tmp_path / "b", file, "Two trials")
     file.close()

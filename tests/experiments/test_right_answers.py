@@ -27,12 +27,12 @@ def words(tmp_path):
 
 
 def always(word):
-    return lambda page: {page.asks[0].name: word}
+    return lambda page: {page.questions[0].name: word}
 
 
 def test_words_are_chosen_and_told_right_or_wrong(words):
     study = Study(words, "P1")
-    assert study.page.asks[0].allowed == "sand, snow, ice"
+    assert study.page.questions[0].allowed == "sand, snow, ice"
     told = {page.feedback for page in walked(study, always("sand"))} | {study.page.feedback}
     assert told == {"", "Right.", "It was snow."}
     rows = rows_of(words, "P1", study.entries)

@@ -16,7 +16,7 @@ from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import truths_of
-from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
+from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -26,7 +26,7 @@ PEOPLE = {"stiffness-vibration": 12, "compliance-rating": 12, "intensity-equalis
 
 def found_of(name, people, each=20, **conditions):
     folder = preset_files.protocols()[name].parent
-    how = Conditions(**conditions)
+    how = SimulationSettings(**conditions)
     return [one for part in jobs_of(preset_protocol(name), folder, people, how, each) for one in simulate(part)]
 
 
@@ -48,7 +48,7 @@ def test_two_patches_without_a_number_are_compared_by_the_share_that_is_judged_m
     parameters = {"standard": standard, "comparisons": ["snow"], "blocks": 40, "judged_more": "not chosen"}
     made = made_protocol("constant-stimuli", parameters, {"gravel": {"patch": "gravel"}, "snow": {"patch": "snow"}})
     for mistakes, share in ((0.0, 0.6), (0.2, 0.58)):
-        how = Conditions(truth=(("judged_more", 0.6), ("mistakes", mistakes)))
+        how = SimulationSettings(truth=(("judged_more", 0.6), ("mistakes", mistakes)))
         found = [one for job in jobs_of(made, Path(), 60, how, 60) for one in simulate(job)]
         (whole,) = [one for one in summaries(found) if one.share == 1.0]
         assert whole.name == "share snow"

@@ -12,7 +12,7 @@ import pytest
 from made_studies import first_answers, made_protocol, preset_protocol, walked
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import Excerpt, SessionFile
 from underfoot.experiments.study import Study
 from underfoot.patch import preset_files
 
@@ -82,11 +82,11 @@ def test_stretches_come_back_as_they_were(tmp_path):
     number = file.add(
         study.answer(first_answers(study.page)),
         [
-            Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2", "t1.3", "t1.4"), force),
-            Stretch("vibration", 0, 480.0, 48_000.0, ("t1", "t2"), vibration),
+            Excerpt("force", 0, 96.0, 1000.0, ("t1.1", "t1.2", "t1.3", "t1.4"), force),
+            Excerpt("vibration", 0, 480.0, 48_000.0, ("t1", "t2"), vibration),
         ],
     )
-    first, second = file.stretches(number)
+    first, second = file.excerpts(number)
     assert (first.columns, first.first, first.rate_hz) == (("t1.1", "t1.2", "t1.3", "t1.4"), 96.0, 1000.0)
     np.testing.assert_allclose(first.values, force, rtol=1e-6)
     np.testing.assert_allclose(second.values, vibration, atol=np.abs(vibration).max() / 65000)

@@ -10,13 +10,13 @@ from measured import walk as measured_walk
 from underfoot.errors import BadValue
 from underfoot.floor.contacts import Contact, ContactTracker
 from underfoot.floor.footsteps import is_step, measure
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 
 FLOOR = touching_floor(6, 12)
 
 
 def count_steps(floor, time_s, force_n, rate_hz, chunk=50):
-    tracker, counter, steps = ContactTracker(floor, rate_hz), StepCounter(floor), []
+    tracker, counter, steps = ContactTracker(floor, rate_hz), WalkTracker(floor), []
     for i in range(0, len(time_s), chunk):
         times = time_s[i : i + chunk]
         steps += counter.feed(tracker.feed(times, force_n[i : i + chunk]).finished, times[-1])
@@ -203,7 +203,7 @@ def test_two_people_have_sides_of_their_own():
 
 
 def test_a_single_step_has_no_side_and_comes_when_no_other_has_come():
-    tracker, counter = ContactTracker(FLOOR, 500.0), StepCounter(FLOOR)
+    tracker, counter = ContactTracker(FLOOR, 500.0), WalkTracker(FLOOR)
     time_s = np.arange(2000) / 500.0
     force_n = read(corner_forces(FLOOR, walk(1), time_s), 500.0)
     came = [

@@ -29,7 +29,7 @@ def test_what_fits_fits_by_the_closed_forms():
     np.testing.assert_allclose(found.first_hz, first_hz, rtol=1e-9)
     np.testing.assert_allclose(found.deflection_m, 0.0116 * 1000.0 * side**2 / rigidity, rtol=2e-3)
     np.testing.assert_allclose(found.mass_kg[:, 0], 600.0 * found.thickness_m * side**2, rtol=1e-9)
-    asked = found.asked
+    asked = found.spec
     within = (found.mass_kg <= asked.most_kg) & (found.deflection_m <= asked.most_deflection_m)
     assert (found.fits == (within & (first_hz >= asked.least_hz))).all()
     assert 0.0 < found.fits.mean() < 1.0

@@ -6,7 +6,7 @@ import pytest
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
-from underfoot.floor.shared_loads import relieved, shared
+from underfoot.floor.shared_loads import relief_time_s, shared
 from underfoot.floor.simulated_loads import feet_down
 from underfoot.floor.simulated_people import drawn_people
 
@@ -64,7 +64,7 @@ def test_a_load_that_falls_and_rises_elsewhere_is_the_next_foots(last_n, places)
     time_s = np.arange(150) * 0.004
     force_n = np.interp(time_s, (0.0, 0.1, 0.3, 0.4, 0.6), (0.0, 160.0, 15.0, 90.0, last_n))
     x_m = np.where(time_s < 0.3, *places)
-    found = relieved(np.column_stack([time_s, x_m, np.zeros(150), force_n]), 0.25)
+    found = relief_time_s(np.column_stack([time_s, x_m, np.zeros(150), force_n]), 0.25)
     assert found is not None
     least_s, moved = found
     assert least_s == pytest.approx(0.3, abs=0.005)

@@ -23,10 +23,10 @@ QUIET = TileParameters(accelerometer=Accelerometer(noise=0.0))
 class Played:
     """Plates that are given drive and load, cut as one likes."""
 
-    def __init__(self, floor=FLOOR, parameters=QUIET, heard="accelerometer", block=256, channels=None):
+    def __init__(self, floor=FLOOR, parameters=QUIET, measured_at="accelerometer", block=256, channels=None):
         count = len(floor.tiles)
         channels = list(range(count)) if channels is None else channels
-        self.plates = SimulatedPlates(floor, parameters, channels, RATE, block, heard)
+        self.plates = SimulatedPlates(floor, parameters, channels, RATE, block, measured_at)
         self.block, self.count, self.width = block, count, max(channels) + 1
 
     def play(self, drive, force_n, at_m=(0.0, 0.0), cuts=None, frame=0):
@@ -124,7 +124,7 @@ def test_a_foot_that_rolls_changes_what_the_plate_does_without_a_click():
 def test_under_the_foot_nothing_is_felt_unless_somebody_stands_there():
     drive, force_n = noise(3000), np.zeros((3000, 2))
     force_n[1000:, 1] = 500.0
-    found = Played(heard="foot").play(drive, force_n)
+    found = Played(measured_at="foot").play(drive, force_n)
     assert not found[:, 0].any()
     assert not found[:1000, 1].any()
     assert np.std(found[2000:, 1]) > 0.0
@@ -164,10 +164,10 @@ def test_a_foot_anywhere_is_within_a_decibel_of_the_exact_plate():
         found = Played(block=n).play(drive, force_n, (x, y))[:, 0].astype(np.float64)
         # what goes in is a triangle of two samples, and has its spectrum
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(n) - 10) / RATE)
-        heard = turn @ found / (1e-3 * np.sinc(frequencies / RATE) ** 2)
+        response = turn @ found / (1e-3 * np.sinc(frequencies / RATE) ** 2)
         body = replace(drawn.assembly(tile, "standing"), foot_m=(x, y))
         truth = shaker * body.transfer(frequencies, drawn.accelerometer_m(tile))
-        worst_db = max(worst_db, np.abs(20.0 * np.log10(np.abs(heard / truth))).max())
+        worst_db = max(worst_db, np.abs(20.0 * np.log10(np.abs(response / truth))).max())
     assert worst_db < 1.0
 
 
@@ -175,5 +175,5 @@ def test_a_grid_of_places_for_a_foot_and_only_two_places_to_listen():
     places = np.array(foot_places_m(FLOOR.tiles[0]))
     assert places.shape == (289, 2)
     assert np.abs(places).max() < 0.5 * FLOOR.tiles[0].size_m[0]
-    with pytest.raises(BadValue, match="heard is 'ear'; allowed: accelerometer, foot"):
-        SimulatedPlates(Floor(FLOOR.tiles), None, [0, 1], RATE, 64, heard="ear")
+    with pytest.raises(BadValue, match="measured_at is 'ear'; allowed: accelerometer, foot"):
+        SimulatedPlates(Floor(FLOOR.tiles), None, [0, 1], RATE, 64, measured_at="ear")

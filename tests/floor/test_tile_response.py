@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import csd, lfilter, welch
 
 from underfoot.errors import BadValue
-from underfoot.floor.tile_response import ResponseWatch, response_of
+from underfoot.floor.tile_response import ResponseMonitor, response_of
 
 RATE = 48_000.0
 
@@ -37,14 +37,14 @@ def test_what_no_response_explains_is_scipy_s_incoherent_power():
 
 
 def test_a_tile_is_off_its_command_when_it_is_told_enough_for_long_enough():
-    watch = ResponseWatch(4, RATE)
+    watch = ResponseMonitor(4, RATE)
     told = np.outer(noise(), [1.0, 1.0, 0.001, 0.0])
     done = told * [1.2, 0.3, 0.1, 0.0]
     watch.feed(told[:4800], done[:4800])
-    assert not watch.astray().any()
+    assert not watch.deviates().any()
     for at in range(0, len(told), 800):
         watch.feed(told[at : at + 800], done[at : at + 800])
-    assert watch.astray().tolist() == [False, True, False, False]
+    assert watch.deviates().tolist() == [False, True, False, False]
     assert watch.rms(1) == pytest.approx((1.0, 0.3), rel=0.05)
 
 

@@ -11,7 +11,7 @@ from underfoot.floor import simulated_loads
 from underfoot.floor.contacts import Contact, ContactTracker
 from underfoot.floor.gait_summary import gait_of
 from underfoot.floor.layout import default_floor
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 from underfoot.models import gait
 
 FLOOR = default_floor(6, 24)
@@ -23,7 +23,7 @@ def steps_of(walks, seconds, walkers, feed_s=0.1):
     source = SimulatedFloor(FLOOR)
     source.footfalls = simulated_loads.footfall_table(walks)
     source.curves = simulated_loads.gait_curves(walkers)
-    tracker, counter, steps = ContactTracker(FLOOR, 1000.0), StepCounter(FLOOR), []
+    tracker, counter, steps = ContactTracker(FLOOR, 1000.0), WalkTracker(FLOOR), []
     for end in range(round(feed_s * 48_000), round(seconds * 48_000), round(feed_s * 48_000)):
         count = source.pull(end)
         time_s = source.stamps[:count] / 48_000.0
@@ -92,7 +92,7 @@ def test_two_who_pass_keep_their_ids_and_somebody_long_gone_is_somebody_new():
 
 def test_who_turns_at_each_step_has_sides_from_the_first_row_on():
     floor = default_floor(2, 2)
-    source, tracker, counter, steps = SimulatedFloor(floor), ContactTracker(floor, 1000.0), StepCounter(floor), []
+    source, tracker, counter, steps = SimulatedFloor(floor), ContactTracker(floor, 1000.0), WalkTracker(floor), []
     for end in range(4800, round(4.5 * 48_000), 4800):
         count = source.pull(end)
         time_s = source.stamps[:count] / 48_000.0
@@ -106,7 +106,7 @@ def test_the_next_step_has_a_person_while_it_is_under_way():
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
     source = SimulatedFloor(FLOOR)
     source.footfalls = simulated_loads.footfall_table([made])
-    tracker, counter = ContactTracker(FLOOR, 1000.0), StepCounter(FLOOR)
+    tracker, counter = ContactTracker(FLOOR, 1000.0), WalkTracker(FLOOR)
     for end in range(4800, round(4.3 * 48_000), 4800):
         count = source.pull(end)
         time_s = source.stamps[:count] / 48_000.0
@@ -136,7 +136,7 @@ def test_steps_that_come_together_are_given_to_those_whom_they_suit_together(fee
             aside_m = 0.05 * (-1) ** step + (0.3 if step == 8 else 0.0)
             start_s = 0.55 * step + 0.01 * one
             contacts.append(contact_at(2 * step + one, start_s, 0.3 + 0.5 * step, 0.3 + 0.5 * one + aside_m))
-    counter, steps = StepCounter(FLOOR), []
+    counter, steps = WalkTracker(FLOOR), []
     for begin in range(0, len(contacts), feed):
         chunk = contacts[begin : begin + feed]
         steps += counter.feed(chunk, chunk[-1].end_s)
@@ -152,7 +152,7 @@ def test_the_foot_that_the_end_cuts_takes_nobodys_last_step_away():
     contacts = [contact_at(2 * step + one, 0.55 * step + 0.2 * one, 0.3 + 0.5 * step, 0.3 + 1.2 * one)
                 for step in range(9) for one in range(2)]  # fmt: skip
     end_s = contacts[-1].start_s + 0.3
-    counter, steps = StepCounter(FLOOR), []
+    counter, steps = WalkTracker(FLOOR), []
     for contact in contacts[:-2]:
         steps += counter.feed([contact], contact.end_s)
     for contact in contacts[-2:]:

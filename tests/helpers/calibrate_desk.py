@@ -59,7 +59,9 @@ class Desk:
             before = self.wizard.snapshot.page
             self.wait(self.wizard.going.isEnabled)
             self.click(self.wizard.going)
-            self.wait(lambda before=before: (self.page, self.wizard.snapshot.page.asks) != (before.key, before.asks))
+            self.wait(
+                lambda before=before: (self.page, self.wizard.snapshot.page.questions) != (before.key, before.questions)
+            )
 
     def files(self):
         return sorted(path.name for path in self.workspace.profiles.folder.rglob("*") if path.is_file())

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from underfoot.calibration.procedure import Live, Page, ask
+from underfoot.calibration.procedure import Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings, Sound
 from underfoot.drawing import Drawing, series
@@ -40,30 +40,32 @@ class Weighing:
         share = self._at / (len(PAGES) - 1)
         match key:
             case "setup":
-                asks = (
+                questions = (
                     ask("stiffness_n", Number(300.0, 1.0, 1000.0, unit="N", doc="How much it bears.")),
                     ask("kind", Choice("spring", options=("spring", "lever"), doc="What it is.")),
                 )
-                return Page(key, "Set up", "Say what the scale is.", asks=asks, share=share)
+                return Page(key, "Set up", "Say what the scale is.", questions=questions, share=share)
             case "tare":
                 return Page(key, "Nothing on it", "Stand clear.", press=PressRequest((0.0, 0.0), 0.0), share=share)
             case "weigh":
-                asks = () if self._given else (ask("weight_n", Number(100.0, 0.0, 900.0, unit="N", doc="Known.")),)
+                questions = () if self._given else (ask("weight_n", Number(100.0, 0.0, 900.0, unit="N", doc="Known.")),)
                 press = PressRequest(MIDDLE, 100.0, 0.5)
                 places = ((0.0, 0.0), MIDDLE)
-                return Page(key, "Weigh", "Put the weight on.", asks, press, None, places, True, share)
+                return Page(key, "Weigh", "Put the weight on.", questions, press, None, places, True, share)
             case "note":
-                return Page(key, "A note", "Say who it was.", asks=(ask("who", Text("", doc="A name.")),), share=share)
+                return Page(
+                    key, "A note", "Say who it was.", questions=(ask("who", Text("", doc="A name.")),), share=share
+                )
             case "bell":
                 sound = Sound(np.sin(np.arange(4800) / 10.0), 48_000, "standing")
                 return Page(key, "The bell", "Stand on it.", sound=sound, share=share)
         return Page("result", "Result", "Look at it.", share=1.0, last=True)
 
     @property
-    def live(self):
+    def progress(self):
         n = len(self._taken)
         force = float(self._taken[-1]) if n else 0.0
-        return Live("Hold still.", n / HELD, (("force_n", force, "N"), ("rests", float(n), "")))
+        return PageProgress("Hold still.", n / HELD, (("force_n", force, "N"), ("rests", float(n), "")))
 
     @property
     def drawings(self):
@@ -93,7 +95,7 @@ class Weighing:
 
     def answer(self, values):
         page = self.page
-        checked = {one.name: one.check(values.get(one.name, one.default)) for one in page.asks}
+        checked = {one.name: one.check(values.get(one.name, one.default)) for one in page.questions}
         if checked.get("weight_n") == 0.0:
             raise BadMeasurement("0 N was typed; a weight weighs something")
         self.answers |= checked
@@ -110,7 +112,7 @@ class Weighing:
         if len(self._taken) >= HELD:
             self._go(self._at + 1)
 
-    def hear(self, recorded):
+    def take_recording(self, recorded):
         if self._gate is not None:
             self._gate.wait(30.0)
         self._heard = recorded

@@ -29,7 +29,7 @@ def preset_protocol(name):
 
 def first_answers(page):
     """Answer a page with the defaults of its questions, and give consent."""
-    return {"agreed": "yes"} if page.kind == "consent" else {one.name: one.default for one in page.asks}
+    return {"agreed": "yes"} if page.kind == "consent" else {one.name: one.default for one in page.questions}
 
 
 def walked(study, answers=first_answers, most=10_000):

@@ -35,7 +35,7 @@ class Person:
             self.poll()
             return holds()
 
-        return self._until(look, f"{what}; {self.runner.phase}, {self.runner.page.key}, {self.runner.news}")
+        return self._until(look, f"{what}; {self.runner.phase}, {self.runner.page.key}, {self.runner.messages}")
 
     def press(self, force_n, x_m=0.0, y_m=0.0):
         self.runner.session.send(PressTile(self.tile, x_m, y_m, force_n))

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from underfoot.__main__ import cli
-from underfoot.models.fibre_bundle.bundle_laws import bundle_laws, bundle_of
+from underfoot.models.fibre_bundle.bundle_drawings import bundle_drawings, bundle_of
 from underfoot.models.stick_slip.distribution import paths
-from underfoot.models.stick_slip.slip_laws import block_of, slip_laws
+from underfoot.models.stick_slip.slip_drawings import block_of, slip_drawings
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
@@ -21,7 +21,7 @@ def values(type, **given):
 def test_slips_last_as_long_and_go_as_far_as_simulated_paths():
     """The share of simulated slips in each bin is the area under the drawn density there."""
     node = values("stick-slip", frequency=100.0, velocity=0.2, noise=30, damping=40, start=150)
-    duration, distance, period = slip_laws(node)
+    duration, distance, period = slip_drawings(node)
     block = block_of(node)
     drawn = paths(block, 12.0 * 2.0 * np.pi / block.w0, 4000, seed=1)
     for drawing, found in ((duration, 1e3 * drawn.duration), (distance, 1e3 * (block.x0 - drawn.position))):
@@ -38,7 +38,7 @@ def test_slips_last_as_long_and_go_as_far_as_simulated_paths():
 
 def test_a_bundle_bears_what_a_large_one_bears_when_loaded_slowly():
     node = values("fibre-bundle", fibres=100_000, strength=800.0)
-    load, sizes, gaps = bundle_laws(node)
+    load, sizes, gaps = bundle_drawings(node)
     measured, slow = load.series
     assert slow.y.max() == pytest.approx(800.0, rel=1e-3)
     inside = measured.x < 0.8 * slow.x[np.argmax(slow.y)]
@@ -48,9 +48,9 @@ def test_a_bundle_bears_what_a_large_one_bears_when_loaded_slowly():
     assert gaps.series[0].x.min() > 0.0
 
 
-@pytest.mark.parametrize("type", [name for name, one in REGISTRY.items() if one.laws is not None])
+@pytest.mark.parametrize("type", [name for name, one in REGISTRY.items() if one.distributions is not None])
 def test_every_node_with_laws_draws_them_at_its_defaults(type):
-    found = REGISTRY[type].laws(values(type))
+    found = REGISTRY[type].distributions(values(type))
     assert len(found) in (1, 3)
     assert all(drawing.series for drawing in found)
     assert all(np.isfinite(one.y).all() for drawing in found for one in drawing.series)

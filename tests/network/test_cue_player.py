@@ -168,12 +168,12 @@ def test_a_bad_cue_does_not_spoil_the_good_ones_with_it(stage):
 
 
 def test_an_edit_of_the_floors_own_patch_keeps_the_cues(stage):
-    stage.playing.session.edit(stage.player.over(hum().set("tile-output", "level", 0.5, REGISTRY)))
+    stage.playing.session.edit(stage.player.set_base_patch(hum().set("tile-output", "level", 0.5, REGISTRY)))
     assert stage.playing.session.patch.node("tone").parameters["frequency"] == 90.0
     assert stage.playing.session.patch.node("tile-output").parameters["level"] == 0.5
-    stage.playing.session.edit(stage.player.over(Patch()))
+    stage.playing.session.edit(stage.player.set_base_patch(Patch()))
     assert stage.playing.session.patch == Patch()
-    stage.playing.session.edit(stage.player.over(hum()))
+    stage.playing.session.edit(stage.player.set_base_patch(hum()))
     stage.say("/underfoot/stop")
     stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
 
@@ -212,9 +212,9 @@ def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(st
 
 
 def test_a_node_that_is_called_as_a_cue_would_be_is_said(stage):
-    from underfoot.network.cue_patch import Cued, with_cues
+    from underfoot.network.cue_patch import CuedChanges, with_cues
 
-    cued = Cued().playing(["t1"], "gravel", 0.0)
+    cued = CuedChanges().playing(["t1"], "gravel", 0.0)
     taken = next(node for node in with_cues(Patch(), cued, ("t1",), REGISTRY).nodes)
     with pytest.raises(BadValue, match=f"{taken.id}.*another id"):
         with_cues(Patch(nodes=(taken,)), cued, ("t1",), REGISTRY)

@@ -12,7 +12,7 @@ from underfoot.engine.session_replay import RecordedForce
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.network.addresses import Address
-from underfoot.network.cue_patch import Cued, require_settable, with_cues
+from underfoot.network.cue_patch import CuedChanges, require_settable, with_cues
 from underfoot.network.cues import MarkCue, PlayCue, SetCue, StopCue, StrikeCue, cue_of
 from underfoot.network.osc import Message
 from underfoot.network.plan import NetworkPlan
@@ -77,12 +77,12 @@ def test_no_cue_can_name_a_file():
     with pytest.raises(BadValue, match="parameter is 'file'"):
         require_settable(patch, "wav-player", "file", "/etc/passwd", REGISTRY)
     with pytest.raises(BadValue, match="preset"):
-        with_cues(GRAVEL, Cued().playing(["t1"], "../floors/tiles-2x2", 0.0), FLOOR.ids, REGISTRY)
+        with_cues(GRAVEL, CuedChanges().playing(["t1"], "../floors/tiles-2x2", 0.0), FLOOR.ids, REGISTRY)
 
 
 @pytest.mark.parametrize("preset", preset_files.patches())
 def test_every_preset_can_be_played_on_some_tiles(preset):
-    cued = Cued().playing(["t1", "t3"], preset, -6.0).playing(["t2"], preset, 0.0)
+    cued = CuedChanges().playing(["t1", "t3"], preset, -6.0).playing(["t2"], preset, 0.0)
     patch = with_cues(GRAVEL, cued, FLOOR.ids, REGISTRY)
     assert patch.check(REGISTRY)
     assert with_cues(GRAVEL, cued.stopped(FLOOR.ids), FLOOR.ids, REGISTRY) == GRAVEL
@@ -109,19 +109,21 @@ def played(patch, forces):
 
 def test_a_cue_changes_its_tiles_only(steps):
     own = played(GRAVEL, steps)
-    cued = played(with_cues(GRAVEL, Cued().playing(["t2"], "wood", 0.0), FLOOR.ids, REGISTRY), steps)
+    cued = played(with_cues(GRAVEL, CuedChanges().playing(["t2"], "wood", 0.0), FLOOR.ids, REGISTRY), steps)
     assert own.any(axis=0).all()
     assert cued.any(axis=0).all()
     assert np.array_equal(cued[:, [0, 2, 3]], own[:, [0, 2, 3]])
     assert not np.array_equal(cued[:, 1], own[:, 1])
-    alone = played(with_cues(Patch(seed=GRAVEL.seed), Cued().playing(["t2"], "wood", 0.0), FLOOR.ids, REGISTRY), steps)
+    alone = played(
+        with_cues(Patch(seed=GRAVEL.seed), CuedChanges().playing(["t2"], "wood", 0.0), FLOOR.ids, REGISTRY), steps
+    )
     assert not alone[:, [0, 2, 3]].any()
     assert np.array_equal(alone[:, 1], cued[:, 1])
 
 
 def test_the_gain_is_in_decibels(steps):
     def at(gain_db):
-        cued = Cued().playing(["t1"], "stimulus-sp-half", gain_db)
+        cued = CuedChanges().playing(["t1"], "stimulus-sp-half", gain_db)
         return played(with_cues(Patch(), cued, FLOOR.ids, REGISTRY), steps)[:, 0].astype(float)
 
     loud, soft = at(0.0), at(-20.0)

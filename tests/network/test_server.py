@@ -102,7 +102,7 @@ def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
     server = serve(send=end.text)
     server.show(0.5, [contact(load=4, id=9)])
     until(lambda: end.hear("/underfoot/contact"), "the contact is sent")
-    server.tell_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
+    server.send_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
     (step,) = until(lambda: end.hear("/underfoot/step"), "the step is sent")
     assert step == [2, 1, 0, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
 
@@ -129,12 +129,12 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
     person = heard("contacts", lambda: server.show(0.6, [contact(load=4, id=9)]))
     assert person == [1.0, 0.1, 0.1, 700.0, 3.0]
     step = Step(2, "t3", "right", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9, person=3)
-    told = heard("steps", lambda: server.tell_step(step, 0.7))
+    told = heard("steps", lambda: server.send_step(step, 0.7))
     assert told == [2.0, 1.0, 3.0, 1.0, 2.0, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
-    assert heard("marks", lambda: server.tell_mark("begin", 0, 0.0)) == ["begin"]
+    assert heard("marks", lambda: server.send_mark("begin", 0, 0.0)) == ["begin"]
     loads = np.arange(8.0).reshape(2, 4)
-    assert heard("force", lambda: server.tell_force(loads, 0.01)) in loads.tolist()
-    assert server.trouble == ""
+    assert heard("force", lambda: server.send_force(loads, 0.01)) in loads.tolist()
+    assert server.problem == ""
     for inlet in inlets.values():
         inlet.close_stream()
 
@@ -273,7 +273,7 @@ def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):
     assert before_s < at_s < time.monotonic()
     os.close(near)
     os.close(far)
-    until(lambda: "marks cannot be read" in server.trouble)
+    until(lambda: "marks cannot be read" in server.problem)
 
 
 def test_a_serial_port_that_is_not_there_is_said(serve):

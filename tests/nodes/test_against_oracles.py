@@ -22,7 +22,7 @@ def play(patch, scope, frames=9_600, force=None, strikes=(), folder=None):
     out = np.zeros(frames)
     for at in range(0, frames, 960):
         if force is not None:
-            program.hosts["force_n"][0, :960] = force[at : at + 960]
+            program.engine_signals["force_n"][0, :960] = force[at : at + 960]
         program.run(at, 960)
         out[at : at + 960] = program.scope[scope][0, :960]
     return out

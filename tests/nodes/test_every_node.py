@@ -9,7 +9,7 @@ import soundfile
 from underfoot.clock import SPAN
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Number
-from underfoot.patch.building import HOSTS
+from underfoot.patch.building import ENGINE_SIGNALS
 from underfoot.patch.driver import SLEEP_INTERVAL
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -33,13 +33,13 @@ def folder(tmp_path_factory):
 
 def one_step(tile=0, length=LENGTH):
     """A footstep on one tile: force, and a centroid that wanders; exactly zero before and after."""
-    hosts = {name: np.zeros((len(TILES), length)) for name in HOSTS}
+    engine_signals = {name: np.zeros((len(TILES), length)) for name in ENGINE_SIGNALS}
     down = slice(900, 6_000)
     phase = np.linspace(0.0, np.pi, 5_100)
-    hosts["force_n"][tile, down] = 700.0 * np.sin(phase) * (1.0 - 0.3 * np.sin(phase))
-    hosts["x_m"][tile, down] = 0.1 * np.cos(phase)
-    hosts["y_m"][tile, down] = 0.05 * np.sin(3.0 * phase)
-    return hosts
+    engine_signals["force_n"][tile, down] = 700.0 * np.sin(phase) * (1.0 - 0.3 * np.sin(phase))
+    engine_signals["x_m"][tile, down] = 0.1 * np.cos(phase)
+    engine_signals["y_m"][tile, down] = 0.05 * np.sin(3.0 * phase)
+    return engine_signals
 
 
 def alone(type, **parameters):
@@ -75,7 +75,7 @@ def _feed(patch, kind):
     return patch.connect(f"{force}.force", f"{scale}.signal", REGISTRY), f"{scale}.out"
 
 
-def run(patch, hosts, blocks, id, strike=True, set_at=None):
+def run(patch, engine_signals, blocks, id, strike=True, set_at=None):
     """Every output of a node, run in blocks of the given sizes in turn: signals, then events."""
     node = REGISTRY[patch.node(id).type]
     signals = [f"{id}.{port.name}" for port in node.outputs if port.kind == "signal"]
@@ -94,8 +94,8 @@ def run(patch, hosts, blocks, id, strike=True, set_at=None):
         if set_at is not None and at == set_at[0]:
             for name, value in set_at[1].items():
                 program.set(id, name, value, at)
-        for name, signal in program.hosts.items():
-            signal[:, :n] = hosts[name][:, at : at + n]
+        for name, signal in program.engine_signals.items():
+            signal[:, :n] = engine_signals[name][:, at : at + n]
         program.run(at, n)
         for name, signal in out.items():
             signal[:, at : at + n] = program.scope[name][:, :n]
@@ -117,11 +117,11 @@ def same(a, b):
 
 @pytest.mark.parametrize("type", EVERY)
 def test_any_block_size_gives_the_same_bytes(type):
-    patch, hosts = alone(type), one_step()
-    whole, _ = run(patch, hosts, [LENGTH], type)
+    patch, engine_signals = alone(type), one_step()
+    whole, _ = run(patch, engine_signals, [LENGTH], type)
     assert any(np.abs(signal).max() > 0.0 for signal in whole.values()), "the node does nothing: the test is void"
     for blocks in ([64], [7], [1, 32, 33, 1000, 3]):
-        assert same(whole, run(patch, hosts, blocks, type)[0]), blocks
+        assert same(whole, run(patch, engine_signals, blocks, type)[0]), blocks
 
 
 @pytest.mark.parametrize("type", EVERY)
@@ -130,11 +130,11 @@ def test_moving_numbers_give_the_same_bytes_and_stay_finite(type):
     if not numbers:
         pytest.skip("the node has no numbers")
     moved = (3 * SPAN * 20, {name: p.value(0.3) for name, p in numbers.items()})
-    patch, hosts = alone(type), one_step()
-    whole, _ = run(patch, hosts, [LENGTH], type, set_at=moved)
+    patch, engine_signals = alone(type), one_step()
+    whole, _ = run(patch, engine_signals, [LENGTH], type, set_at=moved)
     assert all(np.isfinite(signal).all() for signal in whole.values())
-    assert same(whole, run(patch, hosts, [64], type, set_at=moved)[0])
-    assert same(whole, run(patch, hosts, [7, 500], type, set_at=moved)[0])
+    assert same(whole, run(patch, engine_signals, [64], type, set_at=moved)[0])
+    assert same(whole, run(patch, engine_signals, [7, 500], type, set_at=moved)[0])
 
 
 @pytest.mark.parametrize("type", EVERY)
@@ -145,11 +145,11 @@ def test_numbers_that_wires_drive_give_the_same_bytes_and_stay_finite(type):
         ends = {"low": parameter.value(0.3), "high": parameter.value(0.6), "frequency": 7.0 + turn}
         patch = patch.add("lfo", REGISTRY, **ends)
         patch = patch.connect(f"{patch.nodes[-1].id}.out", f"{type}.{parameter.name}", REGISTRY)
-    hosts = one_step()
-    whole, program = run(patch, hosts, [LENGTH], type)
+    engine_signals = one_step()
+    whole, program = run(patch, engine_signals, [LENGTH], type)
     assert program.fault() is None
     assert all(np.isfinite(signal).all() for signal in whole.values())
-    assert same(whole, run(patch, hosts, [64, 500, 7], type)[0])
+    assert same(whole, run(patch, engine_signals, [64, 500, 7], type)[0])
 
 
 @pytest.mark.parametrize("type", EVERY)
@@ -167,7 +167,7 @@ def test_other_tiles_change_nothing(type):
 @pytest.mark.parametrize("type", EVERY)
 def test_nothing_in_gives_sleep(type):
     patch = alone(type)
-    nothing = {name: np.zeros((len(TILES), LENGTH)) for name in HOSTS}
+    nothing = {name: np.zeros((len(TILES), LENGTH)) for name in ENGINE_SIGNALS}
     out, program = run(patch, nothing, [256], type, strike=False)
     if not any(np.abs(signal).max() > 0.0 for signal in out.values()):
         assert program.awake()[type] == 0
@@ -197,7 +197,7 @@ def test_declared_in_full(type):
     assert node.label
     assert node.family
     asks = "error" in node.parameters
-    assert node.accuracy.startswith("asked" if asks else "exact")
+    assert node.accuracy.startswith("requested" if asks else "exact")
     for name, parameter in node.parameters.items():
         assert parameter.check(parameter.default) == parameter.default
         assert name != "id"
@@ -208,9 +208,9 @@ def test_declared_in_full(type):
 
 
 def test_a_row_that_slept_wakes_at_the_very_frame():
-    patch, hosts = alone("low-pass"), one_step()
-    out, program = run(patch, hosts, [SLEEP_INTERVAL], "low-pass", strike=False)
-    first = int(np.flatnonzero(hosts["force_n"][0])[0])
+    patch, engine_signals = alone("low-pass"), one_step()
+    out, program = run(patch, engine_signals, [SLEEP_INTERVAL], "low-pass", strike=False)
+    first = int(np.flatnonzero(engine_signals["force_n"][0])[0])
     signal = out["low-pass.out"]
     assert signal[0, first] != 0.0
     assert not signal[0, :first].any()

@@ -13,7 +13,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.program_fade import ProgramFader
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Tiles
-from underfoot.patch.building import HOSTS
+from underfoot.patch.building import ENGINE_SIGNALS
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
@@ -71,11 +71,11 @@ def sounding(type):
     return patch, scopes
 
 
-def hosts(at):
+def engine_signals(at):
     """What the engine brings in the block at `at`."""
     share = np.arange(at, at + BLOCK) / FRAMES
     brought = {"force_n": 600.0 * np.sqrt(np.sin(np.pi * share)) + 1.0, "x_m": 0.1 * np.cos(3.0 * share)}
-    return np.array([brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in HOSTS])
+    return np.array([brought.get(name, 0.1 * np.sin(3.0 * share))[None] for name in ENGINE_SIGNALS])
 
 
 def build(patch, scopes):
@@ -93,7 +93,7 @@ def played(patch, scopes, edited=None):
         if edited is not None and at == EDIT:
             for move in moved_numbers(patch, edited, REGISTRY):
                 fader.set(move.node, move.name, move.value, at)
-        fader.run(hosts(at), np.zeros(1, np.uint8), at, BLOCK)
+        fader.run(engine_signals(at), np.zeros(1, np.uint8), at, BLOCK)
         for scope, frames in out.items():
             frames[at : at + BLOCK] = fader.current.scope[scope][0]
     return out
@@ -108,7 +108,7 @@ def largest(frames):
 
 
 def numbers(type):
-    return [p for p in REGISTRY[type].parameters.values() if isinstance(p, Number) and p.moves]
+    return [p for p in REGISTRY[type].parameters.values() if isinstance(p, Number) and p.is_ramped]
 
 
 def beside(parameter, share):
@@ -182,7 +182,7 @@ def heard(programs):
         fader.update(at)
         if at == EDIT and len(programs) > 1:
             fader.crossfade(programs[1], at)
-        fader.run(hosts(at), np.zeros(1, np.uint8), at, BLOCK)
+        fader.run(engine_signals(at), np.zeros(1, np.uint8), at, BLOCK)
         out.append(fader.current.output[0].copy())
     return np.concatenate(out)
 

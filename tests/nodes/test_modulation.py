@@ -20,7 +20,7 @@ def played(patch, scope, frames=RATE, start=0, force=None, strikes=(), seed=None
     out = np.zeros((len(TILES), frames))
     for at in range(0, frames, 960):
         if force is not None:
-            program.hosts["force_n"][0, :960] = force[at : at + 960]
+            program.engine_signals["force_n"][0, :960] = force[at : at + 960]
         program.run(start + at, 960)
         out[:, at : at + 960] = program.scope[scope]
     return out

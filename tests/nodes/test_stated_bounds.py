@@ -93,9 +93,9 @@ def test_a_file_at_the_floor_s_rate_is_played_as_it_is(tmp_path):
 
 def test_every_node_states_a_bound_or_is_asked_for_an_error():
     for type, node in REGISTRY.items():
-        if node.asked is None:
+        if node.requested_error is None:
             assert re.match(r"exact", node.accuracy), type
             assert re.search(r"\b1e-\d+|\d+(\.\d+)? %", node.accuracy), f"{type} says no bound: {node.accuracy}"
         else:
-            assert node.accuracy.startswith("asked"), type
+            assert node.accuracy.startswith("requested"), type
             assert "error" in node.parameters, type

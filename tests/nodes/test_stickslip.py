@@ -24,10 +24,10 @@ def play(patch, force, tiles=("t1",)):
     program = Program(patch, REGISTRY, tiles, rate=RATE, block=BLOCK, scopes=scopes)
     signal, events = [], []
     for at in range(0, force.size, BLOCK):
-        program.hosts["force_n"][:] = force[at : at + BLOCK]
+        program.engine_signals["force_n"][:] = force[at : at + BLOCK]
         for name in ("x_m", "y_m"):
-            if name in program.hosts:
-                program.hosts[name][:] = 0.0
+            if name in program.engine_signals:
+                program.engine_signals[name][:] = 0.0
         program.run(at, BLOCK)
         signal.append(program.scope[scopes[0]][-1].copy())
         events.append(program.events(scopes[1]))
@@ -42,7 +42,7 @@ def test_slips_follow_the_distribution_of_its_parameters():
     durations = np.sort(events[:, 2]) * w0
     risen = (np.arange(durations.size) + 0.5) / durations.size
     assert durations.size > 5_000
-    most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the asked error, and Kolmogorov's bound at 0.1 %
+    most = 1e-3 + 1.95 / np.sqrt(durations.size)  # the requested error, and Kolmogorov's bound at 0.1 %
     assert np.abs(np.interp(durations, slip.duration.points, slip.duration.cdf) - risen).max() < most
 
 

@@ -18,8 +18,8 @@ class Everything:
 
     signal = Input()
     hits = Input(kind="event")
-    force_n = Input("N", is_brought=True)
-    by_hand = Input(kind="event", is_brought=True)
+    force_n = Input("N", from_engine=True)
+    by_hand = Input(kind="event", from_engine=True)
     fast = Number(2.0, 0.0, 10.0, wire="audio")
     slow = Number(3.0, 0.0, 10.0)
     count = Count(4, 0, 9)

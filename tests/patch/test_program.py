@@ -119,8 +119,8 @@ def run(program, length=LENGTH, force=None, blocks=None, begin=0, doing=None):
         if at in doing:
             program = doing.pop(at)(program) or program
         n = min(blocks[turn % len(blocks)], length - at, *(frame - at for frame in doing))
-        if force is not None and "force_n" in program.hosts:
-            program.hosts["force_n"][:, :n] = force[:, at : at + n]
+        if force is not None and "force_n" in program.engine_signals:
+            program.engine_signals["force_n"][:, :n] = force[:, at : at + n]
         program.run(at, n)
         got["output"][:, at : at + n] = program.output[:, :n]
         for name in program.scope_names:
@@ -370,7 +370,7 @@ def test_events_are_read_in_the_block_they_happen_in():
     program = program_of(patch, "beat.out", tiles=("right",), block=600)
     found = []
     for at in range(0, LENGTH, 600):
-        program.hosts["force_n"][:] = 1.0
+        program.engine_signals["force_n"][:] = 1.0
         program.run(at, 600)
         found += program.events("beat.out")[:, 0].tolist()
     assert found == [1000.0 * i + 0.25 for i in range(5)]

@@ -15,8 +15,8 @@ from scipy.io import loadmat
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor, Tile, default_floor
-from underfoot.floor.step_finder import found_in
-from underfoot.records.exports import Material, Stopped, format_of, formats
+from underfoot.floor.step_finder import find_steps
+from underfoot.records.exports import ExportSource, ExportStopped, format_of, formats
 from underfoot.records.force_files import read_force_file
 from underfoot.records.recording import Recording
 
@@ -37,7 +37,7 @@ def recorded(path):
     with Recording(path) as recording:
         rows = recording.forces()
     time_s, force_n = rows[:, 0] / 48_000, rows[:, 2:].reshape(len(rows), -1, 4)
-    steps = [step for found in found_in([(time_s, force_n)], FLOOR, 1000.0) for step in found.steps]
+    steps = [step for found in find_steps([(time_s, force_n)], FLOOR, 1000.0) for step in found.steps]
     return time_s, force_n, steps
 
 
@@ -209,8 +209,8 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
 
 def test_an_export_that_is_stopped_leaves_nothing(path, tmp_path):
     for suffix, one in formats().items():
-        with Recording(path) as recording, pytest.raises(Stopped):
-            one.write(Material(recording, tell=lambda words, share: False), tmp_path / f"walk{suffix}")
+        with Recording(path) as recording, pytest.raises(ExportStopped):
+            one.write(ExportSource(recording, progress=lambda words, share: False), tmp_path / f"walk{suffix}")
     assert not list(tmp_path.iterdir())
 
 
@@ -218,7 +218,7 @@ def test_what_a_format_cannot_carry_is_said(path, tmp_path):
     skewed = Tile("t1", (0.3, 0.3), (0.0, 0.0), 0.0, ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, 0.0)))
     odd = write_recording(tmp_path / "odd.underfoot", 0.5, Floor((skewed,)), people="")
     with Recording(odd) as recording, pytest.raises(BadFile, match="tile t1 is no plate of type 3"):
-        format_of(tmp_path / "odd.c3d").write(Material(recording), tmp_path / "odd.c3d")
+        format_of(tmp_path / "odd.c3d").write(ExportSource(recording), tmp_path / "odd.c3d")
     with pytest.raises(BadFile, match=r"allowed: .c3d, .csv"):
         format_of(tmp_path / "walk.xyz")
     said = CliRunner().invoke(cli, ["export", "--help"]).output

@@ -14,9 +14,9 @@ from underfoot.records import envelopes
 from underfoot.records.recording import Recording
 from underfoot.records.survey import (
     RecordedForces,
-    cached_survey,
+    cache_survey,
     has_envelopes,
-    keep_survey,
+    load_cached_survey,
     make_envelopes,
     open_envelopes,
     survey,
@@ -116,7 +116,7 @@ def test_marks_are_kept_in_the_file_also_of_an_earlier_version(earlier):
     with Recording(earlier) as again:
         assert [(one.frame, one.text) for one in again.marks()] == [(100, ""), (48_000, "turned round")]
         assert again.version == 2
-        again.say_mark(mark.id, "stood still")
+        again.rename_mark(mark.id, "stood still")
         again.remove_mark(again.marks()[0].id)
         assert [one.text for one in again.marks()] == ["stood still"]
 
@@ -132,17 +132,17 @@ def test_a_file_that_cannot_be_written_to_says_so(earlier):
 
 def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlier, path):
     with Recording(earlier) as old:
-        assert cached_survey(old) is None
+        assert load_cached_survey(old) is None
         made = survey(old, lambda so_far: True)
-        keep_survey(old, made)
+        cache_survey(old, made)
         old.add_mark(5)
     with Recording(earlier) as old, Recording(path) as other:
-        kept = cached_survey(old)
+        kept = load_cached_survey(old)
         assert kept is not None
         assert repr(kept) == repr(made)
         assert len(kept.steps) >= 4
         assert kept.whole
-        assert cached_survey(other) is None
+        assert load_cached_survey(other) is None
         peaks = [max(one.force_n) for one in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
 

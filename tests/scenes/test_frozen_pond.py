@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.floor.layout import default_floor
 from underfoot.models.elasto_plastic import Ground
 from underfoot.scenes import discover
 from underfoot.scenes.frozen_pond import LEAST_J, MOST_J
 from underfoot.scenes.frozen_pond.cracks import Cracks
-from underfoot.scenes.rehearsal import pressed, rehearse
+from underfoot.scenes.rehearsal import rehearse, rehearse_presses
 
 FLOOR = default_floor()
 POND = discover()["frozen-pond"]
@@ -24,7 +24,7 @@ def sheet(most=1000, size_m=100.0):
 
 def test_seeds_have_two_to_six_fronts_evenly_and_each_grows_as_often_as_one():
     counts, grown = [], 0
-    draws = Draws(1)
+    draws = SeededRandom(1)
     for _ in range(3000):
         cracks = sheet(100)
         cracks.grow((0.0, 0.0), 0.01, 0.1, 0.3, draws)
@@ -39,7 +39,7 @@ def test_seeds_have_two_to_six_fronts_evenly_and_each_grows_as_often_as_one():
 
 
 def test_a_front_turns_by_a_normal_draw_of_a_unit_vector():
-    cracks, draws = sheet(20_000, 1e9), Draws(2)
+    cracks, draws = sheet(20_000, 1e9), SeededRandom(2)
     for _ in range(6000):
         cracks.grow((0.0, 0.0), 1.0, 1e9, 0.3, draws)
     assert len(cracks.seeds) == 1
@@ -58,7 +58,7 @@ def test_a_front_turns_by_a_normal_draw_of_a_unit_vector():
 
 
 def test_cracks_stay_on_the_sheet_and_the_oldest_close():
-    cracks, draws = sheet(50, 0.3), Draws(3)
+    cracks, draws = sheet(50, 0.3), SeededRandom(3)
     for k in range(500):
         cracks.grow((0.02 * (k % 10), 0.0), 0.05, 0.05, 0.3, draws)
     assert cracks.count > 50
@@ -78,7 +78,7 @@ def test_each_slip_is_one_strike_at_its_time_with_its_energy():
 
 def test_slips_are_those_of_the_ground_model():
     pond = POND(FLOOR, {"spread": 0.0, "threshold_n": 150.0})
-    done = pressed(pond, [(0.3, "t1", 0.0, 0.0, 900.0)], 1.0)
+    done = rehearse_presses(pond, [(0.3, "t1", 0.0, 0.0, 900.0)], 1.0)
     contacts = [moment.contacts[0].force_n if moment.contacts else 0.0 for moment in done.moments]
     on = next(k for k, force in enumerate(contacts) if force)
     force = np.interp(np.arange(1, 10 * len(contacts) + 1) / 10.0, np.arange(len(contacts) + 1), [0.0, *contacts])

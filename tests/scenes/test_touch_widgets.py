@@ -11,7 +11,7 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
 from underfoot.scenes.cues import Play, nearest_tile
-from underfoot.scenes.rehearsal import pressed, rehearse
+from underfoot.scenes.rehearsal import rehearse, rehearse_presses
 
 FLOOR = default_floor()
 KINDS = discover()
@@ -26,7 +26,7 @@ def hand(time_s, x_m, y_m, force_n):
 def test_a_button_clicks_down_and_softer_up():
     scene = KINDS["touch-widgets"](FLOOR)
     at = (scene.button.x_m, scene.button.y_m)
-    done = pressed(scene, [hand(0.3, *at, 200.0), hand(0.7, *at, 0.0)], 1.2)
+    done = rehearse_presses(scene, [hand(0.3, *at, 200.0), hand(0.7, *at, 0.0)], 1.2)
     assert [(strike.node, strike.strength) for strike in done.strikes] == [("click", 1.0), ("click", 0.6)]
     assert done.said == ["Button down, press 1", "Button up"]
     times = [time_s for time_s, cue in done.cues if cue in done.strikes]
@@ -37,14 +37,14 @@ def test_a_press_needs_the_force_and_holds_until_half_of_it():
     scene = KINDS["touch-widgets"](FLOOR)
     at = (scene.button.x_m, scene.button.y_m)
     forces = (30.0, 40.0, 20.0, 30.0, 40.0, 12.0, 30.0)  # on at 35, off below 17.5
-    done = pressed(scene, [hand(0.3 + 0.3 * k, *at, force) for k, force in enumerate(forces)], 2.6)
+    done = rehearse_presses(scene, [hand(0.3 + 0.3 * k, *at, force) for k, force in enumerate(forces)], 2.6)
     assert done.said == ["Button down, press 1", "Button up"]
 
 
 def test_a_toggle_changes_as_it_is_pressed_and_not_as_it_is_let_go():
     scene = KINDS["touch-widgets"](FLOOR)
     at = (scene.toggle.x_m, scene.toggle.y_m)
-    done = pressed(scene, [hand(0.3 + 0.3 * k, *at, 200.0 * (k % 2 == 0)) for k in range(4)], 1.6)
+    done = rehearse_presses(scene, [hand(0.3 + 0.3 * k, *at, 200.0 * (k % 2 == 0)) for k in range(4)], 1.6)
     assert done.said == ["Toggle on", "Toggle off"]
 
 
@@ -53,7 +53,9 @@ def test_each_control_clicks_under_whoever_presses_where_it_says():
     assert len(scene.places_m()) == 3
     for aside_m in (-0.03, 0.03):  # a slider lies on several tiles: it clicks on that of the foot
         for x_m, y_m in scene.places_m():
-            done = pressed(scene, [hand(0.3, x_m + aside_m, y_m, 200.0), hand(0.7, x_m + aside_m, y_m, 0.0)], 1.2)
+            done = rehearse_presses(
+                scene, [hand(0.3, x_m + aside_m, y_m, 200.0), hand(0.7, x_m + aside_m, y_m, 0.0)], 1.2
+            )
             clicks = [strike for strike in done.strikes if strike.node == "click"]
             tile = nearest_tile(FLOOR, x_m + aside_m, y_m)
             assert [nearest_tile(FLOOR, click.x_m, click.y_m) for click in clicks] == [tile, tile]
@@ -64,7 +66,7 @@ def test_a_slider_follows_over_a_tile_edge_and_slips_about_once_a_grain():
     slider = scene.slider
     begin, way = slider.x_m + 0.01, 0.1  # the middle is between two tiles
     hands = [hand(0.3 + 0.01 * k, begin + way * k / 60, slider.y_m, 200.0) for k in range(61)]
-    done = pressed(scene, [*hands, hand(1.2, begin + way, slider.y_m, 0.0)], 1.6)
+    done = rehearse_presses(scene, [*hands, hand(1.2, begin + way, slider.y_m, 0.0)], 1.6)
     slips = [strike for strike in done.strikes if strike.node == "slip"]
     assert slider.value == pytest.approx(0.5 + way / (slider.width_m - slider.height_m), abs=0.02)
     assert len(slips) == pytest.approx(way / 0.004, rel=0.25)
@@ -74,7 +76,7 @@ def test_a_slider_follows_over_a_tile_edge_and_slips_about_once_a_grain():
 
 def test_a_foot_beside_all_controls_does_nothing():
     scene = KINDS["touch-widgets"](FLOOR)
-    done = pressed(scene, [hand(0.3, -0.29, -0.29, 500.0), hand(0.8, -0.29, -0.29, 0.0)], 1.2)
+    done = rehearse_presses(scene, [hand(0.3, -0.29, -0.29, 500.0), hand(0.8, -0.29, -0.29, 0.0)], 1.2)
     assert not done.cues
 
 
@@ -84,7 +86,7 @@ def test_targets_are_those_of_the_study_hit_or_missed():
     assert TargetSelection.checked(of_method, {})["widths_m"] == (0.165,)
     first, second = list(scene.left)[:2]
     x, y = scene.origin_m[0] + first.facts["x_m"], scene.origin_m[1] + first.facts["y_m"]
-    done = pressed(scene, [hand(0.35, x, y, 200.0), hand(0.5, x, y, 0.0)], 1.5)
+    done = rehearse_presses(scene, [hand(0.35, x, y, 200.0), hand(0.5, x, y, 0.0)], 1.5)
     assert [line.split()[0].strip(",") for line in done.said if "left out" not in line] == ["hit", "missed"]
     assert scene.times_s == pytest.approx([0.14], abs=0.03)
     assert len(done.strikes) == 1

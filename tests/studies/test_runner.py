@@ -59,7 +59,7 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
     assert [entry.kind for entry in entries] == ["trials"] * 3
     for number, entry in enumerate(entries, 1):
         name = entry.trial.intervals[0].stimulus
-        force, *measured, vibration = file.stretches(number)
+        force, *measured, vibration = file.excerpts(number)
         assert force.values.sum(axis=1).max() == pytest.approx(600.0, rel=0.05)
         assert entry.facts["most_force_n"] == pytest.approx(600.0, rel=0.05)
         assert entry.facts["response_s"] >= 0.0
@@ -88,7 +88,7 @@ def test_two_intervals_follow_one_another(session, until, tmp_path):
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
         person.whole()
         file = person.runner.file
-        kinds = [(stretch.part, stretch.kind) for stretch in file.stretches(1)]
+        kinds = [(excerpt.part, excerpt.kind) for excerpt in file.excerpts(1)]
     assert kinds == [(part, kind) for part in (0, 1) for kind in ("force", "measured", "vibration")]
 
 
@@ -156,7 +156,7 @@ def test_an_answer_that_the_disk_refuses_waits_until_there_is_room(session, unti
     assert kept[number - 1].answers == {"rating": 70.0}
     again = SessionFile.open(tmp_path / "a.session")
     assert again.study(rated("key")).is_done
-    assert again.stretches(number)
+    assert again.excerpts(number)
     again.close()
 
 

@@ -11,7 +11,7 @@ from made_studies import preset_protocol
 from underfoot.errors import DeviceError
 from underfoot.experiments.simulation import jobs_of
 from underfoot.patch import preset_files
-from underfoot.studies.simulated import simulated_here, simulated_on_cluster
+from underfoot.studies.simulated import simulate_locally, simulate_on_cluster
 
 pytest.importorskip("statsmodels")
 
@@ -28,7 +28,7 @@ def test_a_process_that_is_killed_loses_nobody():
             killed.append(active_children()[0].pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    assert simulated_here(jobs(), 2, kill) == simulated_here(jobs(), 1)
+    assert simulate_locally(jobs(), 2, kill) == simulate_locally(jobs(), 1)
     assert killed
 
 
@@ -39,7 +39,7 @@ def test_a_cluster_of_which_a_worker_is_killed_gives_the_same_people(until, tmp_
             if done == 1:
                 workers[0].kill()
 
-        assert simulated_on_cluster(jobs(60), address, kill) == simulated_here(jobs(60), 1)
+        assert simulate_on_cluster(jobs(60), address, kill) == simulate_locally(jobs(60), 1)
         assert workers[0].wait() == -signal.SIGKILL
 
 
@@ -47,4 +47,4 @@ def test_a_cluster_of_which_a_worker_is_killed_gives_the_same_people(until, tmp_
 def test_a_cluster_that_is_not_there_is_said(address):
     pytest.importorskip("distributed")
     with pytest.raises(DeviceError, match="cannot be reached"):
-        simulated_on_cluster(jobs(), address)
+        simulate_on_cluster(jobs(), address)

@@ -148,7 +148,7 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
     assert desk.settings.projector_at == pytest.approx((0.001, 0.005))
     assert view.place((0.0, 0.0)).y() < before.y()
     QTest.keyClick(view, Qt.Key.Key_Return)
-    desk.wait(lambda: desk.wizard.snapshot.page.asks == () or desk.page != "weigh")
+    desk.wait(lambda: desk.wizard.snapshot.page.questions == () or desk.page != "weigh")
     QTest.keyClick(view, Qt.Key.Key_Escape)
     assert desk.workspace.projection is None
     desk.wait(desk.workspace.isActiveWindow)

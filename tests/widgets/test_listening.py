@@ -11,7 +11,7 @@ from windows import Heard, design, hiss
 
 from underfoot.engine.commands import Swap
 from underfoot.engine.reports import CommandApplied
-from underfoot.experiments.exchange import read_csv
+from underfoot.experiments.trial_files import read_csv
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.design.blind_test import BlindTest
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from underfoot.calibration.declaration import PRESSING, SHAKING, Calibration, Setup
+from underfoot.calibration.declaration import PRESSING, SHAKING, Calibration, MeasurementSetup
 from underfoot.calibration.procedure import Procedure, ask
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
@@ -55,7 +55,7 @@ def _make(
     declared: type[Calibration], target: Target, tile: Tile, profile: Profile, reference: str
 ) -> tuple[Procedure, Rig]:
     """Create the procedure of a calibration, and the rig that it needs."""
-    procedure = declared().procedure(Setup(tile, profile, rate_hz=target.rate))
+    procedure = declared().procedure(MeasurementSetup(tile, profile, rate_hz=target.rate))
     return procedure, _RIGS[declared.rig](target, tile, reference)
 
 
@@ -75,7 +75,7 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     """Create a rig that shakes `tile`: the simulator, or the sound card with the accelerometer's input."""
     from underfoot.devices.outputs import card_channels
     from underfoot.engine.loop import output_channels
-    from underfoot.engine.sounding import SimulatedShaker, SoundCard
+    from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
     if not by_hand(target):
         return SimulatedShaker(_simulated(target, tile))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.calibration.procedure import Live, Page, Procedure, step
+from underfoot.calibration.procedure import Page, PageProgress, Procedure, step
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
@@ -42,7 +42,7 @@ class Snapshot:
     """
 
     page: Page
-    live: Live
+    live: PageProgress
     drawings: tuple[Drawing, ...]
     result: Result | None
     waits: bool = True
@@ -193,11 +193,11 @@ class _Work:
 
     def go(self, values: Mapping[str, Any], seen: Page | None) -> None:
         page = self.procedure.page
-        is_seen = seen is not None and (seen.key, seen.asks) == (page.key, page.asks)
+        is_seen = seen is not None and (seen.key, seen.questions) == (page.key, page.questions)
         if page.last or self._asked or not is_seen:
             return  # a second click, meant for an earlier page
         self._refused = ""
-        if page.asks or (page.press is None and page.sound is None):
+        if page.questions or (page.press is None and page.sound is None):
             self._try(lambda: self.procedure.answer(values))
             self._asked = page.press is not None and self.procedure.page.key == page.key and not self._refused
         else:
@@ -235,7 +235,7 @@ class _Work:
     def _moves(self) -> bool:
         """Whether there is something to do without a request."""
         page = self.procedure.page
-        wants_press = page.press is not None and not page.asks
+        wants_press = page.press is not None and not page.questions
         return not page.last and (self._asked or self._alone or (self._by_hand and wants_press))
 
     def _turn(self) -> None:
@@ -265,7 +265,7 @@ class _Work:
         except UnderfootError as error:
             refused, self._asked, self._alone = str(error), False, False
         page = self.procedure.page
-        is_new = (page.key, page.asks) != (before.key, before.asks)
+        is_new = (page.key, page.questions) != (before.key, before.questions)
         if page.key != before.key:
             self._asked, self._turned_s = False, time.monotonic()
             self._alone = self._alone and not page.last
@@ -286,7 +286,7 @@ class _Work:
             drawings = old.drawings
         waits = not self._moves()
         self._snapshot = Snapshot(
-            procedure.page, procedure.live, drawings, procedure.result, waits, self._alone, self._refused
+            procedure.page, procedure.progress, drawings, procedure.result, waits, self._alone, self._refused
         )
         self._told_s = now_s
         self._telling(self._snapshot)

@@ -7,7 +7,7 @@ from typing import Any
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
-from underfoot.calibration.procedure import Live, Page
+from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.results.labels import label_of
 from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
@@ -77,17 +77,17 @@ class PageView(QWidget):
         """Show a page; if it is shown already, it keeps the input."""
         if _looks(page) == _looks(self._page):
             return
-        if (page.key, page.asks) != (self._page.key, self._page.asks):
+        if (page.key, page.questions) != (self._page.key, self._page.questions):
             self._make_fields(page)
         self._page, self._complaint = page, ""
         self.title.setText(page.title)
         self.do.setText(pretty_text(page.instruction))
-        is_where = not page.asks or page.press is not None
+        is_where = not page.questions or page.press is not None
         self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
         self.where.setText(_where(page))
         self.where.setVisible(bool(self.where.text()))
-        takes = page.press is not None and not page.asks
+        takes = page.press is not None and not page.questions
         for widget in (self.bar, self.figures):
             widget.setVisible(takes)
         self.picture.setVisible(is_where)
@@ -95,7 +95,7 @@ class PageView(QWidget):
             QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum if is_where else QSizePolicy.Policy.Expanding
         )
 
-    def show_live(self, live: Live) -> None:
+    def show_live(self, live: PageProgress) -> None:
         """Show the progress of the page's measurement."""
         self.bar.setValue(round(1000 * min(max(live.ready, 0.0), 1.0)))
         self.picture.show_ready(live.ready)
@@ -145,7 +145,7 @@ class PageView(QWidget):
             self._fields.removeWidget(editor)
             editor.hide()
             editor.deleteLater()
-        self.editors = [_labelled(editor_for(parameter)) for parameter in page.asks]
+        self.editors = [_labelled(editor_for(parameter)) for parameter in page.questions]
         self._form.setVisible(bool(self.editors))
         before = self._given.get(page.key, {})
         for editor in self.editors:
@@ -184,4 +184,4 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
 
 def _looks(page: Page) -> tuple[object, ...]:
     """Return the visible content of a page."""
-    return page.key, page.title, page.instruction, page.asks, page.press, page.places_m
+    return page.key, page.title, page.instruction, page.questions, page.press, page.places_m

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Tile
-from underfoot.floor.plate_search import STIFFNESSES, Found, PlateSearch, drawing, search, why_none, write
+from underfoot.floor.plate_search import STIFFNESSES, PlateSearch, SearchResult, drawing, search, why_none, write
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.parameters import Choice, Number, Parameter
 from underfoot.quantities import number
@@ -60,13 +60,13 @@ class PlatePage(QWidget):
     left = Signal()
     """Back to the calibrations."""
     report_wanted = Signal(object)
-    """Write a report of this `Found`."""
+    """Write a report of this `SearchResult`."""
 
     def __init__(self) -> None:
         super().__init__()
         self._tile: Tile | None = None
         self._parameters = TileParameters()
-        self.found: Found | None = None
+        self.found: SearchResult | None = None
         self.editors = {one.name: editor_for(one) for one in _PARAMETERS}
         self.title = theme.label("Which plates fit", "title")
         about = theme.label(_ABOUT, "muted")

@@ -111,7 +111,7 @@ class Wizard(QWidget):
         self.snapshot = new
         if old is None:
             self.ready.emit()
-        turned = old is None or (old.page.key, old.page.asks) != (new.page.key, new.page.asks)
+        turned = old is None or (old.page.key, old.page.questions) != (new.page.key, new.page.questions)
         had_focus = self._has_focus()
         self._show_buttons()  # before anything else changes: each change lays out the whole
         if new.page.last and new.result is not None:
@@ -375,13 +375,13 @@ class Wizard(QWidget):
 
 def going_words(page: Page, by_hand: bool, waits: bool) -> str:
     """Return the label of Continue on a page: what it does there."""
-    if page.press is not None and not page.asks:
+    if page.press is not None and not page.questions:
         if page.press.force_n <= 0.0:
             return "Read" if waits and not by_hand else "Reading…"
         if by_hand:
             return "Waiting for the press"
         return "Press" if waits else "Pressing…"
-    if page.sound is not None and not page.asks:
+    if page.sound is not None and not page.questions:
         if not sounds(page):
             return "Listen" if waits else "Listening…"
         return "Play" if waits else "Playing…"

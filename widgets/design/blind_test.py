@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.blind_comparison import MOST_TRIALS, BlindComparison, chance_p
-from underfoot.experiments.exchange import write_csv
+from underfoot.experiments.trial_files import write_csv
 from underfoot.files import make_folder
 from underfoot.widgets import theme
 from underfoot.widgets.escape import asks_for_escape

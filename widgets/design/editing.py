@@ -38,11 +38,11 @@ def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None)
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
     by = (4.0 * GRID, 4.0 * GRID)
     if at is not None:
-        there = [one.at for one in other.things()]
+        there = [one.at for one in other.canvas_items()]
         by = snapped(at[0] - min(x for x, _ in there), at[1] - min(y for _, y in there))
     after = patch.paste(other, registry, by)
-    before = {one.id for one in patch.things()}
-    return after, [one.id for one in after.things() if one.id not in before]
+    before = {one.id for one in patch.canvas_items()}
+    return after, [one.id for one in after.canvas_items() if one.id not in before]
 
 
 def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, Place]:

@@ -181,7 +181,7 @@ class EditableView(PatchView):
         new = set(ids)
         boxes = [self._box(after, node.id) for node in after.nodes if node.id in new]
         dx, dy = shift_to_room(boxes, self.patch_scene.boxes())
-        stands = {one.id: one.at for one in after.things() if one.id in new}
+        stands = {one.id: one.at for one in after.canvas_items() if one.id in new}
         stands |= {group.id: group.at for group in after.groups[len(patch.groups) :]}
         after = after.move({id: (x + dx, y + dy) for id, (x, y) in stands.items()})
         self.document.edit(after, f"{what} {self._words(ids, after)}")

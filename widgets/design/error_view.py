@@ -62,7 +62,7 @@ class ErrorView(QWidget):
         self._is_known = curve.left == 0
         self.plot.show_drawing(curve.drawing)
         to_come = f"; measuring, {curve.left} to come" if curve.left else ""
-        self.told.setText(pretty_text(curve.error or curve.told + to_come))
+        self.told.setText(pretty_text(curve.error or curve.description + to_come))
 
     def _open(self, on: bool) -> None:
         self.plot.setVisible(on)

@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from underfoot.engine.reports import ErrorCurveDrawn, Laws
+from underfoot.engine.reports import Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group
@@ -154,7 +154,7 @@ class Inspector(QScrollArea):
         """Whether the law of the node's intervals is shown."""
         return self.law is not None
 
-    def show_laws(self, laws: Laws) -> None:
+    def show_laws(self, laws: Distributions) -> None:
         """Show the law of the node's intervals: the last of its laws."""
         if self.law is not None and laws.drawings:
             self.law.show_drawing(laws.drawings[-1])
@@ -236,7 +236,7 @@ class Inspector(QScrollArea):
             self.law = Plot()
             self.law.setFixedHeight(LAW_PX)
             column.addWidget(self.law)
-        if type.asked is not None:
+        if type.requested_error is not None:
             self.errors = ErrorView()
             self.errors.toggled.connect(self.errors_toggled)
             column.addWidget(self.errors)

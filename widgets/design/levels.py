@@ -42,7 +42,7 @@ class Level:
 
 def level_of(patch: Patch, inside: str = "") -> Level:
     """What is seen of a patch in the group `inside`, or of the whole."""
-    ids = [one.id for one in patch.things()]
+    ids = [one.id for one in patch.canvas_items()]
     if not patch.groups:
         return Level({id: id for id in ids}, (), ())
     above, inner = parents(patch.groups), innermost(patch.groups)

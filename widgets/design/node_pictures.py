@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
-from underfoot.models.modal.hunt_crossley import Blow, blow
+from underfoot.models.modal.hunt_crossley import WallImpact, wall_impact
 from underfoot.models.signals.envelopes import attack_decay
 from underfoot.parameters import Number
 from underfoot.patch.node import NodeType
@@ -148,11 +148,11 @@ class ContactPicture(NodePicture):
     """A blow on a rigid wall: force over penetration, there and back; the loop is what the contact takes away."""
 
     HEIGHT = 152
-    _blow: Blow
+    _blow: WallImpact
 
     def _renew(self) -> None:
         v = self._values
-        self._blow = blow(v["mass"], v["velocity"], v["stiffness"], v["exponent"], v["damping"])
+        self._blow = wall_impact(v["mass"], v["velocity"], v["stiffness"], v["exponent"], v["damping"])
 
     def ends(self) -> tuple[float, float]:
         return float(self._blow.penetration_m.max()), float(self._blow.force_n.max())

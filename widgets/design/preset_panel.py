@@ -123,7 +123,7 @@ class PresetPanel(QWidget):
         fitting = [
             preset
             for preset in self._presets
-            if (which != "★" or str(preset.path) in self._stars) and (which != "Mine" or preset.is_own)
+            if (which != "★" or str(preset.path) in self._stars) and (which != "Mine" or preset.is_user_preset)
         ]
         fitting = ranked(fitting, self.field.text())
         self.list.show_presets(fitting, self._known, self._stars, headed=not self.field.text())
@@ -180,7 +180,7 @@ class PresetPanel(QWidget):
         self._narrow()
 
     def _ask_to_remove(self, preset: Preset) -> None:
-        if not preset.is_own:
+        if not preset.is_user_preset:
             self.said.emit(f"{preset.title} came with the program and stays; only your own presets can be deleted")
             return
         box = QMessageBox(self.window())

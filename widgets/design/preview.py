@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.drawing import Drawing, HeatMap, Range
-from underfoot.engine.reports import Laws, Preview
+from underfoot.engine.reports import Distributions, Preview
 from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
@@ -202,7 +202,7 @@ class PreviewPanel(QWidget):
         self._preview = self._other = self._view_ms = None
         self._name(type.label)
         self.note.set_full_text("")
-        self.laws.setVisible(type.laws is not None)
+        self.laws.setVisible(type.distributions is not None)
         self._choose_page()
         self.output.clear()
         self.output.addItems(list(self._ports))
@@ -240,7 +240,7 @@ class PreviewPanel(QWidget):
         """Whether the laws of the node are to be seen."""
         return self.laws.isChecked() and not self.laws.isHidden()
 
-    def show_laws(self, laws: Laws) -> None:
+    def show_laws(self, laws: Distributions) -> None:
         """Show what came of the laws that were asked for."""
         for plot, drawing in zip_longest(self.law_plots, laws.drawings):
             plot.setVisible(drawing is not None)

@@ -7,8 +7,8 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.groups import parents
-from underfoot.patch.heard import as_heard
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
@@ -339,7 +339,7 @@ class PatchScene(QGraphicsScene):
 
         A node is unused where it leads to no output that plays; one that is only not built yet is not.
         """
-        heard = as_heard(self.patch, self.registry)
+        heard = effective_patch(self.patch, self.registry)
         used = upstream(heard, (node.id for node in heard.nodes if self.registry[node.type].is_sink))
         for id, item in self.nodes.items():
             if item.state == "fault":

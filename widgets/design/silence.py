@@ -60,6 +60,6 @@ class SilenceHint:
             why = why_silent(patch, registry, sink.id)
             if why:
                 return why
-        if any(registry[node.type].hosts for node in patch.nodes):
+        if any(registry[node.type].engine_signals for node in patch.nodes):
             return "no foot presses a tile. A click on the tile at the lower right strikes it"
         return "it has come to its end. P plays it from the start"

@@ -13,12 +13,12 @@ def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
     """Samples, or events as rows of (time as a share of the whole, strength), as a path in the unit square."""
     path = QPainterPath()
     if events:
-        strongest = max(float(values[:, 1].max(initial=0.0)), 1e-12)
+        strongest_events = max(float(values[:, 1].max(initial=0.0)), 1e-12)
         path.moveTo(0.0, 1.0)
         path.lineTo(1.0, 1.0)
         for time, strength in values[:400]:
             path.moveTo(float(time), 1.0)
-            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest)
+            path.lineTo(float(time), 1.0 - 0.9 * float(strength) / strongest_events)
         return path
     values = np.nan_to_num(values)
     if values.size == 0:

@@ -8,7 +8,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
-from underfoot.engine.reports import Costs, Fault, Health, Laws, Outlines, Preview
+from underfoot.engine.reports import Costs, Distributions, Fault, Health, Outlines, Preview
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
@@ -229,7 +229,7 @@ class DesignWorkspace(Workspace):
             self.slots.take_outlines(outlines, shown)
         self._idle.start()
 
-    def show_laws(self, laws: Laws) -> None:
+    def show_laws(self, laws: Distributions) -> None:
         """Show the laws of the node that is previewed."""
         if self._laws_of != self._previewed:
             return

@@ -24,8 +24,8 @@ _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 def asks_of(runner: Runner) -> tuple[Parameter, ...]:
     """What is answered on a runner's page: its questions, or, in learning, which stimulus is to be felt."""
     if runner.page.kind == "learn":
-        return (ask("number", Count(1, 1, len(runner.study.learned), doc="Which one do you want to feel?")),)
-    return runner.page.asks
+        return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
+    return runner.page.questions
 
 
 class AnswerForm(QWidget):

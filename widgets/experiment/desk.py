@@ -108,13 +108,13 @@ class Desk(QWidget):
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         self.live.setText(_felt(runner))
-        self.news.setText(runner.news[-1] if runner.news else "")
-        self.news.setVisible(bool(runner.news))
+        self.news.setText(runner.messages[-1] if runner.messages else "")
+        self.news.setVisible(bool(runner.messages))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
         self.pause.setVisible(not is_over)
         self.leave.setVisible(not is_over)
         self.next.setText({Phase.PAUSE: END_PAUSE, Phase.END: CLOSE}.get(phase, "Next"))
-        goes_on = phase is Phase.PAGE and not page.asks
+        goes_on = phase is Phase.PAGE and not page.questions
         self.next.setEnabled(phase in (Phase.PAUSE, Phase.END) or runner.may_play or may_step(runner) or goes_on)
         self.spoil.setEnabled(page.trial is not None)
         self.repeat.setEnabled(runner.study.can_repeat)

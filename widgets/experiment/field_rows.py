@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QPlainTextEdit, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.declared import Flag, Named, Words, caption
+from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
@@ -69,14 +69,14 @@ class FieldRows(QWidget):
 
     def _control(self, name: str, parameter: Parameter, value: Any) -> QWidget:
         match parameter:
-            case Flag():
+            case BooleanField():
                 box = QCheckBox()
                 box.setChecked(bool(value))
                 box.toggled.connect(lambda on: self._set(name, on))
                 return box
             case Choice(options=options):
                 return self._choices(name, dict(zip(options, options, strict=True)), value)
-            case Named(values=values):
+            case NamedChoice(values=values):
                 return self._choices(name, values, value)
             case StimulusName():
                 return self._choices(name, {"(none)": "", **{one: one for one in self._stimuli}}, value)
@@ -90,7 +90,7 @@ class FieldRows(QWidget):
         match parameter:
             case StimulusNames():
                 line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
-            case Words():
+            case TextLine():
                 line.setPlaceholderText("all")
             case Rows(columns=columns):
                 line.setPlaceholderText("; ".join([", ".join(column for column, _, _ in columns)] * 2) + "; …")
@@ -115,7 +115,7 @@ def read(parameter: Parameter, typed: str) -> Any:
     (4, 0.25, 'many')
     >>> read(Numbers((1.0,), 0.0, 20.0), "8, 15")
     [8.0, 15.0]
-    >>> read(Words(), "often, never"), read(Words(), "yes, always; no"), read(Rows((), columns=()), "1, 2; 3, 4")
+    >>> read(TextLine(), "often, never"), read(TextLine(), "yes, always; no"), read(Rows((), columns=()), "1, 2; 3, 4")
     (['often', 'never'], ['yes, always', 'no'], [[1.0, 2.0], [3.0, 4.0]])
     """
     text = typed.strip()
@@ -131,7 +131,7 @@ def read(parameter: Parameter, typed: str) -> Any:
                 return parse_numbers(text, unit)
             case StimulusNames():
                 return [part for part in re.split(r"[,;\s]+", text) if part]
-            case Words():
+            case TextLine():
                 return [part.strip() for part in text.split(";" if ";" in text else ",") if part.strip()]
             case Rows():
                 return [parse_numbers(row) for row in text.split(";") if row.strip()]
@@ -143,7 +143,7 @@ def read(parameter: Parameter, typed: str) -> Any:
 def shown(parameter: Parameter, value: Any) -> str:
     """A value as `read` takes it.
 
-    >>> shown(Words(), ["yes, always", "no"]), shown(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
+    >>> shown(TextLine(), ["yes, always", "no"]), shown(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
     ('yes, always; no', '1, 2.5; 3, 4')
     """
     if isinstance(value, list | tuple):

@@ -17,7 +17,7 @@ from underfoot.experiments.simulation import jobs_of, summaries
 from underfoot.experiments.study import Entry
 from underfoot.experiments.table import rows_of
 from underfoot.studies.results import analysed_files, written_files
-from underfoot.studies.simulated import simulated_here
+from underfoot.studies.simulated import simulate_locally
 from underfoot.widgets.experiment.background import Task
 from underfoot.widgets.experiment.people_dialog import SimulatedPeople
 from underfoot.widgets.experiment.studies import StudyFile
@@ -30,7 +30,7 @@ def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> li
     def seen(done: int) -> None:
         task.say(f"Simulating {people.count} people: {sum(job.end - job.first for job in jobs[:done])} done…")
 
-    summed = summaries(simulated_here(jobs, cores(), seen, task.is_stopped))
+    summed = summaries(simulate_locally(jobs, cores(), seen, task.is_stopped))
     return [power_of(summed, people.count, truths_of(study.protocol, dict(people.conditions.truth)))]
 
 

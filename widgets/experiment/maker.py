@@ -181,7 +181,7 @@ class Maker(QWidget):
     def _check(self) -> None:
         if self.draft is None:
             return
-        trouble = self.draft.trouble()
+        trouble = self.draft.first_mistake()
         self.trouble.setText(trouble)
         theme.set_role(self.trouble, "alarm")
         place = _PLACES.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0) if trouble else -1

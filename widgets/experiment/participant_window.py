@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import may_step
-from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, Stand
+from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
@@ -31,7 +31,7 @@ class ParticipantWindow(QWidget):
     stop_wanted = Signal()
     closed = Signal()
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: StandingPlace) -> None:
         """`stand` is where targets are selected from, in a study that has some."""
         super().__init__(None, Qt.WindowType.Window)
         self.setWindowTitle("Study – Underfoot")
@@ -202,7 +202,7 @@ def _text(runner: Runner) -> str:
     if runner.phase is Phase.READY or runner.phase is Phase.WAITING:
         return page.feedback
     if runner.foot is not None:
-        return runner.foot.one.doc
+        return runner.foot.question.doc
     if page.kind == "learn":
         return "\n\n".join(part for part in (page.text, _right_answers(runner)) if part)
     return page.text if page.trial is None else ""
@@ -210,7 +210,7 @@ def _text(runner: Runner) -> str:
 
 def _right_answers(runner: Runner) -> str:
     """What belongs to each number that can be felt, where the stimuli have right answers."""
-    words = [runner.protocol.stimuli[name].correct for name in runner.study.learned]
+    words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
     return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
 
 
@@ -219,7 +219,7 @@ def _go_words(runner: Runner, form: AnswerForm) -> str:
     page, phase = runner.page, runner.phase
     if phase is Phase.READY and page.start == "key":
         return "Feel it"
-    goes_on = phase is Phase.PAGE and (not page.asks or form.is_to_give)
+    goes_on = phase is Phase.PAGE and (not page.questions or form.is_to_give)
     return "Go on" if goes_on or (phase is Phase.ANSWERING and form.is_to_give) else ""
 
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 from underfoot.errors import BadValue
 from underfoot.experiments.observers import truths_of
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.simulation import Conditions
+from underfoot.experiments.simulation import SimulationSettings
 from underfoot.parameters import Count, Parameter
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
@@ -31,7 +31,7 @@ class SimulatedPeople:
     """So many people under these conditions."""
 
     count: int = 100
-    conditions: Conditions = field(default_factory=Conditions)
+    conditions: SimulationSettings = field(default_factory=SimulationSettings)
 
 
 class PeopleDialog(QDialog):
@@ -80,7 +80,7 @@ class PeopleDialog(QDialog):
             self.note.setText(str(error))
             return
         changed = {name: found[name] for name, one in self._truths.items() if found[name] != one.default}
-        self._use(SimulatedPeople(found["people"], Conditions(found["seed"], truth=tuple(changed.items()))))
+        self._use(SimulatedPeople(found["people"], SimulationSettings(found["seed"], truth=tuple(changed.items()))))
         self.accept()
 
     def _give_usual(self) -> None:
@@ -91,7 +91,7 @@ class PeopleDialog(QDialog):
 def words_of(people: SimulatedPeople) -> str:
     """What a button that simulates them says.
 
-    >>> words_of(SimulatedPeople(40, Conditions(truth=(("lapses", 0.1),))))
+    >>> words_of(SimulatedPeople(40, SimulationSettings(truth=(("lapses", 0.1),))))
     'Simulate 40 people, with your settings'
     """
     own = ", with your settings" if people.conditions.truth else ""

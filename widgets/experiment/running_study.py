@@ -16,7 +16,7 @@ from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
-from underfoot.studies.target import Stand
+from underfoot.studies.target import StandingPlace
 from underfoot.widgets.experiment.background import Background
 from underfoot.widgets.experiment.desk import Desk
 from underfoot.widgets.experiment.findings import answers_so_far
@@ -87,7 +87,7 @@ class RunningStudy(QObject):
         if self.runner is None:
             return
         if self.window_of_participant is None:
-            made = ParticipantWindow(Stand.of(self.runner.protocol))
+            made = ParticipantWindow(StandingPlace.of(self.runner.protocol))
             made.answered.connect(self._answer)
             made.slid.connect(self._slide)
             made.go_wanted.connect(self._go)
@@ -163,14 +163,14 @@ class RunningStudy(QObject):
             self._do(lambda r: r.start())
         elif may_step(runner):
             self._foot.step(runner)
-        elif runner.phase is Phase.PAGE and not runner.page.asks:
+        elif runner.phase is Phase.PAGE and not runner.page.questions:
             self._do(lambda r: r.answer({}))
         elif runner.phase is Phase.END:
             self.leave()
 
     def _answer(self, values: dict[str, Any]) -> None:
         if self.runner is not None and self.runner.page.kind == "learn":
-            self._do(lambda runner: runner.play(runner.study.learned[values["number"] - 1]))
+            self._do(lambda runner: runner.play(runner.study.learnable[values["number"] - 1]))
         else:
             self._do(lambda runner: runner.answer(values))
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
-from underfoot.experiments.declared import Named, fields_of
+from underfoot.experiments.declared import NamedChoice, fields_of
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.foot import FootAnswer, fields_in_words
 from underfoot.experiments.method import StimulusName
@@ -159,11 +159,11 @@ class StageForm(QWidget):
         self._column.addWidget(rows)
         return rows
 
-    def _following(self) -> Named:
+    def _following(self) -> NamedChoice:
         """What can come behind this stage."""
         ways = {"the next in the list": "", "the end of the study": END, **{one: one for one in self._others}}
         said = fields_of(Stage, ["next"])["next"]
-        follows = Named("", values=ways, doc=said.doc, label=said.label)
+        follows = NamedChoice("", values=ways, doc=said.doc, label=said.label)
         ask("next", follows)
         return follows
 
@@ -232,7 +232,7 @@ class StageForm(QWidget):
         words = ""
         with suppress(UnderfootError, KeyError, msgspec.ValidationError):
             method, foot = METHODS[use["kind"]], msgspec.convert(self._stage["foot"], FootAnswer)
-            words = fields_in_words(foot, method.asked(method.checked(use["parameters"], self._stimuli)))
+            words = fields_in_words(foot, method.questions_for(method.checked(use["parameters"], self._stimuli)))
         self.fields.setText(words)
 
     def _switch_foot(self, on: bool) -> None:

@@ -355,7 +355,7 @@ def _patches(own: Path) -> Mapping[str, Any]:
     found: dict[str, Any] = {NOTHING: ""}
     for preset in preset_files.all_presets(own):
         words = f"{preset.family}: {preset.name}" if preset.family else preset.title
-        found[words] = preset.path if preset.is_own else preset.path.stem
+        found[words] = preset.path if preset.is_user_preset else preset.path.stem
     return {**found, FILE: FILE}
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.tile_response import ResponseWatch, TileResponse, response_of
+from underfoot.floor.tile_response import ResponseMonitor, TileResponse, response_of
 from underfoot.widgets.monitor.level_plot import in_words
 from underfoot.widgets.plots.history import History
 
@@ -17,7 +17,7 @@ class TileLevels:
         self._rate_hz = rate_hz
         self._commanded = History(np.float32, int(_KEPT_S * rate_hz), tiles)
         self._measured = History(np.float32, int(_KEPT_S * rate_hz), tiles)
-        self._watch = ResponseWatch(tiles, rate_hz)
+        self._watch = ResponseMonitor(tiles, rate_hz)
 
     def feed(self, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
         """The next frames of all tiles, (n, tiles) each."""
@@ -27,7 +27,7 @@ class TileLevels:
 
     def astray(self) -> NDArray[np.bool_]:
         """Which tiles are off their command."""
-        return self._watch.astray()
+        return self._watch.deviates()
 
     def of(self, row: int) -> tuple[TileResponse | None, str]:
         """A tile's response, and its levels in words; None and "" where too little was measured."""

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QContextMenuEvent, QMouseEvent, QPainter, QPai
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from underfoot.drawing import Drawing
-from underfoot.drawing.layout import Frame, Margins, content_of, crisp, frame_of, is_cut_off
+from underfoot.drawing.layout import Frame, Margins, content_of, frame_of, is_cut_off, pixel_centre
 from underfoot.drawing.shapes import Polyline
 from underfoot.widgets import theme
 from underfoot.widgets.plots import saving
@@ -125,7 +125,7 @@ class Plot(QWidget):
         for shape in content_of(self.drawing, frame, width_px):
             paint(painter, shape)
         if math.isfinite(self._pointer):
-            at = crisp(float(frame.x.place(self._pointer)))
+            at = pixel_centre(float(frame.x.place(self._pointer)))
             paint(painter, Polyline(np.array([[at, frame.area.top], [at, frame.area.bottom]]), "muted"))
 
     def _painted(self, frame: Frame) -> QPixmap:

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Signal
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
+from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
-from underfoot.patch.own_nodes import files_needed
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import MOST_BYTES
 from underfoot.widgets.recordings.reader import Opened

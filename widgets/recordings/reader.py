@@ -17,7 +17,7 @@ from underfoot.floor.layout import Floor
 from underfoot.records import envelopes
 from underfoot.records.envelopes import Envelope
 from underfoot.records.recording import Gap, Mark, Recording
-from underfoot.records.survey import Survey, cached_survey, has_envelopes, open_envelopes
+from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
 
 LEVELS = (1, 4, 16, 64)
 """How many blocks are in a bin of each level that is kept in memory."""
@@ -292,7 +292,7 @@ def _opened(recording: Recording, floor: Floor) -> Opened:
         recording.marks(),
         recording.commands(),
         recording.gaps(),
-        cached_survey(recording),
+        load_cached_survey(recording),
         has_envelopes(recording),
     )
 

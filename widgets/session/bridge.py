@@ -7,9 +7,9 @@ from underfoot.engine.reports import (
     CommandApplied,
     Compiling,
     Costs,
+    Distributions,
     ErrorCurveDrawn,
     Fault,
-    Laws,
     Notice,
     Outlines,
     Preview,
@@ -44,7 +44,7 @@ class Bridge(QObject):
     outlined = Signal(object)
     """`Outlines`, as requested."""
     lawful = Signal(object)
-    """`Laws` of the node that was previewed."""
+    """`Distributions` of the node that was previewed."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn`, as far as the curve is known."""
     health = Signal(object)
@@ -154,7 +154,7 @@ class Bridge(QObject):
                 self.previewed.emit(report)
             case Outlines():
                 self.outlined.emit(report)
-            case Laws():
+            case Distributions():
                 self.lawful.emit(report)
             case ErrorCurveDrawn():
                 self.errors_measured.emit(report)

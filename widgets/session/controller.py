@@ -11,13 +11,13 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, ErrorCurveDrawn, Laws, Outlines, Preview, Started
+from underfoot.engine.reports import SOUND_CARD, Distributions, ErrorCurveDrawn, Outlines, Preview, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.patch.heard import without_missing
+from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.bridge import Bridge
@@ -46,7 +46,7 @@ class SessionController(QObject):
     target_locked = Signal(bool)
     """Whether the target must not change, because something else uses its devices."""
     lawful = Signal(object)
-    """`Laws` of the node whose laws were asked for last."""
+    """`Distributions` of the node whose laws were asked for last."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn` of the last node requested, again after each point."""
     previewed = Signal(object, str)
@@ -387,7 +387,7 @@ class SessionController(QObject):
         if outlines.ticket == self._outlines_ticket:
             self.outlined.emit(outlines)
 
-    def _take_laws(self, laws: Laws) -> None:
+    def _take_laws(self, laws: Distributions) -> None:
         if laws.ticket == self._laws_ticket:
             self.lawful.emit(laws)
 

@@ -58,7 +58,7 @@ class Exchange(QObject):
         from underfoot.exchange.formats import READ
 
         def open_json(path: Path) -> None:
-            (self.open if any(one.knows(path) for one in READ) else self._open_patch.open)(path)
+            (self.open if any(one.matches(path) for one in READ) else self._open_patch.open)(path)
 
         return {suffix: self.open for one in READ for suffix in one.suffixes} | {".json": open_json}
 
@@ -80,11 +80,11 @@ class Exchange(QObject):
         self._reader.shutdown(wait=False, cancel_futures=True)
 
     def _read(self, path: Path) -> None:
-        from underfoot.exchange.format import read_through
+        from underfoot.exchange.format import read_foreign_patch
         from underfoot.exchange.formats import to_read
 
         self._say(f"Importing {path.name}…")
-        self._reader.submit(lambda: read_through(to_read(path), path)).add_done_callback(
+        self._reader.submit(lambda: read_foreign_patch(to_read(path), path)).add_done_callback(
             lambda future: self._came.emit((path, _answer(future)))
         )
 

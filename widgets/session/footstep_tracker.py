@@ -14,7 +14,7 @@ from underfoot.floor import contacts
 from underfoot.floor.contacts import ContactRows, ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
 """Tiles times samples tracked at once: 2 ms."""
@@ -52,7 +52,7 @@ class FootstepTracker:
     _loaded: threading.Event = field(default_factory=threading.Event)
 
     def __post_init__(self) -> None:
-        self._counter = StepCounter(self.floor)
+        self._counter = WalkTracker(self.floor)
 
     def load_kernels(self) -> None:
         """Load the kernels in a thread, preferably after another process has compiled them."""

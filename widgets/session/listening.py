@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from underfoot.engine.commands import Play, Swap
 from underfoot.engine.reports import CommandApplied, Started
-from underfoot.patch.audition import auditioned, softened
+from underfoot.patch.audition import attenuated, auditioned
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -208,7 +208,7 @@ class Listening(QObject):
         patch, words = chosen.patch, ""
         if self.ear is not None:
             patch, words = self._alone(patch, self.ear)
-        patch = softened(patch, self._registry, self.factor(slot))
+        patch = attenuated(patch, self._registry, self.factor(slot))
         patch = with_files_kept(patch, self._registry, chosen.folder, None)
         # An edit is played at once; another selection, once it has settled.
         is_other, self._heard = (slot, self.ear) != self._heard, (slot, self.ear)

@@ -47,7 +47,7 @@ class NetworkLink(QObject):
     @property
     def trouble(self) -> str:
         """Why part of the plan is not possible; "" if all is well."""
-        return self._server.trouble if self._server is not None else ""
+        return self._server.problem if self._server is not None else ""
 
     def apply(self, addresses: dict[str, str], on: list[str]) -> None:
         """Use and keep these addresses of `WAYS`; those named in `on`, and of `plan.FLAGS`, are active.
@@ -100,7 +100,7 @@ class NetworkLink(QObject):
             return
         self._reports.clear()
         self._player = CuePlayer(session, server, self._controller.patch, self._panic)
-        self._controller.played_as = self._player.over
+        self._controller.played_as = self._player.set_base_patch
 
     def _end_cues(self) -> None:
         """Play the window's own patch again."""
@@ -119,14 +119,14 @@ class NetworkLink(QObject):
         if self._server is not None and session is not None:
             now_s = float(update.time_s[-1])
             self._server.show(now_s, update.contacts)
-            self._server.tell_force(update.force_n.sum(axis=2), self._controller.played_s - now_s)
+            self._server.send_force(update.force_n.sum(axis=2), self._controller.played_s - now_s)
 
     def _tell_steps(self, steps: list[Step]) -> None:
         if self._server is not None:
             for step in steps:
-                self._server.tell_step(step, self._controller.played_s - step.start_s)
+                self._server.send_step(step, self._controller.played_s - step.start_s)
 
     def _tell_health(self, health: Health) -> None:
         self._healths += 1
         if self._server is not None and self._healths % _HEALTH_EVERY == 0:
-            self._server.tell_health(health)
+            self._server.send_health(health)

@@ -8,9 +8,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.files import read_file
-from underfoot.patch.node import Registry
-from underfoot.patch.node_files import NodeFile, has_nodes
-from underfoot.patch.own_nodes import (
+from underfoot.patch.custom_nodes import (
     add_stand_ins,
     copy_needed,
     files_needed,
@@ -19,6 +17,8 @@ from underfoot.patch.own_nodes import (
     running_elsewhere,
     unknown_types,
 )
+from underfoot.patch.node import Registry
+from underfoot.patch.node_files import NodeFile, has_nodes
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.settings import Settings
 

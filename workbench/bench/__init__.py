@@ -1,1 +1,1 @@
-"""Benchmarks: run time against error, reach of the models, latency, stability under stress, and large floors."""
+"""Benchmarks: run time against error, requirements on the models, latency, stability under stress, and large floors."""

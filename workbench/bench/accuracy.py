@@ -82,12 +82,12 @@ class Task:
     methods: Sequence[Method]
 
 
-def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Comparison]:
+def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> list[Comparison]:
     """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs per point."""
     found = []
     for make in TASKS:
         for task in make(quick):
-            tell(f"accuracy: {task.model}, {task.task}")
+            progress(f"accuracy: {task.model}, {task.task}")
             found.append(measured(task, 0.05 if quick else 1.0))
     return found
 
@@ -115,17 +115,17 @@ def measured(task: Task, budget_s: float) -> Comparison:
     return Comparison(task.model, task.task, task.error_is, tuple(curves))
 
 
-def _apart(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
+def _relative_error(result: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(result - truth) / np.linalg.norm(truth))
 
 
 def _from_truth(truth: NDArray[np.float64], result: NDArray[np.float64], _: float) -> float:
-    return _apart(result, truth)
+    return _relative_error(result, truth)
 
 
 def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np.float64], knob: float) -> float:
     """Return the error of the last frames, as many as the reference has."""
-    return _apart(result[-truths[knob].size :], truths[knob])
+    return _relative_error(result[-truths[knob].size :], truths[knob])
 
 
 def impacts(quick: bool) -> Iterable[Task]:
@@ -145,19 +145,24 @@ def impacts(quick: bool) -> Iterable[Task]:
             partial(_from_truth, truth),
             [
                 Method(
-                    "impact.strike", "error asked", (1e-1, 1e-2, 1e-4, 1e-6, 1e-8), partial(_asked, by, modes, frames)
+                    "impact.strike",
+                    "error asked",
+                    (1e-1, 1e-2, 1e-4, 1e-6, 1e-8),
+                    partial(_to_error, by, modes, frames),
                 ),
-                Method("hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), partial(_stepped, by, modes, frames)),
-                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_solved, by, modes, times), True),
+                Method(
+                    "hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), partial(_by_substeps, by, modes, frames)
+                ),
+                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_by_solver, by, modes, times), True),
             ],
         )
 
 
-def _asked(by: Hammer, modes: ModalObject, frames: int, error: float) -> NDArray[np.float64]:
+def _to_error(by: Hammer, modes: ModalObject, frames: int, error: float) -> NDArray[np.float64]:
     return strike(by, modes, frames / RATE, RATE, error).displacement_m
 
 
-def _stepped(by: Hammer, modes: ModalObject, frames: int, substeps: float) -> NDArray[np.float64]:
+def _by_substeps(by: Hammer, modes: ModalObject, frames: int, substeps: float) -> NDArray[np.float64]:
     values = np.array(modes)
     numbers = {"mass": by.mass_kg, "stiffness": by.stiffness, "exponent": by.exponent, "damping": by.damping_s_m}
     row = rows.hit(values[:, np.argsort(values[1])], RATE, [(0.0, by.velocity_m_s)], **numbers, substeps=substeps)
@@ -166,7 +171,7 @@ def _stepped(by: Hammer, modes: ModalObject, frames: int, substeps: float) -> ND
     return out.displacement
 
 
-def _solved(by: Hammer, modes: ModalObject, times: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
+def _by_solver(by: Hammer, modes: ModalObject, times: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
     return naive.struck_object(by, modes, times, "RK45", tolerance)
 
 
@@ -178,7 +183,7 @@ def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArr
     return frequencies, np.sort(draw.uniform(0.5, 20.0, count)), draw.normal(size=count)
 
 
-def _rung(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[np.float64]:
+def _ring_bank(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[np.float64]:
     return ring(*modes(count), signal, RATE)
 
 
@@ -219,12 +224,12 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             "relative L2 of the last 1000 frames against the closed form",
             partial(_end_from_truth, truths),
             [
-                Method("modal.ring", "modes", counts, partial(_rung, bank.ring, signal)),
+                Method("modal.ring", "modes", counts, partial(_ring_bank, bank.ring, signal)),
                 Method(
                     "lfilter, mode by mode",
                     "modes",
                     counts,
-                    partial(_rung, naive.filter_per_mode, signal),
+                    partial(_ring_bank, naive.filter_per_mode, signal),
                     True,
                 ),
             ],
@@ -286,7 +291,7 @@ def bundles(quick: bool) -> Iterable[Task]:
         "fracture",
         "strain of a bundle loaded to 95 % in 1 s",
         "relative L2 against an endless bundle: falls as 1/sqrt(N) by nature",
-        lambda result, _: _apart(result, truth),
+        lambda result, _: _relative_error(result, truth),
         [
             Method("FibreBundle.response", "fibres", counts, partial(strain, "exact")),
             Method("FibreBundle.response, mean", "fibres", counts[:1], partial(strain, "mean")),
@@ -346,7 +351,7 @@ def slips(quick: bool) -> Iterable[Task]:
         "plasticity",
         "displacement of ground that slips, 0.2 s",
         "relative L2 at each ms against DOP853 from slip to slip; a slip late by a frame may miss its ms",
-        lambda result, _: _apart(result, truth),
+        lambda result, _: _relative_error(result, truth),
         [
             Method("Ground.response", "rate, Hz", rates, slip),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
@@ -362,8 +367,8 @@ def frictions(quick: bool) -> Iterable[Task]:
         at, cdf = result
         return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
-    def law(asked: float) -> tuple[Floats, Floats]:
-        found = distribution.first_passage(block, t_end, error=asked)
+    def law(error_limit: float) -> tuple[Floats, Floats]:
+        found = distribution.first_passage(block, t_end, error=error_limit)
         return found.points, found.cdf
 
     def counted(durations: Floats) -> tuple[Floats, Floats]:
@@ -462,7 +467,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
         "envelopes",
         "strain rate under a footstep, 0.6 s",
         "relative L2 at each ms against DOP853",
-        lambda result, _: _apart(result, truth),
+        lambda result, _: _relative_error(result, truth),
         [
             Method("envelopes.run_strain_rate", "rate, Hz", rates, strain_rate),
             Method("semi-implicit Euler", "rate, Hz", rates, euler, True),

@@ -20,7 +20,7 @@ from underfoot.engine.session_memory import SessionMemory
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.kernels import kernel
 from underfoot.patch.calls import cycles
 from underfoot.patch.guards import guarded
@@ -108,7 +108,7 @@ def block_stages(
     require(0 <= feet <= len(floor.tiles), "feet", feet, f"0 to {len(floor.tiles)}, the floor's tiles")
     require(1 <= block <= 65536, "block", block, "1 to 65536 frames")
     source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-    plates: tuple[Heard, ...] = ("accelerometer",) if simulated else ()
+    plates: tuple[PlateOutput, ...] = ("accelerometer",) if simulated else ()
     options = LoopOptions(block=block, equalisers=equalisers_of(profiles or {}), folder=folder, plates=plates)
     loop = Loop(patch, registry, source, options)
     loop.send(Play(True))
@@ -121,7 +121,7 @@ def block_stages(
     # Take the part whose total is the lower quartile, so that its stages add up to its total.
     whole_s, spent, of_nodes, ran = sorted(parts, key=lambda part: part[0])[len(parts) // 4]
     frames = max(round(_PART_S * RATE_HZ) // block, 1) * block
-    a_second = _MS * RATE_HZ / frames
+    per_second = _MS * RATE_HZ / frames
     nodes_s = float(of_nodes.sum())
     spent |= {"nodes": nodes_s, "driver": max(spent["program"] - nodes_s, 0.0)}
     spent["rest"] = whole_s - sum(spent[stage] for stage in STAGES if stage != "rest")
@@ -130,10 +130,10 @@ def block_stages(
         len(floor.tiles),
         feet,
         block,
-        a_second * whole_s,
-        tuple(StageCost(stage, a_second * spent[stage]) for stage in STAGES),
+        per_second * whole_s,
+        tuple(StageCost(stage, per_second * spent[stage]) for stage in STAGES),
         tuple(
-            NodeCost(id, patch.node(id).type, a_second * float(of_nodes[k]), float(ran[k]) / frames, sleeps[id])
+            NodeCost(id, patch.node(id).type, per_second * float(of_nodes[k]), float(ran[k]) / frames, sleeps[id])
             for id, k in loop.program.index.items()
         ),
         loop.program.left_out,
@@ -244,10 +244,10 @@ def _sleeps(program: Program, registry: Registry) -> dict[str, str]:
     for id in program.node_ids:
         type = registry[patch.node(id).type]
         comes = [port.name for port in type.inputs if f"{id}.{port.name}" in wired]
-        signals = [*type.hosts, *(name for name in comes if type.input_ports[name].kind == "signal")]
+        signals = [*type.engine_signals, *(name for name in comes if type.input_ports[name].kind == "signal")]
         muting = [name for name in type.muted_by if name in signals or f"{id}.{name}" in wired]
         quiet = [*(f"{name} is silent" for name in signals)]
-        if type.is_struck or len(signals) < len(type.hosts) + len(comes):
+        if type.is_struck or len(signals) < len(type.engine_signals) + len(comes):
             quiet.append("no event has come")
         if id in guards:
             found[id] = f"nobody would hear it, as {' and '.join(guards[id])} is silent"

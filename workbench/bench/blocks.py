@@ -19,7 +19,7 @@ from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.models import gait
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -74,7 +74,7 @@ class Scene:
     ) -> None:
         self.name, self.tiles, self.feet, self.block, self.simulated = name, len(floor.tiles), feet, block, simulated
         source = Replay(stepping(floor, feet), floor, RATE_HZ, repeats=True)
-        plates: tuple[Heard, ...] = ("accelerometer",) if simulated else ()
+        plates: tuple[PlateOutput, ...] = ("accelerometer",) if simulated else ()
         self._loop = Loop(patch, registry, source, LoopOptions(block=block, plates=plates))
         self._loop.send(Play(True))
         self._of_program: list[float] = []
@@ -111,10 +111,10 @@ def scenes(
                     yield Scene(name, patch, registry, floor, count, block, simulated=True)
 
 
-def costs(scenes: Sequence[Scene], took: Sequence[Timed]) -> list[BlockCost]:
+def costs(scenes: Sequence[Scene], timed: Sequence[Timed]) -> list[BlockCost]:
     """Return the costs of scenes from the times of their runs."""
     found = []
-    measured = list(zip(scenes, took, strict=True))
+    measured = list(zip(scenes, timed, strict=True))
     every = {(s.name, s.tiles, s.block): t.at_best for s, t in measured if s.feet == s.tiles and not s.simulated}
     for scene, run in measured:
         share = run.at_best / every[scene.name, scene.tiles, scene.block]

@@ -11,7 +11,7 @@ from underfoot.documents import read_document
 from underfoot.files import read_file
 
 FORMAT, VERSION = "underfoot-bench", 1
-_LEAST = 0.05
+_LEAST_NOISE = 0.05
 """A relative change of less than this is noise, whatever the rows' own spread."""
 
 
@@ -105,15 +105,15 @@ def changes(before: Sequence[Time], now: Sequence[Time]) -> Changes:
     earlier = {(time.row, time.unit): time for time in before}
     later = {(time.row, time.unit): time for time in now}
     both = [
-        Change(key[0], key[1], earlier[key].at_best, one.at_best, max(_LEAST, earlier[key].spread + one.spread))
+        Change(key[0], key[1], earlier[key].at_best, one.at_best, max(_LEAST_NOISE, earlier[key].spread + one.spread))
         for key, one in later.items()
         if key in earlier
     ]
-    told = sorted((change for change in both if not change.is_noise), key=lambda change: -abs(change.by))
+    significant = sorted((change for change in both if not change.is_noise), key=lambda change: -abs(change.by))
     return Changes(
-        tuple(change for change in told if change.by > 0.0),
-        tuple(change for change in told if change.by < 0.0),
-        len(both) - len(told),
+        tuple(change for change in significant if change.by > 0.0),
+        tuple(change for change in significant if change.by < 0.0),
+        len(both) - len(significant),
         tuple(row for row, unit in earlier if (row, unit) not in later),
         tuple(row for row, unit in later if (row, unit) not in earlier),
     )

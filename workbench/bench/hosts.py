@@ -22,61 +22,61 @@ PROBE_S, PROBES = 5.0, 10
 
 
 @dataclass(frozen=True)
-class Link:
+class NetworkLink:
     """A network path between two computers, in seconds.
 
-    `least_s` is the least delay of a message, `queue_s` the mean queueing delay added to it, and `longer_s` the excess
-    of the forward over the return delay.
+    `minimum_s` is the least delay of a message, `mean_queue_s` the mean queueing delay added to it, and `asymmetry_s`
+    the excess of the forward over the return delay.
     """
 
-    least_s: float
-    queue_s: float
-    longer_s: float = 0.0
+    minimum_s: float
+    mean_queue_s: float
+    asymmetry_s: float = 0.0
 
-    def there(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
+    def request_delays_s(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         """Draw the delays of messages, (count,)."""
-        return self.least_s + self.longer_s + draw.exponential(self.queue_s, count)
+        return self.minimum_s + self.asymmetry_s + rng.exponential(self.mean_queue_s, count)
 
-    def back(self, draw: np.random.Generator, count: int) -> NDArray[np.float64]:
+    def reply_delays_s(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         """Draw the delays of answers, (count,)."""
-        return self.least_s + draw.exponential(self.queue_s, count)
+        return self.minimum_s + rng.exponential(self.mean_queue_s, count)
 
 
 LINKS = {
-    "a dedicated switch": Link(0.05e-3, 0.05e-3),
-    "a busy network": Link(0.2e-3, 0.5e-3, 0.1e-3),
-    "wireless": Link(1.5e-3, 3e-3, 0.5e-3),
+    "a dedicated switch": NetworkLink(0.05e-3, 0.05e-3),
+    "a busy network": NetworkLink(0.2e-3, 0.5e-3, 0.1e-3),
+    "wireless": NetworkLink(1.5e-3, 3e-3, 0.5e-3),
 }
 
 
-def by_round_trips(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+def by_round_trips(link: NetworkLink, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
     """Return the errors of another computer's clock, estimated from round trips, before each new round of probes.
 
     In seconds. Half of a round trip is taken as the delay, and the result holds until the next round.
 
-    >>> bool(abs(by_round_trips(Link(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
+    >>> bool(abs(by_round_trips(NetworkLink(1e-3, 0.0), 50.0, 60.0)).max() < 0.251e-3)
     True
     """
-    draw = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     errors = []
     for _ in range(round(seconds / PROBE_S)):
-        there, back = link.there(draw, PROBES), link.back(draw, PROBES)
-        fastest = int(np.argmin(there + back))
-        wrong_s = 0.5 * (there[fastest] - back[fastest])
-        errors.append(wrong_s - 1e-6 * drift_ppm * PROBE_S)
+        request_delays_s, reply_delays_s = link.request_delays_s(rng, PROBES), link.reply_delays_s(rng, PROBES)
+        fastest = int(np.argmin(request_delays_s + reply_delays_s))
+        error_s = 0.5 * (request_delays_s[fastest] - reply_delays_s[fastest])
+        errors.append(error_s - 1e-6 * drift_ppm * PROBE_S)
     return np.array(errors)
 
 
-def by_arrivals(link: Link, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
+def by_arrivals(link: NetworkLink, drift_ppm: float, seconds: float, seed: int = 1) -> NDArray[np.float64]:
     """Return the errors if only messages with their sender's time arrive, and Underfoot's clock for tiles maps them.
 
     The delay itself cannot be observed: it is part of the error.
     """
-    draw, clocks = np.random.default_rng(seed), DeviceClocks(1, float(RATE_HZ))
+    rng, clocks = np.random.default_rng(seed), DeviceClocks(1, float(RATE_HZ))
     sent_s = np.arange(0.0, seconds, 1.0 / MESSAGE_HZ)
     shown_us = 1e6 * sent_s / (1.0 + 1e-6 * drift_ppm)
     errors = []
-    for at_s, us, way_s in zip(sent_s, shown_us, link.there(draw, len(sent_s)), strict=True):
+    for at_s, us, way_s in zip(sent_s, shown_us, link.request_delays_s(rng, len(sent_s)), strict=True):
         observe(clocks.table[0], 0, us, RATE_HZ * (at_s + way_s), float(RATE_HZ))
         errors.append(arrival_frame(clocks.table[0], us, float(RATE_HZ)) / RATE_HZ - at_s)
     return np.array(errors[len(errors) // 4 :])
@@ -93,12 +93,12 @@ def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float6
         parts.append(source.forces[: source.pull(end)].copy())
     forces = np.maximum(np.concatenate(parts), 0.0)
     places = np.array([[tile.to_floor(np.array(at)) for at in tile.sensors_m] for tile in source.floor.tiles])
-    late = round(late_s * source.rate_hz)
+    late_samples = round(late_s * source.rate_hz)
     errors = []
     for row in range(6):
         left, right = 6 * row + 2, 6 * row + 3
-        truth, shifted = forces[late:, [left, right]], forces[late:, [left, right]].copy()
-        shifted[:, 1] = forces[: len(forces) - late, right]
+        truth, shifted = forces[late_samples:, [left, right]], forces[late_samples:, [left, right]].copy()
+        shifted[:, 1] = forces[: len(forces) - late_samples, right]
         on = (truth.sum(axis=2) > ON_N).all(axis=1) & (shifted.sum(axis=2) > ON_N).all(axis=1)
         at = places[[left, right]]
         middle, moved = (

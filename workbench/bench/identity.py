@@ -21,9 +21,9 @@ from underfoot.floor.contacts import Contact, ContactRows, ContactTracker
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.simulated_people import Person
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 
-REACH_M = 0.15
+MATCH_RADIUS_M = 0.15
 """Largest distance between a contact and its foot: less than to anybody's other foot, more than from a tile's own
 centroid to that of a foot that it shares.
 """
@@ -31,7 +31,7 @@ centroid to that of a foot that it shares.
 EVERY = 10
 """One of this many samples at 1 kHz is evaluated."""
 
-BRIEF = 10
+SHORTEST = 10
 """Longest time in frames (0.1 s) for which a foot may be matched to another's contact without counting as split or
 joined; two feet on one tile have one load.
 """
@@ -76,7 +76,7 @@ class Identity:
         return 1.0 - (self.misses + self.false_positives + self.switches) / max(self.truths, 1)
 
 
-def identity(truth: Tracks, found: Tracks, reach_m: float = REACH_M) -> Identity:
+def identity(truth: Tracks, found: Tracks, radius_m: float = MATCH_RADIUS_M) -> Identity:
     """Match hypotheses to truths.
 
     >>> truth = Tracks.of([0, 1, 2, 3], [7, 7, 7, 7], [0, 0, 0, 0], [0, 0, 0, 0])
@@ -95,7 +95,7 @@ def identity(truth: Tracks, found: Tracks, reach_m: float = REACH_M) -> Identity
     for frame in np.union1d(truth.frame, found.frame).tolist():
         mine = np.arange(*np.searchsorted(truth.frame, [frame, frame + 1]))
         theirs = np.arange(*np.searchsorted(found.frame, [frame, frame + 1]))
-        pairs = _pairs(truth, found, mine, theirs, (last, reach_m, together))
+        pairs = _matches(truth, found, mine, theirs, (last, radius_m, together))
         for one, other in pairs:
             before = last.get(one)
             switches += before is not None and before[0] != other
@@ -113,12 +113,12 @@ def identity(truth: Tracks, found: Tracks, reach_m: float = REACH_M) -> Identity
         false_positives,
         switches,
         fragments,
-        2.0 * _most_together(together) / max(len(truth.id) + len(found.id), 1),
+        2.0 * _best_assignment(together) / max(len(truth.id) + len(found.id), 1),
         matched,
     )
 
 
-def _pairs(
+def _matches(
     truth: Tracks,
     found: Tracks,
     mine: NDArray[np.intp],
@@ -126,22 +126,22 @@ def _pairs(
     state: tuple[dict[int, tuple[int, int]], float, dict[int, dict[int, int]]],
 ) -> list[tuple[int, int]]:
     """Return the matches of one frame; pairs within reach are counted in `together`."""
-    last, reach_m, together = state
+    last, radius_m, together = state
     if not len(mine) or not len(theirs):
         return []
     far = np.hypot(truth.x_m[mine][:, None] - found.x_m[theirs], truth.y_m[mine][:, None] - found.y_m[theirs])
-    cost = np.where(far <= reach_m, far, 1e6)
-    for i, j in zip(*np.nonzero(far <= reach_m), strict=True):
+    cost = np.where(far <= radius_m, far, 1e6)
+    for i, j in zip(*np.nonzero(far <= radius_m), strict=True):
         one, other = int(truth.id[mine[i]]), int(found.id[theirs[j]])
         of_one = together.setdefault(one, {})
         of_one[other] = of_one.get(other, 0) + 1
         if last.get(one, (-1, -1))[0] == other:
             cost[i, j] -= 100.0
     chosen = zip(*linear_sum_assignment(cost), strict=True)
-    return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if far[i, j] <= reach_m]
+    return [(int(truth.id[mine[i]]), int(found.id[theirs[j]])) for i, j in chosen if far[i, j] <= radius_m]
 
 
-def _most_together(together: dict[int, dict[int, int]]) -> int:
+def _best_assignment(together: dict[int, dict[int, int]]) -> int:
     """Return the most frames in reach over all one-to-one assignments of truths to hypotheses."""
     others = sorted({other for of_one in together.values() for other in of_one})
     if not others:
@@ -155,7 +155,7 @@ def _most_together(together: dict[int, dict[int, int]]) -> int:
 
 
 @dataclass(frozen=True)
-class Walked:
+class WalkAccuracy:
     """Results for simulated people: contacts, steps, and persons.
 
     `splits` are feet with two contacts, `joins` contacts with two feet, each for more than 0.1 s. `sides_right` refers
@@ -174,13 +174,15 @@ class Walked:
     person_switches: int
 
 
-def walk(floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, noise_n: float = 0.3) -> Walked:
+def simulate_walk(
+    floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, noise_n: float = 0.3
+) -> WalkAccuracy:
     """Simulate people walking on `floor` (none: the usual walker, around the floor), and evaluate their tracking.
 
     Each sensor has a tare of 12 N and white noise of `noise_n` newtons.
     """
     source = SimulatedFloor(floor, seed=seed, people=people)
-    tracker, counter = ContactTracker(floor, source.rate_hz), StepCounter(floor)
+    tracker, counter = ContactTracker(floor, source.rate_hz), WalkTracker(floor)
     draw = np.random.default_rng(seed)
     rows: list[ContactRows] = []
     steps: list[Step] = []
@@ -198,10 +200,12 @@ def walk(floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, 
     tracked = tracker.finish()
     rows.append(tracked.rows)
     steps += counter.feed(tracked.finished, now_s) + counter.finish()
-    return _judged(source, rows, steps, now_s)
+    return _accuracy(source, rows, steps, now_s)
 
 
-def _judged(source: SimulatedFloor, rows: Sequence[ContactRows], steps: Sequence[Step], until_s: float) -> Walked:
+def _accuracy(
+    source: SimulatedFloor, rows: Sequence[ContactRows], steps: Sequence[Step], until_s: float
+) -> WalkAccuracy:
     times = np.arange(0.0, until_s, EVERY / source.rate_hz)
     down = simulated_loads.feet_down(source.footfalls, source.curves, times, LEAST_N)
     truth = Tracks(np.round(down.time_s / times[1]).astype(int), down.footfall, down.x_m, down.y_m)
@@ -221,19 +225,19 @@ def _judged(source: SimulatedFloor, rows: Sequence[ContactRows], steps: Sequence
     persons = [(int(footfalls[foot]["person"]), step.person) for step, foot in stepped]
     together: dict[int, dict[int, int]] = {}
     switches, last = 0, dict[int, int]()
-    for true, told in persons:
-        switches += last.get(true, told) != told
-        last[true] = told
-        together.setdefault(true, {})[told] = together.get(true, {}).get(told, 0) + 1
-    return Walked(
+    for true, found_id in persons:
+        switches += last.get(true, found_id) != found_id
+        last[true] = found_id
+        together.setdefault(true, {})[found_id] = together.get(true, {}).get(found_id, 0) + 1
+    return WalkAccuracy(
         contacts=found,
         feet=len(found.matched),
-        splits=sum(sum(frames > BRIEF for frames in of_foot.values()) > 1 for of_foot in found.matched.values()),
-        joins=sum(sum(frames > BRIEF for frames in of_contact.values()) > 1 for of_contact in feet_of.values()),
+        splits=sum(sum(frames > SHORTEST for frames in of_foot.values()) > 1 for of_foot in found.matched.values()),
+        joins=sum(sum(frames > SHORTEST for frames in of_contact.values()) > 1 for of_contact in feet_of.values()),
         steps=len(steps),
         sided=len(sides),
         sides_right=sum(sides),
-        persons=len({told for _, told in persons}),
-        person_idf1=2.0 * _most_together(together) / max(2 * len(persons) + len(steps) - len(stepped), 1),
+        persons=len({found_id for _, found_id in persons}),
+        person_idf1=2.0 * _best_assignment(together) / max(2 * len(persons) + len(steps) - len(stepped), 1),
         person_switches=switches,
     )

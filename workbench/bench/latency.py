@@ -21,7 +21,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.reach.row import Reach
+from underfoot.bench.requirements.requirement import Requirement
 from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.force_source import SENSOR_HZ, sample_buffers
 from underfoot.devices.transport import Sender
@@ -60,16 +60,16 @@ class Latency:
     """Results for one link.
 
     `seconds` (steps,) are from the sending of each step to the first frame that it changed; `shown_s` and `hold_s` are
-    the medians of what the session reports; `late` is the share of samples later than the hold allows.
+    the medians of what the session reports; `late_share` is the share of samples later than the hold allows.
     """
 
     seconds: NDArray[np.float64]
     shown_s: float
     hold_s: float
-    late: float
+    late_share: float
 
 
-def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
+def requirements(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> Iterator[Requirement]:
     """Measure the latency of a hub of four tiles at 1 kHz over UDP and a pseudo-terminal and, in full, with jitter.
 
     Before each, for comparison, a bare datagram between two processes: the delay of the machine itself.
@@ -77,26 +77,26 @@ def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None
     links = (("UDP", 0.0), ("pty", 0.0), ("UDP", 0.5e-3), ("UDP", 1e-3))
     for link, jitter_s in links[: 2 if quick else None]:
         what = f"{link}, block {BLOCK}" + (f", {1e3 * jitter_s:.1f} ms of jitter" if jitter_s else "")
-        tell(f"latency: {what}")
-        yield from _distribution(f"{what}: a bare datagram before", bare(3.0 if quick else 10.0))
+        progress(f"latency: {what}")
+        yield from _distribution(f"{what}: a bare datagram before", datagram_delays(3.0 if quick else 10.0))
         found = measured(link, jitter_s, seconds=10.0 if quick else 60.0)
         yield from _distribution(what, found.seconds, *(() if jitter_s else (MEDIAN_MS, NEARLY_ALL_MS)))
-        yield Reach("latency", f"{what}: shown", 1e3 * found.shown_s, "ms")
+        yield Requirement("latency", f"{what}: shown", 1e3 * found.shown_s, "ms")
         beside = 1e3 * (found.shown_s - float(np.median(found.seconds)))
-        yield Reach("latency", f"{what}: shown, less the median", beside, "ms", -BESIDE_MS, BESIDE_MS)
-        yield Reach("latency", f"{what}: hold in it", 1e3 * found.hold_s, "ms")
-        yield Reach("latency", f"{what}: later than the hold", 100.0 * found.late, "%")
-    tell("latency: from force to acceleration on the simulator")
-    took = to_acceleration(5.0 if quick else 60.0)
+        yield Requirement("latency", f"{what}: shown, less the median", beside, "ms", -BESIDE_MS, BESIDE_MS)
+        yield Requirement("latency", f"{what}: hold in it", 1e3 * found.hold_s, "ms")
+        yield Requirement("latency", f"{what}: later than the hold", 100.0 * found.late_share, "%")
+    progress("latency: from force to acceleration on the simulator")
+    took = acceleration_latencies(5.0 if quick else 60.0)
     yield from _distribution(f"simulator, block {BLOCK}: force to acceleration", took)
 
 
 def _distribution(what: str, seconds: NDArray[np.float64], most_ms: float = np.inf, nearly_ms: float = np.inf
-) -> Iterator[Reach]:  # fmt: skip
+) -> Iterator[Requirement]:  # fmt: skip
     half, nearly_all, worst = np.percentile(1e3 * seconds, (50, 99, 100))
-    yield Reach("latency", f"{what}: median", half, "ms", high=most_ms)
-    yield Reach("latency", f"{what}: 99 %", nearly_all, "ms", high=nearly_ms)
-    yield Reach("latency", f"{what}: worst", worst, "ms")
+    yield Requirement("latency", f"{what}: median", half, "ms", high=most_ms)
+    yield Requirement("latency", f"{what}: 99 %", nearly_all, "ms", high=nearly_ms)
+    yield Requirement("latency", f"{what}: worst", worst, "ms")
 
 
 def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds: float = 20.0) -> Latency:
@@ -115,25 +115,25 @@ def measured(link: str, jitter_s: float = 0.0, settled_s: float = 12.0, seconds:
         target = Target(default_floor(), kind=kind, source=tiles.recv(), rate=RATE, block=BLOCK)
         session = Session(target, _patch(), REGISTRY)
         try:
-            heard = _Heard(session)
-            heard.start()
-            heard.listen(settled_s)
-            heard.forget()
-            heard.listen(seconds)
-            late = heard.late()
-            shown_s, hold_s = heard.shown_s()
+            recorder = _OutputRecorder(session)
+            recorder.start()
+            recorder.record(settled_s)
+            recorder.clear()
+            recorder.record(seconds)
+            late_share = recorder.late_share()
+            shown_s, hold_s = recorder.shown_s()
         finally:
             session.close()
         tiles.send(None)
-        found = heard.latencies(tiles.recv())
+        found = recorder.step_latencies(tiles.recv())
     finally:
         process.kill()
         process.join()
         tiles.close()
-    return Latency(found, shown_s, hold_s, late)
+    return Latency(found, shown_s, hold_s, late_share)
 
 
-def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
+def acceleration_latencies(seconds: float = 20.0) -> NDArray[np.float64]:
     """Return the seconds from each load step's due time to the report of the simulated tile's changed acceleration.
 
     The change is detected at a tenth of the step's response, which includes the delay of shaker and plate.
@@ -146,17 +146,17 @@ def to_acceleration(seconds: float = 20.0) -> NDArray[np.float64]:
         floor.save(floor_beside(path))
         session = Session(Target(floor, "replay", str(path), rate=RATE, block=BLOCK), _patch(), REGISTRY)
         try:
-            heard = _Heard(session, session.memory.measured)
-            heard.start()
-            heard.listen(2.0)
-            heard.forget()
-            heard.listen(seconds)
+            recorder = _OutputRecorder(session, session.memory.measured)
+            recorder.start()
+            recorder.record(2.0)
+            recorder.clear()
+            recorder.record(seconds)
         finally:
             session.close()
-    return heard.reactions(round(_RINGS * RATE / SENSOR_HZ))
+    return recorder.step_response_latencies(round(_RINGS * RATE / SENSOR_HZ))
 
 
-def bare(seconds: float = 10.0) -> NDArray[np.float64]:
+def datagram_delays(seconds: float = 10.0) -> NDArray[np.float64]:
     """Return the seconds from the due time of each of 1000 datagrams a second to its reception."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
@@ -165,7 +165,7 @@ def bare(seconds: float = 10.0) -> NDArray[np.float64]:
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(_START_S)
         port = receiver.getsockname()[1]
-        process = context.Process(target=_ping, args=(theirs, port, len(found)), daemon=True)
+        process = context.Process(target=_send_datagrams, args=(theirs, port, len(found)), daemon=True)
         process.start()
         ours.recv()
         for i in range(len(found)):
@@ -182,14 +182,14 @@ def _patch() -> Patch:
     return patch.connect("gain.out", "tile-output.acceleration", REGISTRY)
 
 
-class _Heard:
+class _OutputRecorder:
     """The output of a session, with the time at which each block was first seen."""
 
     def __init__(self, session: Session, ring: Ring | None = None) -> None:
         self._session, self._ring = session, ring or session.memory.vibration
-        self._told = Reader(self._ring)
+        self._output = Reader(self._ring)
         self._samples = Reader(session.memory.force)
-        self.forget()
+        self.clear()
 
     def start(self) -> None:
         """Start the session, and wait until it plays."""
@@ -202,15 +202,15 @@ class _Heard:
                 raise UnderfootError(f"the engine does not play within {_START_S:.0f} s: {reports}")
             time.sleep(_POLL_S)
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Discard everything up to now."""
         self._samples.read()
-        self._first, _ = self._told.read()
+        self._first, _ = self._output.read()
         self._seen: list[tuple[float, int]] = []
         self._parts: list[NDArray[np.float32]] = []
         self._shown: list[tuple[float, float]] = []
 
-    def listen(self, seconds: float) -> None:
+    def record(self, seconds: float) -> None:
         """Record the output, and when it is delivered."""
         ring, now = self._ring, time.monotonic()
         end, polled, last = now + seconds, now, 0
@@ -223,13 +223,13 @@ class _Heard:
                 polled = now
                 self._session.poll()
                 self._shown.append((self._session.health.latency_s, self._session.health.hold_s))
-                first, frames = self._told.read()
+                first, frames = self._output.read()
                 if not self._parts:
                     self._first = first
                 self._parts.append(frames)
             time.sleep(_LOOK_S)
 
-    def late(self) -> float:
+    def late_share(self) -> float:
         """Share of samples that arrived too late; the last four seconds are kept."""
         _, rows = self._samples.read()
         return float((rows[:, 1] > rows[:, 0]).mean())
@@ -239,23 +239,23 @@ class _Heard:
         latency_s, hold_s = np.median(self._shown, axis=0)
         return float(latency_s), float(hold_s)
 
-    def latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def step_latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the seconds from each step sent to the delivery of its first frame."""
         when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
-        frames = self._first + _bends(np.concatenate(self._parts)[:, 0])
+        frames = self._first + _kinks(np.concatenate(self._parts)[:, 0])
         frames = frames[frames < ends[-1]]
         changed_s = when[np.searchsorted(ends, frames, "right")] + frames % BLOCK / RATE
         sent_s = sent_s[(sent_s > when[0]) & (sent_s < changed_s[-1] - _MOST_S)]
         following = np.searchsorted(changed_s, sent_s)
         return changed_s[following] - sent_s
 
-    def reactions(self, every: int) -> NDArray[np.float64]:
+    def step_response_latencies(self, every: int) -> NDArray[np.float64]:
         """Return, for each step, at multiples of `every` frames, the seconds to the delivery of its response."""
         when, ends = np.array([when for when, _ in self._seen]), np.array([end for _, end in self._seen])
-        told = np.concatenate(self._parts)[:, 0]
+        output = np.concatenate(self._parts)[:, 0]
         found = []
-        for due in range(-(-self._first // every) * every, self._first + len(told) - every, every):
-            after = np.abs(told[due - self._first :][: every // 2])
+        for due in range(-(-self._first // every) * every, self._first + len(output) - every, every):
+            after = np.abs(output[due - self._first :][: every // 2])
             frame = due + int(np.argmax(after > 0.1 * after.max()))
             # The clock that paces blocks skips time it has missed, so the time of frame 0 is estimated for each step.
             near = np.abs(ends - due) < every // 2
@@ -264,7 +264,7 @@ class _Heard:
         return np.array(found)
 
 
-def _bends(played: NDArray[np.float32]) -> NDArray[np.int64]:
+def _kinks(played: NDArray[np.float32]) -> NDArray[np.int64]:
     """Return the frames at which a straight signal begins to bend."""
     bent = np.flatnonzero(np.abs(np.diff(played.astype(np.float64), 2)) > _BEND) + 2
     return bent[np.diff(bent, prepend=-RATE) > RATE / SENSOR_HZ * _STEP // 2]
@@ -292,7 +292,7 @@ class _Steps:
         return count
 
 
-class _Link(Sender):
+class _JitteredSender(Sender):
     """Sends over `sender`, each sample delayed at random; `sent_s` has the times at which they were sent."""
 
     powers_tiles = False
@@ -302,7 +302,7 @@ class _Link(Sender):
         self._sender, self._jitter_s = sender, jitter_s
         self._random = np.random.default_rng(1)
         self._waiting: queue.SimpleQueue[tuple[float, bytes, Sequence[int]]] = queue.SimpleQueue()
-        threading.Thread(target=self._forward, daemon=True).start()
+        threading.Thread(target=self._send_delayed, daemon=True).start()
 
     @classmethod
     def of(cls, value: str) -> Self:
@@ -323,7 +323,7 @@ class _Link(Sender):
 
     plug = close = unplug
 
-    def _forward(self) -> None:
+    def _send_delayed(self) -> None:
         while True:
             due, data, ends = self._waiting.get()
             time.sleep(max(due - time.monotonic(), 0.0))
@@ -332,14 +332,14 @@ class _Link(Sender):
 
 def _emulate(connection: Connection, link: str, jitter_s: float) -> None:
     """Send steps until something arrives over `connection`, then answer with their times."""
-    sender = _Link(UdpSender("127.0.0.1", _free_port()) if link == "UDP" else PtySender(), jitter_s)
+    sender = _JitteredSender(UdpSender("127.0.0.1", _free_port()) if link == "UDP" else PtySender(), jitter_s)
     Emulator(sender, _Steps()).start()
     connection.send(sender.name)
     connection.recv()
     connection.send(np.array(sender.sent_s[::_STEP]))
 
 
-def _ping(connection: Connection, port: int, count: int) -> None:
+def _send_datagrams(connection: Connection, port: int, count: int) -> None:
     """Send a datagram each millisecond, with its due time."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         connection.send(None)

@@ -11,8 +11,8 @@ from typing import Any
 from underfoot.kernels import intrinsic, kernel, widest
 
 FLOOR_NS = 0.045
-"""Time of two multiply-adds on the processor of the best times in `reach`, in its usual state: three gigahertz and two
-vectors of 512 bits per cycle give 0.042.
+"""Time of two multiply-adds on the processor of the best times in `requirements`, in its usual state: three gigahertz
+and two vectors of 512 bits per cycle give 0.042.
 """
 
 _CHAINS, _LANES = 10, 8

@@ -13,7 +13,7 @@ import numpy as np
 from underfoot.bench.accuracy import Comparison
 from underfoot.bench.blocks import BlockCost
 from underfoot.bench.compare import FORMAT, VERSION, Time
-from underfoot.bench.reach import SPEED, TO_COMPARE, Reach
+from underfoot.bench.requirements import COMPARISON_ONLY, SPEED, Requirement
 from underfoot.bench.stability import Stability
 from underfoot.drawing import Drawing, Series, series
 from underfoot.drawing.page import page
@@ -32,7 +32,7 @@ class Bench:
     `load` is the load average of a minute at the start, on a machine with `cores`.
     """
 
-    reaches: Sequence[Reach]
+    requirements: Sequence[Requirement]
     costs: Sequence[BlockCost]
     comparisons: Sequence[Comparison] = ()
     stability: Stability | None = None
@@ -41,7 +41,7 @@ class Bench:
 
     def times(self) -> list[Time]:
         """Every row that is a time, or a speed as the time of a second."""
-        return [_time(reach) for reach in self.reaches if reach.spread is not None]
+        return [_time(requirement) for requirement in self.requirements if requirement.spread is not None]
 
     def data(self) -> dict[str, Any]:
         """Return it as plain data, for JSON: a document with which a later run is compared."""
@@ -51,7 +51,7 @@ class Bench:
             "load": self.load,
             "cores": self.cores,
             "times": msgspec.to_builtins(self.times()),
-            "reach": [reach.data() for reach in self.reaches],
+            "reach": [requirement.data() for requirement in self.requirements],
             "blocks": [cost.data() for cost in self.costs],
             "accuracy": [comparison.data() for comparison in self.comparisons],
             "stability": self.stability.data() if self.stability else None,
@@ -60,7 +60,7 @@ class Bench:
 
 def text(bench: Bench) -> str:
     """Return all of it as tables for a terminal."""
-    lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_reach_lines(bench.reaches), ""]
+    lines = [f"load {bench.load:.1f} on {bench.cores} cores", *_requirement_lines(bench.requirements), ""]
     lines += _block_lines(bench.costs)
     for comparison in bench.comparisons:
         lines.append("")
@@ -112,16 +112,24 @@ def _curves(comparison: Comparison) -> Iterator[Series]:
         yield series("", errors, seconds, "dots", colour)
 
 
-def _reach_lines(reaches: Sequence[Reach]) -> list[str]:
-    missed = sum(not reach.met for reach in reaches)
-    asked = sum(reach.asked != TO_COMPARE for reach in reaches)
+def _requirement_lines(requirements: Sequence[Requirement]) -> list[str]:
+    missed = sum(not requirement.is_met for requirement in requirements)
+    with_limits = sum(requirement.limits != COMPARISON_ONLY for requirement in requirements)
     state = f"{missed} not met" if missed else "all met"
-    lines = [f"reach: {asked} asked, {state}; times beside how slow the processor was, and their spread"]
-    lines.append(f"  {'':65} {'asked':>22}  {'measured':>10}")
-    for reach in reaches:
-        beside = "" if reach.spread is None else f"  (x {reach.slowness:.2f}, {100.0 * reach.spread:.0f} %)"
-        what, met = f"{reach.model}: {reach.what}", "" if reach.met else "   NOT MET"
-        lines.append(f"  {what:65} {reach.asked:>22}  {reach.measured:>10.4g} {reach.unit}{beside}{met}")
+    lines = [
+        f"requirements: {with_limits} with limits, {state}; times beside how slow the processor was, and their spread"
+    ]
+    lines.append(f"  {'':65} {'required':>22}  {'measured':>10}")
+    for requirement in requirements:
+        beside = (
+            ""
+            if requirement.spread is None
+            else f"  (x {requirement.slowness:.2f}, {100.0 * requirement.spread:.0f} %)"
+        )
+        what, met = f"{requirement.model}: {requirement.what}", "" if requirement.is_met else "   NOT MET"
+        lines.append(
+            f"  {what:65} {requirement.limits:>22}  {requirement.measured:>10.4g} {requirement.unit}{beside}{met}"
+        )
     return lines
 
 
@@ -135,11 +143,11 @@ def _block_lines(costs: Sequence[BlockCost]) -> list[str]:
     return ["whole blocks, from samples of the sensors to float32 for the card", *lines] if costs else []
 
 
-def _time(reach: Reach) -> Time:
-    row, spread = f"{reach.model}: {reach.what}", reach.spread or 0.0
-    if reach.unit == SPEED:
-        return Time(row, 1e3 / reach.measured, "ms a second of sound", reach.slowness, spread)
-    return Time(row, reach.measured, reach.unit, reach.slowness, spread)
+def _time(requirement: Requirement) -> Time:
+    row, spread = f"{requirement.model}: {requirement.what}", requirement.spread or 0.0
+    if requirement.unit == SPEED:
+        return Time(row, 1e3 / requirement.measured, "ms a second of sound", requirement.slowness, spread)
+    return Time(row, requirement.measured, requirement.unit, requirement.slowness, spread)
 
 
 def _stability_lines(stability: Stability) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.reach.row import Reach
+from underfoot.bench.requirements.requirement import Requirement
 from underfoot.engine.commands import PressTile
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader, VibrationReader
@@ -42,14 +42,14 @@ _START_S = 60.0
 class SceneLatency:
     """Seconds from a contact's onset (`ON_N` on its tile) to the first frame at which its tile moves, one per press.
 
-    `heard_s` are to the session frame at which the onset's sample was read: the time before is the engine's, the time
+    `read_s` are to the session frame at which the onset's sample was read: the time before is the engine's, the time
     after the scene's and the way back. `drawn_s` are to the frame of the first picture, of sixty a second, with more
     content than the last one before the press; painting and the display come on top. `cue_s` are those of single
     strikes: from their cause to their frame in the engine.
     """
 
     felt_s: NDArray[np.float64]
-    heard_s: NDArray[np.float64]
+    read_s: NDArray[np.float64]
     drawn_s: NDArray[np.float64]
     cue_s: NDArray[np.float64]
     presses: int
@@ -58,7 +58,7 @@ class SceneLatency:
     def distributions(self) -> dict[str, NDArray[np.float64]]:
         """Return the measurements by name."""
         return {
-            "onset to its sample's being read": self.heard_s,
+            "onset to its sample's being read": self.read_s,
             "onset to the first felt frame": self.felt_s,
             "onset to the first changed picture": self.drawn_s,
             "event to its frame": self.cue_s,
@@ -74,13 +74,13 @@ class SceneLatency:
         return "\n".join(lines)
 
 
-def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0, seed: int = 1) -> SceneLatency:
+def measured(kind: type[Scene], settings: Mapping[str, Any], seconds: float = 30.0, seed: int = 1) -> SceneLatency:
     """Press the simulated 2 x 2 floor where a scene wants it, at random times, while it plays without sound.
 
     Raises `UnderfootError` if the engine does not play.
     """
     target = Target(default_floor(), walker=False)
-    scene = kind(target.floor, given, seed)
+    scene = kind(target.floor, settings, seed)
     session = Session(target, scene.patch(REGISTRY), REGISTRY)
     try:
         forces, vibration = ForceReader(session.memory.force), VibrationReader(session.memory.vibration)
@@ -118,9 +118,12 @@ def measured(kind: type[Scene], given: Mapping[str, Any], seconds: float = 30.0,
     first = next(first for first, samples in played if len(samples))
     moved = np.abs(np.concatenate([samples for _, samples in played])) > MOVES
     rate_hz = float(target.rate)
-    heard = np.array([read_at[sample] - frames[sample] for _, sample in _onsets(load_n)]) / rate_hz
-    felt, drawn = _felt_s(frames, load_n, first, moved, rate_hz), _drawn_s(frames, load_n, pictures, rate_hz)
-    return SceneLatency(felt, heard, drawn, np.array(stage.latencies_s), presses)
+    read_delay_s = np.array([read_at[sample] - frames[sample] for _, sample in _onsets(load_n)]) / rate_hz
+    felt, drawn = (
+        _vibration_delays_s(frames, load_n, first, moved, rate_hz),
+        _picture_delays_s(frames, load_n, pictures, rate_hz),
+    )
+    return SceneLatency(felt, read_delay_s, drawn, np.array(stage.latencies_s), presses)
 
 
 def _press_at(floor: Floor, place_m: tuple[float, float]) -> PressTile:
@@ -131,14 +134,14 @@ def _press_at(floor: Floor, place_m: tuple[float, float]) -> PressTile:
     return PressTile(tile.id, x_m, y_m, PRESS_N)
 
 
-def reaches(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> Iterator[Reach]:
+def requirements(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> Iterator[Requirement]:
     """Measure how late the frozen pond responds, felt and seen."""
-    tell("scenes: presses on the frozen pond")
+    progress("scenes: presses on the frozen pond")
     found = measured(discover()["frozen-pond"], {}, seconds=15.0 if quick else 60.0)
     for name, values in found.distributions.items():
         for words, share in (("median", 50), ("95 %", 95)):
             value = 1e3 * float(np.percentile(values, share)) if values.size else np.nan
-            yield Reach("scenes", f"frozen pond, {name}: {words}", value, "ms")
+            yield Requirement("scenes", f"frozen pond, {name}: {words}", value, "ms")
 
 
 def _content(scene: Scene) -> int:
@@ -154,7 +157,7 @@ def _onsets(load_n: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
             yield tile, int(sample)
 
 
-def _drawn_s(
+def _picture_delays_s(
     frames: NDArray[np.float64], load_n: NDArray[np.float64], pictures: Sequence[tuple[int, int]], rate_hz: float
 ) -> NDArray[np.float64]:
     """Return, for each onset, the delay of the first picture with more content than the last one before. `pictures`
@@ -180,7 +183,7 @@ def _wait(session: Session) -> None:
         time.sleep(PICTURE_S)
 
 
-def _felt_s(
+def _vibration_delays_s(
     frames: NDArray[np.float64], load_n: NDArray[np.float64], first: int, moved: NDArray[np.bool_], rate_hz: float
 ) -> NDArray[np.float64]:
     """Return, for each onset on a tile that was still, the delay until it moves; nothing if it does not."""

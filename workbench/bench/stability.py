@@ -2,7 +2,7 @@
 
 A patch is stressed on one tile for each of `ROWS`, all in one program: each tile has another kind of input, and each
 is struck. Requirements: every signal is finite; no fault except that of the NaN input, at the node that read it; the
-output of `Safety` is within its limits; no node breaks its law (`laws`).
+output of `Safety` is within its limits; no node breaks its law (`invariants`).
 """
 
 import time
@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench import laws
+from underfoot.bench import invariants
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Play, Strike
 from underfoot.engine.loop import Loop, LoopOptions
@@ -37,7 +37,7 @@ FRAMES = 768
 _BLOCKS = (1, 31, 224, 512)
 _STRIKES = (40.4, 411.0)
 _STRENGTHS = (1.0, 1.0, 10.0, 0.5, 1.0, 1e-310, 1e6, 1.0)
-_FARTHEST = 1e100
+_LARGEST_POSITION_M = 1e100
 """A patch whose signals exceed this overflows by its own arithmetic, such as a product of products, which is no
 fault.
 """
@@ -90,7 +90,7 @@ def run(
     seconds: float = 3600.0,
     budget_s: float = 600.0,
     seed: int = 1,
-    tell: Callable[[str], None] = lambda line: None,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> Stability:
     """Stress every node at its corners and at random points, and random patches; then run patches for `seconds`.
 
@@ -99,33 +99,33 @@ def run(
     minimal patch.
     """
     result = Stability()
-    draw = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     for type in sorted(registry):
-        tell(f"stability: {type}")
+        progress(f"stability: {type}")
         result.nodes += 1
         until = time.monotonic() + budget_s
-        for tried, patch in enumerate(random_points(type, registry, str(sound), corners, points, draw)):
+        for tried, patch in enumerate(random_points(type, registry, str(sound), corners, points, rng)):
             if tried and time.monotonic() > until:
                 result.cut_short[type] = tried
                 break
             result.points += 1
-            if _kept(result, patch, registry, RATES):
+            if _fails(result, patch, registry, RATES):
                 break
-    tell("stability: patches")
+    progress("stability: patches")
     for _ in range(patches):
         result.patches += 1
-        _kept(result, random_patch(registry, str(sound), draw), registry, (int(draw.choice(RATES)),))
+        _fails(result, random_patch(registry, str(sound), rng), registry, (int(rng.choice(RATES)),))
     longest = max(1.0, seconds / 60.0)
     while seconds > 0.0:
         length = min(longest, seconds)
-        patch, rate = random_patch(registry, str(sound), draw), int(draw.choice(RATES))
-        what = endure(patch, registry, rate, length, int(draw.integers(0, 24 * 3600)) * rate)
+        patch, rate = random_patch(registry, str(sound), rng), int(rng.choice(RATES))
+        what = run_long(patch, registry, rate, length, int(rng.integers(0, 24 * 3600)) * rate)
         if what:
             result.failures.append(Failure(what, patch, rate))
         result.patches += 1
         result.simulated_s += length
         seconds -= length
-        tell(f"stability: {result.simulated_s:.0f} s simulated")
+        progress(f"stability: {result.simulated_s:.0f} s simulated")
     return result
 
 
@@ -146,10 +146,10 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         for strike in _STRIKES:
             program.strike("", tile, strike, strength)
     seen = np.zeros((len(program.scope_names), len(ROWS), FRAMES))
-    readers = {node.id for node in patch.nodes if registry[node.type].hosts}
+    readers = {node.id for node in patch.nodes if registry[node.type].engine_signals}
     faults = []
     for at, n in _blocks():
-        _feed(program, slice(None), at, n)
+        _write_inputs(program, slice(None), at, n)
         program.run(at, n)
         seen[:, :, at : at + n] = program.tables.scope[:, :, :n]
         if not (np.isfinite(program.output[:, :n]).all() and np.isfinite(program.sound[:, :n]).all()):
@@ -161,7 +161,7 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         faults += [fault] if fault else []
     if not np.isfinite(seen).all():
         return "a signal is not finite"
-    if np.abs(seen).max(initial=0.0) > _FARTHEST:
+    if np.abs(seen).max(initial=0.0) > _LARGEST_POSITION_M:
         return ""
     for node, tile, frame in faults:
         if tile != "nan" or node not in readers:
@@ -170,13 +170,13 @@ def stress(patch: Patch, registry: Registry, rate: int) -> str:
         return "an input that is not a number names no node"
     scopes = dict(zip(program.scope_names, seen, strict=True))
     for row, tile in enumerate(ROWS):
-        found = _lawless(patch, registry, rate, {name: signal[row] for name, signal in scopes.items()}, {})
+        found = _broken_invariant(patch, registry, rate, {name: signal[row] for name, signal in scopes.items()}, {})
         if found:
             return f"{found}, input {tile!r}"
-    return _law_of_events(patch, registry, rate, signals, events)
+    return _broken_event_invariant(patch, registry, rate, signals, events)
 
 
-def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: int) -> str:
+def run_long(patch: Patch, registry: Registry, rate: int, seconds: float, frame: int) -> str:
     """Run a walker over `patch` for `seconds` from session frame `frame` on; return what fails, or ""."""
     source = SimulatedFloor(default_floor(1, 2), rate, patch.seed)
     source.skip(frame)
@@ -189,12 +189,12 @@ def endure(patch: Patch, registry: Registry, rate: int, seconds: float, frame: i
         if not (np.abs(loop.out) <= Limits().peak).all():  # false for NaN
             return f"{np.abs(loop.out).max()} of full scale reaches a shaker at frame {loop.frame}"
         fault = loop.program.fault()
-        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _FARTHEST:
+        if fault and np.abs(loop.program.tables.buffers).max(initial=0.0) < _LARGEST_POSITION_M:
             return f"{fault[0]} makes a value that is not finite at frame {fault[2]}, tile {fault[1]}"
     return ""
 
 
-def alone(type: str, registry: Registry, parameters: dict[str, Any], wired: tuple[str, ...] = ()) -> Patch:
+def isolated_patch(type: str, registry: Registry, parameters: dict[str, Any], wired: tuple[str, ...] = ()) -> Patch:
     """Return a patch in which all inputs of a node, and the parameters `wired`, are driven by floor and hand."""
     node = registry[type]
     patch = Patch(seed=3, title=f"{type} under stress").add(type, registry, **parameters)
@@ -203,20 +203,20 @@ def alone(type: str, registry: Registry, parameters: dict[str, Any], wired: tupl
     for port in ports:
         kind = "events" if port.kind == "event" else "m" if port.unit == "m" else "N" if port.unit in ("", "N") else ""
         if kind not in feeds:
-            patch, feeds[kind] = _fed(patch, registry, kind)
+            patch, feeds[kind] = _with_source(patch, registry, kind)
         patch = patch.connect(feeds[kind], f"{type}.{port.name}", registry)
     return patch
 
 
-def random_patch(registry: Registry, sound: str, draw: np.random.Generator) -> Patch:
+def random_patch(registry: Registry, sound: str, rng: np.random.Generator) -> Patch:
     """Draw a patch from the registry: up to a dozen nodes, most inputs wired to earlier ones, and an output."""
-    patch = Patch(title="drawn at random", seed=int(draw.integers(1 << 30)))
+    patch = Patch(title="drawn at random", seed=int(rng.integers(1 << 30)))
     types = sorted(registry)
     sinks = [type for type in types if registry[type].is_sink]
-    drawn = [types[i] for i in draw.integers(len(types), size=draw.integers(2, 12))]
-    for type in ["tile-force", "strike", *drawn, sinks[int(draw.integers(len(sinks)))]]:
+    drawn = [types[i] for i in rng.integers(len(types), size=rng.integers(2, 12))]
+    for type in ["tile-force", "strike", *drawn, sinks[int(rng.integers(len(sinks)))]]:
         before = patch
-        patch = patch.add(type, registry, **_values(type, registry, sound, draw))
+        patch = patch.add(type, registry, **_values(type, registry, sound, rng))
         id = patch.nodes[-1].id
         node = registry[type]
         for name, port in node.input_ports.items():
@@ -226,12 +226,12 @@ def random_patch(registry: Registry, sound: str, draw: np.random.Generator) -> P
                 for out, source in registry[other.type].output_ports.items()
                 if source.kind == port.kind and port.unit in ("", source.unit or port.unit)
             ]
-            if sources and draw.random() < (0.15 if name in node.parameters else 0.9):
-                patch = _connected(patch, sources[int(draw.integers(len(sources)))], f"{id}.{name}", registry)
+            if sources and rng.random() < (0.15 if name in node.parameters else 0.9):
+                patch = _connected(patch, sources[int(rng.integers(len(sources)))], f"{id}.{name}", registry)
     return patch
 
 
-def smallest(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
+def minimal_patch(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
     """Return `patch` without the nodes, wires and settings that are not needed for the failure."""
     for id in [node.id for node in patch.nodes]:
         if len(patch.nodes) > 1 and fails(without := patch.remove([id])):
@@ -247,7 +247,7 @@ def smallest(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
     return patch
 
 
-def _law_of_events(patch: Patch, registry: Registry, rate: int, scopes: list[str], events: list[str]) -> str:
+def _broken_event_invariant(patch: Patch, registry: Registry, rate: int, scopes: list[str], events: list[str]) -> str:
     """Check the laws that need events, on a single tile: the program keeps the events of its last one."""
     row = ROWS.index("constant")
     program = Program(patch, registry, ROWS[row : row + 1], rate=rate, block=max(_BLOCKS), scopes=scopes + events)
@@ -255,22 +255,22 @@ def _law_of_events(patch: Patch, registry: Registry, rate: int, scopes: list[str
     signals = {name: np.zeros(FRAMES) for name in program.scope_names}
     lists: dict[str, list[NDArray[np.float64]]] = {name: [] for name in events}
     for at, n in _blocks():
-        _feed(program, slice(row, row + 1), at, n)
+        _write_inputs(program, slice(row, row + 1), at, n)
         program.run(at, n)
         for name, signal in signals.items():
             signal[at : at + n] = program.scope[name][0, :n]
         for name, found in lists.items():
             found.append(program.events(name))
-    told = {name: np.concatenate(found) for name, found in lists.items()}
-    for name, list_ in told.items():
+    event_arrays = {name: np.concatenate(found) for name, found in lists.items()}
+    for name, list_ in event_arrays.items():
         if not np.isfinite(list_).all():
             return f"{name} gives an event that is not finite"
         if (np.diff(np.floor(list_[:, 0])) <= 0.0).any():
             return f"{name} gives two events in one frame, or not in order"
-    return _lawless(patch, registry, rate, signals, told)
+    return _broken_invariant(patch, registry, rate, signals, event_arrays)
 
 
-def _lawless(
+def _broken_invariant(
     patch: Patch,
     registry: Registry,
     rate: int,
@@ -287,8 +287,8 @@ def _lawless(
         ins = {name: sources.get(f"{node.id}.{name}", "") for name in type.input_ports}
         outs = {name: f"{node.id}.{name}" for name in type.output_ports}
         ports = (_named(ins, signals), _named(outs, signals), _named(ins, events), _named(outs, events))
-        seen = laws.Seen(rate, steady, *ports)
-        what = laws.broken(node.type, seen)
+        seen = invariants.NodeSignals(rate, steady, *ports)
+        what = invariants.broken_invariant(node.type, seen)
         if what:
             return f"{node.id} {what}"
     return ""
@@ -299,69 +299,69 @@ def _named(ends: dict[str, str], found: dict[str, NDArray[np.float64]]) -> dict[
     return {name: found[end] for name, end in ends.items() if end in found}
 
 
-def _kept(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:
+def _fails(result: Stability, patch: Patch, registry: Registry, rates: tuple[int, ...]) -> bool:
     """Whether a patch fails at one of the rates; if so, store the failure with the smallest patch that shows it."""
     for rate in rates:
         if stress(patch, registry, rate):
-            patch = smallest(patch, lambda less: bool(stress(less, registry, rate)))  # noqa: B023
+            patch = minimal_patch(patch, lambda less: bool(stress(less, registry, rate)))  # noqa: B023
             result.failures.append(Failure(stress(patch, registry, rate), patch, rate))
             return True
     return False
 
 
 def random_points(
-    type: str, registry: Registry, sound: str, corners: int, points: int, draw: np.random.Generator
+    type: str, registry: Registry, sound: str, corners: int, points: int, rng: np.random.Generator
 ) -> Iterator[Patch]:
     """Yield patches with a node at the corners of its parameter box, then at random points, partly wired."""
     node = registry[type]
     numbers = {name: p for name, p in node.parameters.items() if isinstance(p, Number | Count)}
     whole = 2 ** len(numbers)
-    chosen = range(whole) if whole <= corners else [0, whole - 1, *draw.integers(whole, size=corners - 2).tolist()]
+    chosen = range(whole) if whole <= corners else [0, whole - 1, *rng.integers(whole, size=corners - 2).tolist()]
     for corner in chosen:
-        values = _values(type, registry, sound, draw)
+        values = _values(type, registry, sound, rng)
         for i, (name, number) in enumerate(numbers.items()):
             high = min(number.high, 1_000_000) if isinstance(number, Count) else number.high
             values[name] = high if corner >> i & 1 else number.low
-        yield alone(type, registry, values)
+        yield isolated_patch(type, registry, values)
     drivable = [name for name in node.input_ports if name in node.parameters]
     for _ in range(points if node.parameters else 1):
-        wired = tuple(name for name in drivable if draw.random() < 0.2)
-        yield alone(type, registry, _values(type, registry, sound, draw), wired)
+        wired = tuple(name for name in drivable if rng.random() < 0.2)
+        yield isolated_patch(type, registry, _values(type, registry, sound, rng), wired)
 
 
-def _values(type: str, registry: Registry, sound: str, draw: np.random.Generator) -> dict[str, Any]:
+def _values(type: str, registry: Registry, sound: str, rng: np.random.Generator) -> dict[str, Any]:
     return {
-        name: sound if isinstance(parameter, FilePath) else _value(parameter, draw)
+        name: sound if isinstance(parameter, FilePath) else _value(parameter, rng)
         for name, parameter in registry[type].parameters.items()
     }
 
 
-def _value(parameter: Parameter, draw: np.random.Generator) -> Any:
+def _value(parameter: Parameter, rng: np.random.Generator) -> Any:
     """Draw a value within the declaration; one in eight numbers is at an end of its range."""
     match parameter:
         case Number():
-            place = draw.random()
-            return parameter.value(float(round(place) if draw.random() < 0.125 else place))
+            place = rng.random()
+            return parameter.value(float(round(place) if rng.random() < 0.125 else place))
         case Count():
-            return int(parameter.low - 1 + (parameter.high - parameter.low + 1) ** draw.random())
+            return int(parameter.low - 1 + (parameter.high - parameter.low + 1) ** rng.random())
         case Choice():
-            return parameter.options[int(draw.integers(len(parameter.options)))]
+            return parameter.options[int(rng.integers(len(parameter.options)))]
         case Numbers():
-            size = int(draw.integers(parameter.least, parameter.most + 1))
-            return [float(value) for value in draw.uniform(parameter.low, parameter.high, size)]
+            size = int(rng.integers(parameter.least, parameter.most + 1))
+            return [float(value) for value in rng.uniform(parameter.low, parameter.high, size)]
         case Rows():
-            size = int(parameter.most ** draw.random())
-            return [[float(_between(low, high, draw)) for _, low, high in parameter.columns] for _ in range(size)]
+            size = int(parameter.most ** rng.random())
+            return [[float(_log_uniform(low, high, rng)) for _, low, high in parameter.columns] for _ in range(size)]
     return parameter.default
 
 
-def _between(low: float, high: float, draw: np.random.Generator) -> float:
-    place = draw.random()
+def _log_uniform(low: float, high: float, rng: np.random.Generator) -> float:
+    place = rng.random()
     value = low * (high / low) ** place if low > 0.0 else low + (high - low) * place
     return min(max(value, low), high)
 
 
-def _fed(patch: Patch, registry: Registry, kind: str) -> tuple[Patch, str]:
+def _with_source(patch: Patch, registry: Registry, kind: str) -> tuple[Patch, str]:
     """Add a source for inputs of a kind, and return its output: force, position, any unit, or footfalls and strikes."""
     ids = {node.type: node.id for node in patch.nodes[1:]}
     if kind == "m":
@@ -433,6 +433,6 @@ def _inputs(full: float) -> NDArray[np.float64]:
 _INPUTS = {"force_n": _inputs(FULL_N), "x_m": _inputs(FULL_M), "y_m": _inputs(-FULL_M)}
 
 
-def _feed(program: Program, rows: slice, at: int, n: int) -> None:
-    for name, signal in program.hosts.items():
+def _write_inputs(program: Program, rows: slice, at: int, n: int) -> None:
+    for name, signal in program.engine_signals.items():
         signal[:, :n] = _INPUTS[name][rows, at : at + n]

@@ -53,7 +53,9 @@ def timed(call: Callable[[], object], budget_s: float = 0.2) -> Timed:
     return timed_in_turn([Run(call)], budget_s)[0]
 
 
-def timed_in_turn(runs: Sequence[Run], budget_s: float, tell: Callable[[str], None] = lambda line: None) -> list[Timed]:
+def timed_in_turn(
+    runs: Sequence[Run], budget_s: float, progress: Callable[[str], None] = lambda line: None
+) -> list[Timed]:
     """Time each of `runs` for about `budget_s`, by turns in several rounds, so that a slow second affects all alike.
 
     A first run of each is not counted: it may compile.
@@ -62,7 +64,7 @@ def timed_in_turn(runs: Sequence[Run], budget_s: float, tell: Callable[[str], No
         run.call()
     looked: list[list[tuple[float, float]]] = [[] for _ in runs]
     for number in range(_ROUNDS):
-        tell(f"times: round {number + 1} of {_ROUNDS}")
+        progress(f"times: round {number + 1} of {_ROUNDS}")
         for run, found in zip(runs, looked, strict=True):
             found += _turn(run, budget_s / _ROUNDS)
     return [_timed(np.array(found)) for found in looked]

@@ -25,7 +25,7 @@ PRESSING, SHAKING = "pressing", "shaking"
 
 
 @dataclass(frozen=True)
-class Setup:
+class MeasurementSetup:
     """Context of a procedure: a tile and its present profile.
 
     `seed` is that of random draws in the procedure; `rate_hz` the sample rate of the sounds that it plays.
@@ -88,7 +88,7 @@ class Calibration(ABC):
             raise BadValue(f"give either {files}{',' if len(named) > 1 else ''} or --target")
 
     @abstractmethod
-    def procedure(self, setup: Setup) -> Procedure:
+    def procedure(self, setup: MeasurementSetup) -> Procedure:
         """Return the procedure that measures a tile."""
 
     def answers(self, has_load_cell: bool) -> Answers:

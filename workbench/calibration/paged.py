@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.procedure import Answers, Live, Page
+from underfoot.calibration.procedure import Answers, Page, PageProgress
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import NO_READINGS, Readings
 from underfoot.drawing import Drawing
@@ -28,11 +28,11 @@ class Step:
     """
 
     page: Page
-    take: Callable[[Readings], Live | None] | None = None
+    take: Callable[[Readings], PageProgress | None] | None = None
     group: int | str | None = None
 
 
-class Taken(NamedTuple):
+class StepData(NamedTuple):
     """Data taken by one step: its readings, and the answers to its page."""
 
     step: Step
@@ -46,11 +46,11 @@ class PagedProcedure:
     def __init__(self, first: Page) -> None:
         self._steps: list[Step] = [Step(first)]
         self._at = 0
-        self._taken: dict[int, Readings] = {}
+        self._step_data: dict[int, Readings] = {}
         self._skipped: set[int] = set()
         self._answers: dict[int, Answers] = {}
         self._incoming = NO_READINGS
-        self._live = Live()
+        self._progress = PageProgress()
         self._result: Result | None = None
 
     def plan(self, answers: Answers) -> list[Step]:
@@ -68,14 +68,14 @@ class PagedProcedure:
     def page(self) -> Page:
         """Return the present page."""
         step = self._steps[self._at]
-        asks = () if self._at in self._answers and step.take is not None else step.page.asks
+        questions = () if self._at in self._answers and step.take is not None else step.page.questions
         share = 1.0 if step.page.last else self._at / max(len(self._steps) - 1, _LEAST_PAGES)
-        return replace(step.page, asks=asks, share=share)
+        return replace(step.page, questions=questions, share=share)
 
     @property
-    def live(self) -> Live:
+    def progress(self) -> PageProgress:
         """Return the progress of the page's measurement."""
-        return self._live
+        return self._progress
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
@@ -92,12 +92,12 @@ class PagedProcedure:
         page = self.page
         if page.last:
             return
-        if page.press is not None and not page.asks:
+        if page.press is not None and not page.questions:
             raise BadValue(f"{page.title}: this page takes a press, not an answer")
-        unknown = set(values) - {ask.name for ask in page.asks}
+        unknown = set(values) - {ask.name for ask in page.questions}
         if unknown:
             raise BadValue(f"{page.title} does not ask for {sorted(unknown)[0]}")
-        checked = {ask.name: ask.check(values.get(ask.name, ask.default)) for ask in page.asks}
+        checked = {ask.name: ask.check(values.get(ask.name, ask.default)) for ask in page.questions}
         if self._at == 0:
             end = Step(Page("result", "Result", "Look at it, and save it.", last=True))
             self._steps = [self._steps[0], *self.plan(checked), end]
@@ -110,25 +110,25 @@ class PagedProcedure:
     def feed(self, readings: Readings) -> None:
         """Take readings as they arrive; goes on when the page has enough."""
         step = self._steps[self._at]
-        if step.take is None or self.page.asks or readings.time_s.size == 0:
+        if step.take is None or self.page.questions or readings.time_s.size == 0:
             return
         self._incoming = self._incoming.followed_by(readings)
         try:
-            live = step.take(self._incoming)
-            if live is not None and np.ptp(self._incoming.time_s) > TIMEOUT_S:
-                raise BadMeasurement(f"{step.page.title}: not complete after {TIMEOUT_S:.0f} s. {live.hint}")
-            if live is not None:
-                self._live = live
+            progress = step.take(self._incoming)
+            if progress is not None and np.ptp(self._incoming.time_s) > TIMEOUT_S:
+                raise BadMeasurement(f"{step.page.title}: not complete after {TIMEOUT_S:.0f} s. {progress.hint}")
+            if progress is not None:
+                self._progress = progress
                 return
-            self._taken[self._at] = self._incoming
+            self._step_data[self._at] = self._incoming
             self._go_on()
         except BadMeasurement:
-            self._taken.pop(self._at, None)
+            self._step_data.pop(self._at, None)
             self._answers.pop(self._at, None)
-            self._incoming, self._live = NO_READINGS, Live()
+            self._incoming, self._progress = NO_READINGS, PageProgress()
             raise
 
-    def hear(self, recorded: NDArray[np.float64]) -> None:
+    def take_recording(self, recorded: NDArray[np.float64]) -> None:
         """Take the recording of the page's sound; `BadValue` unless a subclass plays sounds."""
         raise BadValue(f"{self.page.title}: this page takes no recording")
 
@@ -137,11 +137,11 @@ class PagedProcedure:
         step = self._steps[self._at]
         if not step.page.may_skip:
             raise BadValue(f"{step.page.title} cannot be skipped")
-        for k in [k for k in self._taken if self._steps[k].group == step.group]:
-            del self._taken[k]
+        for k in [k for k in self._step_data if self._steps[k].group == step.group]:
+            del self._step_data[k]
         while self._steps[self._at].group == step.group:
             self._skipped.add(self._at)
-            self._taken.pop(self._at, None)
+            self._step_data.pop(self._at, None)
             self._open(self._at + 1)
         self._conclude_if_last()
 
@@ -153,17 +153,17 @@ class PagedProcedure:
         while at in self._skipped:
             self._skipped.discard(at)
             at -= 1
-        self._taken = {k: readings for k, readings in self._taken.items() if k < at}
+        self._step_data = {k: readings for k, readings in self._step_data.items() if k < at}
         self._answers = {k: answers for k, answers in self._answers.items() if k < at}
         self._result = None
         self._open(at)
 
-    def taken(self) -> list[Taken]:
+    def step_data(self) -> list[StepData]:
         """Return the data taken so far, in order."""
-        return [Taken(self._steps[k], self._taken[k], self._answers.get(k, {})) for k in sorted(self._taken)]
+        return [StepData(self._steps[k], self._step_data[k], self._answers.get(k, {})) for k in sorted(self._step_data)]
 
     def _open(self, at: int) -> None:
-        self._at, self._incoming, self._live = at, NO_READINGS, Live()
+        self._at, self._incoming, self._progress = at, NO_READINGS, PageProgress()
 
     def _go_on(self) -> None:
         self._open(self._at + 1)
@@ -179,10 +179,10 @@ class PagedProcedure:
             raise
 
 
-class SoundingProcedure(PagedProcedure):
+class SoundProcedure(PagedProcedure):
     """Runs through steps whose pages play sounds and record the response."""
 
-    def take_sound(self, key: str, played: NDArray[np.float64], heard: NDArray[np.float64]) -> None:
+    def take_sound(self, key: str, played: NDArray[np.float64], recording: NDArray[np.float64]) -> None:
         """Evaluate the recording of this page's sound; `BadMeasurement` if that fails."""
         raise AssertionError(f"{type(self).__name__} takes no sound")
 
@@ -192,19 +192,19 @@ class SoundingProcedure(PagedProcedure):
             raise BadValue(f"{self.page.title}: this page takes a recording, not an answer")
         super().answer(values)
 
-    def hear(self, recorded: NDArray[np.float64]) -> None:
+    def take_recording(self, recorded: NDArray[np.float64]) -> None:
         """Take the recording of the page's sound, (frames,), in full scale, and go on."""
         page = self.page
         if page.sound is None:
             raise BadValue(f"{page.title}: this page takes no recording")
-        heard = np.asarray(recorded, dtype=np.float64)
-        if heard.ndim != 1 or not np.isfinite(heard).all():
+        recording = np.asarray(recorded, dtype=np.float64)
+        if recording.ndim != 1 or not np.isfinite(recording).all():
             raise BadMeasurement(f"{page.title}: the recording is not one channel of finite samples")
-        if heard.size < page.sound.signal.size:
+        if recording.size < page.sound.signal.size:
             rate_hz = page.sound.rate_hz
             raise BadMeasurement(
-                f"{page.title}: the recording lasts {heard.size / rate_hz:.2f} s, "
+                f"{page.title}: the recording lasts {recording.size / rate_hz:.2f} s, "
                 f"the sound {page.sound.signal.size / rate_hz:.2f} s"
             )
-        self.take_sound(page.key, page.sound.signal, heard)
+        self.take_sound(page.key, page.sound.signal, recording)
         self._go_on()

@@ -27,17 +27,18 @@ Answers = Mapping[str, Any]
 class Page:
     """One page: `title`, the `instruction` in a sentence or two, and what it takes.
 
-    `asks` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings
+    `questions` are values to give (`Procedure.answer`), each with its default; `press` is what to press while readings
     arrive; `sound` is what to play. A page with none of the three is only read, and answered with nothing. A page with
-    `asks` and `press` needs its answer first (a known weight, typed in); then the same key comes again without `asks`.
-    `places_m`, shape (n, 2) as tuples, are all positions of a series of presses, to be drawn on the tile. `may_skip`
-    allows `Procedure.skip`. `share` is the progress of the whole, 0 to 1; `last` marks the page of the result.
+    `questions` and `press` needs its answer first (a known weight, typed in); then the same key comes again without
+    `questions`. `places_m`, shape (n, 2) as tuples, are all positions of a series of presses, to be drawn on the tile.
+    `may_skip` allows `Procedure.skip`. `share` is the progress of the whole, 0 to 1; `last` marks the page of the
+    result.
     """
 
     key: str
     title: str
     instruction: str
-    asks: tuple[Parameter, ...] = ()
+    questions: tuple[Parameter, ...] = ()
     press: PressRequest | None = None
     sound: Sound | None = None
     places_m: tuple[tuple[float, float], ...] = ()
@@ -47,7 +48,7 @@ class Page:
 
 
 @dataclass(frozen=True)
-class Live:
+class PageProgress:
     """Live state of a page: `hint` says what is missing, `ready` is the progress, 0 to 1."""
 
     hint: str = ""
@@ -65,7 +66,7 @@ class Procedure(Protocol):
         ...
 
     @property
-    def live(self) -> Live:
+    def progress(self) -> PageProgress:
         """Progress of the page's measurement."""
         ...
 
@@ -90,7 +91,7 @@ class Procedure(Protocol):
         """Take readings as they arrive; goes on when the page has enough. May raise `BadMeasurement`."""
         ...
 
-    def hear(self, recorded: NDArray[np.float64]) -> None:
+    def take_recording(self, recorded: NDArray[np.float64]) -> None:
         """Take the recording of the page's sound, from its first frame, and go on. May raise `BadMeasurement`."""
         ...
 
@@ -120,16 +121,16 @@ def step(procedure: Procedure, rig: Rig, values: Answers | None = None) -> bool:
     Returns False if no readings have arrived since the last step.
     """
     page = procedure.page
-    if page.press is not None and not page.asks:
+    if page.press is not None and not page.questions:
         rig.press(page.press)
         readings = rig.read()
         procedure.feed(readings)
         return readings.time_s.size > 0
     if page.sound is not None:
-        procedure.hear(rig.play(page.sound))
+        procedure.take_recording(rig.play(page.sound))
     elif not page.last:
         given = values or {}
-        procedure.answer({ask.name: given.get(ask.name, ask.default) for ask in page.asks})
+        procedure.answer({ask.name: given.get(ask.name, ask.default) for ask in page.questions})
     return True
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.files import FILE
-from underfoot.commands.options import grouped
+from underfoot.commands.options import takes_options
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class AnalyseOptions:
               help="Draws for intervals of curves; 0: at once, from the regression's covariance.")  # fmt: skip
 @click.option("--lapses", is_flag=True, help="Give psychometric curves a lapse rate.")
 @click.option("--json", "as_json", is_flag=True, help="Print all tables as JSON.")
-@grouped(AnalyseOptions)
+@takes_options(AnalyseOptions)
 def analyse(options: AnalyseOptions) -> None:
     """Analyse SESSIONs of a study: session files of one protocol, or CSVs of trials."""
     from underfoot.experiments.analysis.analyses import analysed

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.files import FILE
-from underfoot.commands.options import grouped
+from underfoot.commands.options import takes_options
 from underfoot.errors import BadFile, BadValue, UnderfootError
 
 
@@ -55,7 +55,7 @@ class BenchOptions:
     metavar="TCP://HOST:PORT",
     help="Scheduler of a Dask cluster that computes errors and bounds of models; times are measured on this computer.",
 )
-@grouped(BenchOptions)
+@takes_options(BenchOptions)
 def bench(options: BenchOptions) -> None:
     """Benchmark models, run time against error, large floors, and stability."""
     report, figures = options.report, options.figures
@@ -74,12 +74,14 @@ def bench(options: BenchOptions) -> None:
     if figures is not None:
         _draw(figures, options.quick, options.as_json)
         return
-    from underfoot.bench import whole
+    from underfoot.bench import run_all
     from underfoot.bench.compare import changes, read
     from underfoot.bench.report import text, write
 
     before = None if options.compare is None else read(options.compare)
-    found = whole.run_times(_tell) if options.short else whole.run(options.quick, options.seed, _tell, options.cluster)
+    found = (
+        run_all.run_times(_tell) if options.short else run_all.run(options.quick, options.seed, _tell, options.cluster)
+    )
     if report is not None:
         write(found, report)
     since = None if before is None else changes(before, found.times())
@@ -93,9 +95,9 @@ def bench(options: BenchOptions) -> None:
 
 def _stress(options: BenchOptions) -> None:
     from underfoot.bench import stress
-    from underfoot.bench.stress.tried import Scale
+    from underfoot.bench.stress.outcome import Effort
 
-    found = stress.run(options.stress or "", Scale(options.times, options.seconds, options.seed), _tell)
+    found = stress.run(options.stress or "", Effort(options.times, options.seconds, options.seed), _tell)
     as_data = {name: [one.data() for one in tried] for name, tried in found.items()}
     print(json.dumps(as_data) if options.as_json else stress.text(found))
     failed = sum(not one.passed for tried in found.values() for one in tried)

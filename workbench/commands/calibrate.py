@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.options import chosen, click_options
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.options import chosen, click_parameters
 from underfoot.errors import BadMeasurement, BadValue
 
 if TYPE_CHECKING:
-    from underfoot.calibration.declaration import Calibration, Setup
+    from underfoot.calibration.declaration import Calibration, MeasurementSetup
     from underfoot.calibration.procedure import Page
     from underfoot.calibration.result import Result
     from underfoot.commands.rigs import PressingRig, ShakingRig
@@ -59,13 +59,13 @@ def command_of(declared: "type[Calibration]") -> click.Command:
         known = tile.known(measured.tile)
         tile.conclude(measured.analyse(known), known)
 
-    parameters = [one for group in (declared, rig_options, TileOptions) for one in click_options(group)]
+    parameters = [one for group in (declared, rig_options, TileOptions) for one in click_parameters(group)]
     return click.Command(declared.kind, params=parameters, callback=run, help=declared.summary)
 
 
 def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", options: "TileOptions") -> None:
     """Measure on a target, and put the result into the profile; first what the calibration requires."""
-    from underfoot.calibration.declaration import Setup
+    from underfoot.calibration.declaration import MeasurementSetup
     from underfoot.calibration.procedures import CALIBRATIONS
 
     floor, tile = options.chosen()
@@ -77,13 +77,15 @@ def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", opti
                 f"calibrate {calibration.requires} first, and give its --profile"
             )
         required = CALIBRATIONS[calibration.requires]()
-        known = _measured(required, rig, floor, Setup(tile, known, options.seed)).apply(known)
-    with compiling_told():
-        found = _measured(calibration, rig, floor, Setup(tile, known, options.seed))
+        known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed)).apply(known)
+    with report_compiling():
+        found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed))
     options.conclude(found, known)
 
 
-def _measured(calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "Setup") -> "Result":
+def _measured(
+    calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "MeasurementSetup"
+) -> "Result":
     """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused."""
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run

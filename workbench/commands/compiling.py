@@ -16,37 +16,37 @@ _EVERY_S = 1.0
 
 
 @contextmanager
-def compiling_told(request: "Callable[[], CompileRequest] | None" = None) -> Iterator[None]:
+def report_compiling(request: "Callable[[], CompileRequest] | None" = None) -> Iterator[None]:
     """While the block compiles kernels, tell so on standard error, once a second.
 
     With a request, made when the first kernel is compiled, another process compiles what it asks for as well.
     """
     from numba.core import event
 
-    told = _Told(request)
+    reporter = _CompileReporter(request)
 
-    class Told(event.Listener):
+    class CompileListener(event.Listener):
         def on_start(self, event: event.Event) -> None:
-            told.start()
+            reporter.start()
 
         def on_end(self, event: event.Event) -> None:
-            told.count += 1
+            reporter.count += 1
 
     try:
-        with event.install_listener("numba:compile", Told()):
+        with event.install_listener("numba:compile", CompileListener()):
             yield
     finally:
-        told.stop()
+        reporter.stop()
 
 
 @dataclass
-class _Told:
+class _CompileReporter:
     """A line on standard error that is written anew as time goes by."""
 
     request: "Callable[[], CompileRequest] | None"
     count: int = 0
     _began: float = 0.0
-    _helper: "ChildProcess | None" = None
+    _compiler: "ChildProcess | None" = None
     _thread: threading.Thread | None = None
     _done: threading.Event = field(default_factory=threading.Event)
 
@@ -58,8 +58,8 @@ class _Told:
         if self.request is not None:
             from underfoot.engine.child_process import ChildProcess
 
-            self._helper = ChildProcess("compiler", "underfoot.engine.compiler")
-            self._helper.send(self.request())
+            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
+            self._compiler.send(self.request())
         self._thread = threading.Thread(target=self._tell, name="compiling", daemon=True)
         self._thread.start()
 
@@ -69,8 +69,8 @@ class _Told:
             return
         self._done.set()
         self._thread.join()
-        if self._helper is not None:
-            self._helper.end(0.0)
+        if self._compiler is not None:
+            self._compiler.end(0.0)
 
     def _tell(self) -> None:
         again = "\r" if sys.stderr.isatty() else ""

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
 
@@ -41,7 +41,7 @@ class ConvertOptions:
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles, copied into a shared folder.")
 @RUN_CODE
 @click.option("--formats", is_flag=True, help="List the formats, with directions and losses.")
-@grouped(ConvertOptions)
+@takes_options(ConvertOptions)
 def convert(options: ConvertOptions) -> None:
     """Convert IN to -o OUT: a patch to another program's format, or another program's file to a patch."""
     if options.formats:
@@ -73,7 +73,7 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
 
     format = to_write(output, options.format)
     if "" not in format.suffixes or output.suffix:
-        require_room(output, inputs=(source, options.force, options.floor))
+        require_outputs_writable(output, inputs=(source, options.force, options.floor))
     patch = Patch.load(source, REGISTRY)
     export = Export(
         patch,
@@ -85,14 +85,14 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
         options.profiles,
     )
     assert format.write is not None
-    with compiling_told(partial(compile_request, source)):
+    with report_compiling(partial(compile_request, source)):
         told = format.write(export, output)
     print("\n".join([f"{output}: {format.label}", *(f"  {line}" for line in told)]))
     _print_lost(losses(patch, REGISTRY, format.carries))
 
 
 def _read(options: ConvertOptions, source: Path, output: Path) -> None:
-    from underfoot.exchange.format import read_through
+    from underfoot.exchange.format import read_foreign_patch
     from underfoot.exchange.formats import to_read
     from underfoot.nodes import REGISTRY
     from underfoot.patch.file_paths import with_files_kept
@@ -105,8 +105,8 @@ def _read(options: ConvertOptions, source: Path, output: Path) -> None:
             f"--output is {output}; a patch is made of {source}: allowed: a name that ends in {PATCH_SUFFIX}"
         )
     format = to_read(source, options.format)
-    require_room(output, inputs=(source,))
-    imported = read_through(format, source)
+    require_outputs_writable(output, inputs=(source,))
+    imported = read_foreign_patch(format, source)
     folder = output.absolute().parent
     patch = with_files_kept(imported.patch, REGISTRY, folder, folder)
     patch.save(output)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
+from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
-from underfoot.commands.options import grouped
+from underfoot.commands.options import takes_options
 
 if TYPE_CHECKING:
     from underfoot.bench.block_stages import BlockStages
@@ -42,12 +42,12 @@ class CostOptions:
 @RUN_CODE
 @click.option("--curve", metavar="NODE", help="Plot run time against error of this node only.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-@grouped(CostOptions)
+@takes_options(CostOptions)
 def cost(options: CostOptions) -> None:
     """Measure the run time of each stage and node of PATCH, and when nodes sleep.
 
-    With --curve, what a node takes at several asked errors, and which errors come of them: measured in this process,
-    and kept until node or code changes.
+    With --curve, what a node takes at several requested errors, and which errors come of them: measured in this
+    process, and kept until node or code changes.
     """
     from underfoot.bench.block_stages import block_stages
     from underfoot.floor.layout import Floor, default_floor
@@ -60,10 +60,10 @@ def cost(options: CostOptions) -> None:
     if not options.outside_files:
         require_inside(patch, REGISTRY, options.patch)
     if options.curve is not None:
-        _tell_curve(patch, options.curve, options.as_json)
+        _print_error_curve(patch, options.curve, options.as_json)
         return
     floor = Floor.load(options.floor) if options.floor else default_floor()
-    with compiling_told():
+    with report_compiling():
         found = block_stages(
             patch,
             REGISTRY,
@@ -77,14 +77,14 @@ def cost(options: CostOptions) -> None:
     print(json.dumps(found.data()) if options.as_json else "\n".join(_lines(found)))
 
 
-def _tell_curve(patch: "Patch", node: str, as_json: bool) -> None:
+def _print_error_curve(patch: "Patch", node: str, as_json: bool) -> None:
     """Measure a node as its patch has it built, and print each point as soon as it is known."""
     from underfoot.engine.error_curve import error_curve
     from underfoot.nodes import REGISTRY
-    from underfoot.patch.heard import as_heard
+    from underfoot.patch.effective import effective_patch
 
-    placed = as_heard(patch, REGISTRY).node(node)
-    with compiling_told():
+    placed = effective_patch(patch, REGISTRY).node(node)
+    with report_compiling():
         for curve in error_curve(REGISTRY[placed.type], placed.parameters):
             if as_json:
                 continue
@@ -92,7 +92,11 @@ def _tell_curve(patch: "Patch", node: str, as_json: bool) -> None:
                 point = curve.points[-1]
                 print(f"  {point.asked:10.1e} {point.found:10.1e} {point.ms:11.4f}", flush=True)
             else:
-                print(f"{node} stands here: {curve.told()}", f"{'asked':>12} {'found':>10} {'ms':>11}", sep="\n")
+                print(
+                    f"{node} stands here: {curve.description()}",
+                    f"{'requested':>12} {'found':>10} {'ms':>11}",
+                    sep="\n",
+                )
     if as_json:
         print(json.dumps(curve.data()))
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from underfoot.commands.compiling import compiling_told
+from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, PATCH, RUN_CODE
 from underfoot.errors import BadValue
 
@@ -32,17 +32,17 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     from underfoot.patch.patch import Patch
 
     loaded = Patch.load(patch, REGISTRY)
-    lawful = [one for one in loaded.nodes if REGISTRY[one.type].laws is not None]
-    chosen = [one for one in lawful if node is None or one.id == node]
+    with_distributions = [one for one in loaded.nodes if REGISTRY[one.type].distributions is not None]
+    chosen = [one for one in with_distributions if node is None or one.id == node]
     if not chosen:
-        known = ", ".join(one.id for one in lawful) or "none: no node of this patch has laws"
+        known = ", ".join(one.id for one in with_distributions) or "none: no node of this patch has laws"
         raise BadValue(f"node is {node}; allowed: {known}" if node else f"{patch} has no node with laws")
     found = {}
-    with compiling_told():
+    with report_compiling():
         for one in chosen:
             type = REGISTRY[one.type]
-            assert type.laws is not None
-            found[one.id] = type.laws(type.values(one.parameters))
+            assert type.distributions is not None
+            found[one.id] = type.distributions(type.values(one.parameters))
     if output is not None:
         make_folder(output)
         for id, drawings in found.items():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.commands.files import FILE, FLOOR
-from underfoot.commands.options import grouped
+from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue
@@ -95,7 +95,7 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--drift", type=float, default=0.0, help="Lag of the tiles' clock, ppm.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of walker, sensors and faults.")
 @click.option("--seconds", type=float, help="Stop after this long.")
-@grouped(EmulateOptions)
+@takes_options(EmulateOptions)
 def emulate(options: EmulateOptions) -> None:
     """Emulate tiles, until Ctrl-C or for --seconds.
 
@@ -137,12 +137,12 @@ def _run(emulator: "Emulator", tiles: str) -> None:
         print(emulator.sender.name, flush=True)
         print(f"underfoot: {tiles}", file=sys.stderr)
         emulator.start()
-        while not (stop.wait(0.05) or emulator.over):
+        while not (stop.wait(0.05) or emulator.is_finished):
             pass
         stop.wait(0.2)  # whoever reads may be a moment behind
     counts = emulator.injector.counts
     faulty = ", ".join(f"{getattr(counts, kind)} {kind}" for kind in KINDS)
-    print(f"underfoot: {counts.frames} frames, {faulty}; {emulator.unheard} samples unheard", file=sys.stderr)
+    print(f"underfoot: {counts.frames} frames, {faulty}; {emulator.undelivered} samples unheard", file=sys.stderr)
 
 
 def _injector(options: EmulateOptions) -> "FaultInjector":

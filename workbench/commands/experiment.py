@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, RUN_CODE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
     from underfoot.experiments.protocol import Protocol
-    from underfoot.experiments.simulation import Found
+    from underfoot.experiments.simulation import EstimateRow
 
 
 @click.command()
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option("--levels", is_flag=True, help="Measure the peak of every stimulus under a simulated footstep.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
-@grouped(ExperimentOptions)
+@takes_options(ExperimentOptions)
 def experiment(options: ExperimentOptions) -> None:
     """Run the study PROTOCOL: a protocol file, or the name of a preset.
 
@@ -57,7 +57,7 @@ def experiment(options: ExperimentOptions) -> None:
         raise BadValue("give one of --participant (with --session), --pilot, --simulate, or --levels")
     protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
-        _tell_levels(protocol, folder, options.as_json)
+        _print_levels(protocol, folder, options.as_json)
     elif options.simulate is not None:
         _simulated(options, protocol, folder)
     else:
@@ -66,7 +66,7 @@ def experiment(options: ExperimentOptions) -> None:
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
 
 
-def _tell_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
+def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
     """Print each stimulus's peak as the protocol has it, and as it is under the simulated footstep."""
     from underfoot.nodes import REGISTRY
     from underfoot.studies.levels import measured_peak_m_s2
@@ -91,7 +91,7 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     from underfoot.experiments.simulation import summaries
 
     people = options.simulate or 0
-    require_room(options.report / "power.html" if options.report and options.report.is_dir() else None)
+    require_outputs_writable(options.report / "power.html" if options.report and options.report.is_dir() else None)
     truths = truths_of(protocol, dict(_truth(options.truth)))
     found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)
     if options.report is not None:
@@ -100,12 +100,12 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     print(json.dumps(data_of([found])) if options.as_json else text_of([found]))
 
 
-def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, people: int) -> "list[Found]":
+def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, people: int) -> "list[EstimateRow]":
     from underfoot.engine.worker_pool import cores
-    from underfoot.experiments.simulation import Conditions, jobs_of
-    from underfoot.studies.simulated import simulated_here, simulated_on_cluster
+    from underfoot.experiments.simulation import SimulationSettings, jobs_of
+    from underfoot.studies.simulated import simulate_locally, simulate_on_cluster
 
-    conditions = Conditions(options.seed, options.bootstrap, _truth(options.truth))
+    conditions = SimulationSettings(options.seed, options.bootstrap, _truth(options.truth))
     jobs = jobs_of(protocol, folder, people, conditions)
 
     def seen(done: int) -> None:
@@ -113,8 +113,8 @@ def _found(options: ExperimentOptions, protocol: "Protocol", folder: Path, peopl
             print(f"\runderfoot: {done} of {len(jobs)} parts", end="\n" if done == len(jobs) else "", file=sys.stderr)
 
     if options.cluster is not None:
-        return simulated_on_cluster(jobs, options.cluster, seen)
-    return simulated_here(jobs, options.processes or cores(), seen)
+        return simulate_on_cluster(jobs, options.cluster, seen)
+    return simulate_locally(jobs, options.processes or cores(), seen)
 
 
 def _truth(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:

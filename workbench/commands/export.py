@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, require_outputs_writable
 
 
 class _Formats(click.Command):
@@ -32,17 +32,17 @@ class _Formats(click.Command):
 )
 def export(recording: Path, output: Path, vibration: str) -> None:
     """Write RECORDING for other programs."""
-    from underfoot.records.exports import Material, format_of
+    from underfoot.records.exports import ExportSource, format_of
     from underfoot.records.recording import Recording
 
-    require_room(output, inputs=[recording])
+    require_outputs_writable(output, inputs=[recording])
     told = [time.monotonic()]
 
-    def tell(words: str, share: float) -> bool:
+    def progress(words: str, share: float) -> bool:
         if time.monotonic() - told[0] >= 1.0:
             told[0] = time.monotonic()
             print(f"underfoot: {words}: {100.0 * share:.0f} %", file=sys.stderr, flush=True)
         return True
 
-    with Recording(recording) as opened, compiling_told(None):
-        format_of(output).write(Material(opened, vibration, tell), output)
+    with Recording(recording) as opened, report_compiling(None):
+        format_of(output).write(ExportSource(opened, vibration, progress), output)

@@ -40,9 +40,9 @@ FORCES = FileOrPreset("walks", str)
 
 def _agree(context: click.Context, parameter: click.Parameter, is_given: bool) -> None:
     if is_given:
-        from underfoot.patch.own_nodes import all_agreed
+        from underfoot.patch.custom_nodes import allow_all_node_files
 
-        context.with_resource(all_agreed())
+        context.with_resource(allow_all_node_files())
 
 
 RUN_CODE = click.option(
@@ -55,7 +55,7 @@ RUN_CODE = click.option(
 """The option of every command that reads patches."""
 
 
-def require_room(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
+def require_outputs_writable(*outputs: Path | None, inputs: Sequence[str | Path | None] = ()) -> None:
     """Raise `BadFile` before the work, and not after it, for outputs that cannot be written.
 
     No output may be a folder, one of `inputs`, or another output.

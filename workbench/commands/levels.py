@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
+from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, PATCH, RUN_CODE
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     made_of = TileParameters.load(simulation) if simulation else None
     files = {path.stem: path for path in patches} or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
-    with compiling_told():
+    with report_compiling():
         found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}
     if as_json:
         print(json.dumps({name: one.data() for name, one in found.items()}))

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -65,7 +65,7 @@ class MonitorOptions:
 @click.option("--seconds", type=float, help="Stop after this long.")
 @click.option("--pace", is_flag=True, help="Play a file in real time instead of as fast as possible.")
 @click.option("--json", "as_json", is_flag=True, help="Print each footstep as one line of JSON.")
-@grouped(MonitorOptions)
+@takes_options(MonitorOptions)
 def monitor(options: MonitorOptions) -> None:
     """Print footsteps as they happen."""
     from underfoot import monitoring
@@ -75,7 +75,7 @@ def monitor(options: MonitorOptions) -> None:
     if options.sensor_rate is not None and not 20.0 <= options.sensor_rate <= 100_000.0:
         raise BadValue(f"--sensor-rate is {options.sensor_rate:g}; allowed: 20 to 100000 Hz")
     inputs = (options.source, options.floor, options.patch)
-    require_room(options.steps, options.contacts, options.record, inputs=inputs)
+    require_outputs_writable(options.steps, options.contacts, options.record, inputs=inputs)
     stream = monitoring.open_stream(
         options.source,
         options.floor,
@@ -83,9 +83,9 @@ def monitor(options: MonitorOptions) -> None:
         options.pace,
         options.record,
         options.patch,
-        monitoring.Equipment(options.profiles, options.sensor_rate, options.sound, options.accelerometers),
+        monitoring.StreamOptions(options.profiles, options.sensor_rate, options.sound, options.accelerometers),
     )
-    with compiling_told():
+    with report_compiling():
         _follow(stream, options)
     for warning in stream.warnings():
         print(f"underfoot: {warning}", file=sys.stderr)
@@ -114,7 +114,7 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
             every += found.steps
             for step in found.steps:
                 print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
-            for line in found.news:
+            for line in found.messages:
                 print(f"underfoot: {line}", file=sys.stderr, flush=True)
     if not options.as_json:
         for gait in gait_of(every):

@@ -13,7 +13,7 @@ from underfoot.options import options_of
 Options = TypeVar("Options")
 
 
-def click_options(owner: type) -> list[click.Parameter]:
+def click_parameters(owner: type) -> list[click.Parameter]:
     """The parameters of a click command for the options that a dataclass declares."""
     return [
         click.Option(
@@ -33,7 +33,7 @@ def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
     return owner(**{one.name: given[one.name] for one in options_of(owner)})
 
 
-def grouped(kind: type[Options]) -> Callable[[Callable[[Options], None]], Callable[..., None]]:
+def takes_options(kind: type[Options]) -> Callable[[Callable[[Options], None]], Callable[..., None]]:
     """Let click call a function with one dataclass `kind`, whose fields bear the names of the options.
 
     >>> from dataclasses import dataclass
@@ -41,7 +41,7 @@ def grouped(kind: type[Options]) -> Callable[[Callable[[Options], None]], Callab
     ... class Options:
     ...     seconds: float
     ...     block: int
-    >>> @grouped(Options)
+    >>> @takes_options(Options)
     ... def play(options: Options) -> None:
     ...     print(options.seconds)
     >>> play(block=64, seconds=0.5)

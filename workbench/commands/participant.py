@@ -99,7 +99,7 @@ class _Terminal:
 
         self._runner, self._lines, self._foot = runner, lines, SimulatedFoot()
         self._shown = _Shown()
-        self._news = 0
+        self._printed_messages = 0
 
     def run(self) -> None:
         from underfoot.studies.runner import Phase
@@ -141,35 +141,35 @@ class _Terminal:
         elif runner.phase is Phase.PAUSE and word == "skip":
             runner.end_pause()
         elif runner.page.kind == "learn" and line:
-            names = runner.study.learned
+            names = runner.study.learnable
             runner.play(names[int(line) - 1] if line.isdecimal() and 0 < int(line) <= len(names) else line)
         elif line == "" and runner.may_play:
             runner.start()
         elif line == "" and may_step(runner):
             self._foot.step(runner)
         elif runner.phase in (Phase.PAGE, Phase.ANSWERING):
-            runner.answer(answers_of(runner.page.asks, line))
+            runner.answer(answers_of(runner.page.questions, line))
 
     def _show(self) -> None:
         from underfoot.studies.runner import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
-        for text in runner.news[self._news :]:
+        for text in runner.messages[self._printed_messages :]:
             _say(text)
-        self._news = len(runner.news)
+        self._printed_messages = len(runner.messages)
         key = f"{page.key} {runner.phase} {runner.interval}"
         if key != self._shown.key:
             self._shown.key = key
             if runner.phase is Phase.PAGE and page.kind != "end":
                 _say(f"\n{page.title}. {page.text}".strip())
-                _ask(page.asks, page.kind)
+                _ask(page.questions, page.kind)
             elif runner.phase is Phase.PAUSE:
                 _say(f"Pause of {page.seconds:.0f} s; skip ends it.")
             elif runner.phase is Phase.READY and page.start == "key":
                 _say(f"{page.feedback + ' ' if page.feedback else ''}Trial {_number(page)}: press Enter to begin.")
             elif runner.phase is Phase.ANSWERING:
-                _ask(page.asks, page.kind)
+                _ask(page.questions, page.kind)
         hint = f"{runner.hint} {_ENTER_STEPS}".strip() if may_step(runner) else runner.hint
         if hint != self._shown.hint:
             self._shown.hint = hint
@@ -177,26 +177,26 @@ class _Terminal:
                 _say(hint)
 
 
-def answers_of(asks: Any, line: str) -> dict[str, Any]:
+def answers_of(questions: Any, line: str) -> dict[str, Any]:
     """The answers of a line: one for each question, separated by semicolons; an empty one is none.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> answers_of((yes_or_no("felt", "Did you?"),), "y")
     {'felt': 'yes'}
     """
-    parts = [part.strip() for part in line.split(";")] if len(asks) > 1 else [line.strip()]
-    if len(parts) > max(len(asks), 1):
-        raise BadValue(f"{len(parts)} answers are given; allowed: {len(asks)}, separated by semicolons")
-    return {one.name: typed_answer(one, part) for one, part in zip(asks, parts, strict=False) if part}
+    parts = [part.strip() for part in line.split(";")] if len(questions) > 1 else [line.strip()]
+    if len(parts) > max(len(questions), 1):
+        raise BadValue(f"{len(parts)} answers are given; allowed: {len(questions)}, separated by semicolons")
+    return {one.name: typed_answer(one, part) for one, part in zip(questions, parts, strict=False) if part}
 
 
-def _ask(asks: Any, kind: str) -> None:
+def _ask(questions: Any, kind: str) -> None:
     if kind == "learn":
         _say("Type a number to feel it; it ends by itself.")
         return
-    for one in asks:
+    for one in questions:
         _say(f"{one.doc} ({one.allowed})" if one.kind != "text" else one.doc)
-    if not asks:
+    if not questions:
         _say("Press Enter to go on.")
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.errors import BadValue
 
 
@@ -35,7 +35,7 @@ class PlateOptions:
 @click.option("--stiffness", type=float, help="Move the plate to this stiffness, N/mm. Nobody may stand on it.")
 @click.option("--emulate", is_flag=True, help="Emulate a plate on a pseudo-terminal, and print its name, until Ctrl-C.")
 @click.option("--json", "as_json", is_flag=True, help="Print the calibration as JSON.")
-@grouped(PlateOptions)
+@takes_options(PlateOptions)
 def plate(options: PlateOptions) -> None:
     """Calibrate, move or emulate a variable stiffness plate."""
     if options.emulate:
@@ -55,7 +55,7 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     from underfoot.drawing.svg import svg
     from underfoot.files import make_folder, write_file
 
-    require_room(options.output, inputs=(footsteps,))
+    require_outputs_writable(options.output, inputs=(footsteps,))
     profiles = read_plate_profiles(footsteps)
     fit = plate_fit([line_of(position, *samples) for (position, _), samples in profiles.items()])
     if options.output is not None:
@@ -80,7 +80,7 @@ def _move(port: str, calibration: Path, stiffness_n_mm: float) -> None:
 
     moved = Plate(port, PlateCalibration.load(calibration))
     try:
-        moved.want(stiffness_n_mm)
+        moved.request_stiffness(stiffness_n_mm)
         while not moved.poll(is_loaded=False):
             time.sleep(0.02)
     finally:

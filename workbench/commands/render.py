@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from underfoot.clock import RATE_HZ
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.files import make_folder
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from underfoot.engine.offline import RenderJob
     from underfoot.engine.parameter_grid import Values
     from underfoot.engine.requests import CompileRequest
-    from underfoot.floor.simulated_plates import Heard
+    from underfoot.floor.simulated_plates import PlateOutput
     from underfoot.patch.patch import Patch
 
 Summary = dict[str, Any]
@@ -57,10 +57,10 @@ class RenderOptions:
         return self.patches[0]
 
     @property
-    def plates(self) -> "dict[Heard, Path]":
+    def plates(self) -> "dict[PlateOutput, Path]":
         """Where acceleration of simulated plates is taken, and the file that it goes to."""
-        asked: dict[Heard, Path | None] = {"accelerometer": self.measured, "foot": self.under_foot}
-        return {heard: path for heard, path in asked.items() if path is not None}
+        outputs_by_place: dict[PlateOutput, Path | None] = {"accelerometer": self.measured, "foot": self.under_foot}
+        return {plate_output: path for plate_output, path in outputs_by_place.items() if path is not None}
 
 
 @click.command()
@@ -91,7 +91,7 @@ class RenderOptions:
 @click.option("--outside-files", is_flag=True, help="Let patches read sound files outside their own folders.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print peak, RMS, speed, and which nodes ran or slept, as JSON.")
-@grouped(RenderOptions)
+@takes_options(RenderOptions)
 def render(options: RenderOptions) -> None:
     """Render PATCH (a patch file, a preset's name, or a recording) offline; several on all cores.
 
@@ -116,13 +116,13 @@ def _render_one(options: RenderOptions, values: "Values") -> None:
     from underfoot.records.wav import write_wav
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
-    require_room(options.output, *options.plates.values(), inputs=inputs)
-    with compiling_told(None if is_recording(options.patch) else partial(compile_request, options.patch)):
+    require_outputs_writable(options.output, *options.plates.values(), inputs=inputs)
+    with report_compiling(None if is_recording(options.patch) else partial(compile_request, options.patch)):
         rendered = _jobs_of(options, options.patch, [values])[0].run()
         if options.output is not None:
             rendered.save(options.output)
-        for heard, path in options.plates.items():
-            write_wav(path, rendered.tiles[heard], rendered.rate_hz)
+        for plate_output, path in options.plates.items():
+            write_wav(path, rendered.tiles[plate_output], rendered.rate_hz)
         summary = rendered.summary()
     print(json.dumps(summary) if options.as_json else _line(summary))
 
@@ -179,14 +179,17 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             if isinstance(answer, UnderfootError):
                 _tell_failure(told[at], answer)
             else:
-                print(f"underfoot: {len(found)} of {len(told)}: {told[at]}{_left(found, told, began)}", file=sys.stderr)
+                print(
+                    f"underfoot: {len(found)} of {len(told)}: {told[at]}{_time_left(found, told, began)}",
+                    file=sys.stderr,
+                )
     finally:
         if manifest is not None:
             manifest.write()
     _say_all(options, told, found)
 
 
-def _left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began: float) -> str:
+def _time_left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began: float) -> str:
     """How long the rest may take, once that is more than a moment."""
     left_s = (time.monotonic() - began) / len(found) * (len(told) - len(found))
     return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
@@ -222,7 +225,7 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
     if twice:
         raise BadFile(f"{', '.join(sorted(twice))} would be written twice; render them one by one")
     make_folder(options.output)
-    require_room(*outputs, inputs=(*patches, options.force, options.floor))
+    require_outputs_writable(*outputs, inputs=(*patches, options.force, options.floor))
     return list(outputs)
 
 

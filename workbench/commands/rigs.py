@@ -78,7 +78,7 @@ class ShakingRig:
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such sound card."""
         from underfoot.engine.loop import output_channels
-        from underfoot.engine.sounding import SimulatedShaker, SoundCard
+        from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
         if self.target == "sound":
             channel = output_channels(floor)[floor.index(tile.id)]

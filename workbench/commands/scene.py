@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import session_target
 from underfoot.errors import BadValue, DeviceError, require
 
@@ -68,7 +68,7 @@ class SceneOptions:
     help="Width of film and picture in pixels.",
 )
 @click.option("--measure", is_flag=True, help="Press simulated tiles, and report the response latency.")
-@grouped(SceneOptions)
+@takes_options(SceneOptions)
 def scene(options: SceneOptions) -> None:
     """Play the scene NAME on the floor, and print what happens. Without NAME, list the scenes.
 
@@ -87,7 +87,7 @@ def scene(options: SceneOptions) -> None:
     kind = discover()[options.name]
     given = values_of(kind, options.settings)
     _check(options)
-    with compiling_told():
+    with report_compiling():
         if options.measure:
             from underfoot.bench.scene_latency import measured
 
@@ -102,7 +102,7 @@ def _check(options: SceneOptions) -> None:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0, up to a day")
     if options.film is not None and (options.seconds is None or options.seconds > MOST_FILM_S):
         raise BadValue(f"--film needs --seconds of at most {MOST_FILM_S:g}")
-    require_room(options.record, options.film, options.picture, inputs=(options.floor,))
+    require_outputs_writable(options.record, options.film, options.picture, inputs=(options.floor,))
 
 
 @dataclass

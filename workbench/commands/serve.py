@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from underfoot.commands.compiling import compiling_told
-from underfoot.commands.files import FILE, RUN_CODE, require_room
-from underfoot.commands.options import grouped
+from underfoot.commands.compiling import report_compiling
+from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
+from underfoot.commands.options import takes_options
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.errors import BadValue
 
@@ -70,7 +70,7 @@ class ServeOptions:
 @click.option("--lsl-marks", is_flag=True, help="Take samples of all LSL streams of the type Markers as marks.")
 @click.option("--serial-marks", default="off", metavar="PORT", help="Take lines of a serial port as marks.")
 @click.option("--seconds", type=float, help="Stop after this long.")
-@grouped(ServeOptions)
+@takes_options(ServeOptions)
 def serve(options: ServeOptions) -> None:
     """Tell other programs of contacts and steps, and play what they ask for."""
     from underfoot.engine.session import Session
@@ -85,7 +85,7 @@ def serve(options: ServeOptions) -> None:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
     if not -120.0 <= options.level <= 0.0:
         raise BadValue(f"--level is {options.level:g}; allowed: -120 to 0 dB")
-    require_room(options.record, inputs=(options.target, options.floor, options.patch))
+    require_outputs_writable(options.record, inputs=(options.target, options.floor, options.patch))
     plan = NetworkPlan.of(
         tuio=options.tuio, tuio2=options.tuio2, listen=options.listen, send=options.send,
         lsl=options.lsl, serial_marks=options.serial_marks, lsl_marks=options.lsl_marks,
@@ -95,14 +95,14 @@ def serve(options: ServeOptions) -> None:
     if plan.lsl or plan.lsl_marks:
         lsl_library()
     patch = Patch.load(options.patch, REGISTRY) if options.patch else Patch(title="serve")
-    with ExitStack() as stack, compiling_told():
+    with ExitStack() as stack, report_compiling():
         session = Session(target, patch, REGISTRY, options.patch.parent if options.patch else None)
         stack.callback(session.close)
         server = NetworkServer(plan, target.floor, target.rate, session.force_rate_hz)
         stack.callback(server.close)
         for line in plan.warnings():
             _say(f"warning: {line}")
-        _say("; ".join(_ways(plan.__dict__)))
+        _say("; ".join(_enabled_outputs(plan.__dict__)))
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
@@ -112,7 +112,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     """Serve until the time is over, or a signal ends it."""
     from underfoot.engine.commands import Level
     from underfoot.floor.step_finder import StepFinder
-    from underfoot.monitoring import news_of
+    from underfoot.monitoring import messages_of
     from underfoot.network.cue_player import CuePlayer
 
     floor, rate = session.target.floor, session.target.rate
@@ -126,7 +126,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     told_s = -math.inf
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
-        for line in (line for report in reports for line in news_of(report, session.health.running)):
+        for line in (line for report in reports for line in messages_of(report, session.health.running)):
             _say(line)
         player.tick(reports)
         frames, forces = session.force.read()
@@ -134,12 +134,12 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
         if len(frames):
             found = finder.feed(frames / rate, forces)
             server.show(float(frames[-1]) / rate, finder.ongoing())
-            server.tell_force((forces - finder.baseline_n).sum(axis=2), (health.frame - float(frames[-1])) / rate)
+            server.send_force((forces - finder.baseline_n).sum(axis=2), (health.frame - float(frames[-1])) / rate)
             for step in found.steps:
-                server.tell_step(step, health.frame / rate - step.start_s)
+                server.send_step(step, health.frame / rate - step.start_s)
         if health.running and time.monotonic() - told_s > _HEALTH_S:
             told_s = time.monotonic()
-            server.tell_health(health)
+            server.send_health(health)
         time.sleep(_WAIT_S)
     counts = server.counts
     _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused")
@@ -162,7 +162,7 @@ def _target(options: ServeOptions) -> "Target":
     return replace(target, sound={None: None, "default": ""}.get(options.sound, options.sound))
 
 
-def _ways(plan: dict[str, object]) -> list[str]:
+def _enabled_outputs(plan: dict[str, object]) -> list[str]:
     words = {"tuio": "TUIO 1.1 to", "tuio2": "TUIO 2.0 to", "listen": "cues at", "send": "messages to"}
     found = [f"{said} {plan[name]}" for name, said in words.items() if plan[name] is not None]
     others = {"lsl": "LSL streams", "lsl_marks": "marks by LSL", "serial_marks": f"marks from {plan['serial_marks']}"}

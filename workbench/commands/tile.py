@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.files import FILE, FLOOR
-from underfoot.commands.options import grouped
+from underfoot.commands.options import takes_options
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class TileDesignOptions:
 @click.option("--least-mode", type=float, help="Minimum first mode, edges held, Hz; by default 1000.")
 @click.option("--load", type=float, help="N; 1000 by default.")
 @click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
-@grouped(TileDesignOptions)
+@takes_options(TileDesignOptions)
 def tile(options: TileDesignOptions) -> None:
     """Compute resonances, deflections and bandwidth of the tiles of FLOOR (JSON), beside the thesis's values.
 
@@ -98,14 +98,14 @@ def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParamet
 
     from underfoot.floor.plate_search import PlateSearch, search, table, write
 
-    asked = PlateSearch.like(parameters.plate)
+    spec = PlateSearch.like(parameters.plate)
     for option, field in _OF_SEARCH.items():
         value = getattr(options, option)
         if value is not None:
             unit = _UNITS.get(option, 1.0)
             number = _span(option, value, unit) if option in ("modulus", "thickness") else value
-            asked = msgspec.structs.replace(asked, **{field: number * unit if isinstance(number, float) else number})
-    found = [search(one, parameters, asked) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
+            spec = msgspec.structs.replace(spec, **{field: number * unit if isinstance(number, float) else number})
+    found = [search(one, parameters, spec) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
     if options.report is not None:
         write(found, options.report)
     print(json.dumps([one.data() for one in found]) if options.as_json else "\n\n".join(map(table, found)))

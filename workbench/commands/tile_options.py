@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from underfoot.commands.files import require_room
+from underfoot.commands.files import require_outputs_writable
 from underfoot.errors import BadFile
 from underfoot.options import option
 
@@ -31,7 +31,7 @@ class TileOptions:
 
     def require_writable(self) -> None:
         """Raise `BadFile` before the work, and not after it, where profile or report cannot be written."""
-        require_room(self.profile)
+        require_outputs_writable(self.profile)
         if self.report is not None and self.report.exists() and not self.report.is_dir():
             raise BadFile(f"{self.report} is not a folder")
 

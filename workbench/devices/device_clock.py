@@ -68,7 +68,7 @@ the playout delay, from arrivals of frames `began` to `noted`; `applied` is the 
 _FEW = 4  # least number of windows for a rate
 _UP_HZ = 10.0  # relative rate at which the delay grows while every sample comes too late
 _LEAST_DELAY_S = 0.001  # a smaller delay grows as fast as this one
-_UNHEARD = -1
+_NEVER_OBSERVED = -1
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class DeviceClocks:
 
     def forget(self) -> None:
         """Reset all clocks."""
-        self.table["epoch"] = _UNHEARD
+        self.table["epoch"] = _NEVER_OBSERVED
 
     def known_s(self, device: int) -> float:
         """Return the time in seconds for which a clock has been observed without a break."""

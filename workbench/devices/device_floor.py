@@ -70,7 +70,7 @@ class DeviceFloor:
         self.pull(frame)  # loads the kernels in advance; there is no sample yet
         session.forget()
 
-    def hear(self, accelerometers: tuple[Accelerometer, ...]) -> LinkAcceleration:
+    def accelerations_of(self, accelerometers: tuple[Accelerometer, ...]) -> LinkAcceleration:
         """Return the acceleration over the link of these accelerometers; call before `start`."""
         self._acceleration = LinkAcceleration(accelerometers, self.floor, self._assembly)
         return self._acceleration
@@ -150,7 +150,7 @@ class DeviceFloor:
         yield "overflow", "samples come faster than they are taken; some are dropped" if self._overflowed else ""
         yield "unknown tiles", self._unknown_line()
         for row, tile in enumerate(self.floor.tiles):
-            yield f"stranger {tile.id}", self.reader.stranger_line(row)
+            yield f"stranger {tile.id}", self.reader.foreign_sender_line(row)
 
     def _clock_line(self) -> str:
         """Return the fit of the clocks, once it has settled."""

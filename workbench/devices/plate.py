@@ -39,8 +39,8 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     def __post_init__(self) -> None:
         positions, stiffness = np.array(self.positions), np.array(self.stiffness_n_mm)
-        alike = len(positions) == len(stiffness) >= 2
-        require(alike, "stiffness_n_mm", len(stiffness), f"two or more, as many as positions, {len(positions)}")
+        same = len(positions) == len(stiffness) >= 2
+        require(same, "stiffness_n_mm", len(stiffness), f"two or more, as many as positions, {len(positions)}")
         rising = bool((np.diff(positions) > 0.0).all() and positions[0] >= 0.0 and positions[-1] <= 1.0)
         require(rising, "positions", list(self.positions), "rising, from 0 to 1")
         good = bool((np.diff(stiffness) > 0.0).all() and stiffness[0] > 0.0 and np.isfinite(stiffness).all())
@@ -67,7 +67,7 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Plate:
-    """The plate at a serial port. `want` sets the stiffness; `poll` drives it there without waiting.
+    """The plate at a serial port. `request_stiffness` sets the stiffness; `poll` drives it there without waiting.
 
     It never moves under a load: a requested move waits until nobody is on the plate, and a move in progress is held
     when somebody steps on, and then repeated.
@@ -84,12 +84,12 @@ class Plate:
         self._line = _opened(port)
         self._port, self._text = port, b""
         self._position = 0.0
-        self._is_wanted = self._is_moving = False
+        self._is_requested = self._is_moving = False
         self._due = 0.0
 
-    def want(self, stiffness_n_mm: float) -> None:
+    def request_stiffness(self, stiffness_n_mm: float) -> None:
         """Go to a stiffness; takes as long if the plate has it already. Raises `BadValue` outside the range."""
-        self._position, self._is_wanted = self.calibration.position(stiffness_n_mm), True
+        self._position, self._is_requested = self.calibration.position(stiffness_n_mm), True
 
     def poll(self, is_loaded: bool) -> bool:
         """Continue the move; return whether the plate has arrived. Raises `DeviceError` if it is lost."""
@@ -101,14 +101,14 @@ class Plate:
                 self._is_moving = False
         if is_loaded and self._is_moving:
             self._write("HOLD")
-            self._is_moving, self._is_wanted = False, True
-        if self._is_wanted and not is_loaded:
+            self._is_moving, self._is_requested = False, True
+        if self._is_requested and not is_loaded:
             self._write(f"MOVE {self._position:.4f} {self._move_s:.3f}")
-            self._is_wanted, self._is_moving = False, True
+            self._is_requested, self._is_moving = False, True
             self._due = self._clock() + self._move_s + LATE_S
         if self._is_moving and self._clock() > self._due:
             raise DeviceError(f"the plate at {self._port} does not arrive; is it plugged in, and free to move?")
-        return not (self._is_wanted or self._is_moving)
+        return not (self._is_requested or self._is_moving)
 
     def close(self) -> None:
         """Stop it, and close the port."""

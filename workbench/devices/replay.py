@@ -25,7 +25,7 @@ class Replay:
         self.pull(start)  # loads the kernel in advance; there is no sample yet
 
     @property
-    def over(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the last sample has been handed over."""
         return self._next >= len(self._frames)
 
@@ -36,7 +36,7 @@ class Replay:
             count, self._next = _play(
                 self.stamps, self.forces, self._frames, self._force_n, count, self._next, self._shift, end
             )
-            if not (self.over and self._repeats) or count == MAX_SAMPLES:
+            if not (self.is_finished and self._repeats) or count == MAX_SAMPLES:
                 return count
             self._next, self._shift = 0, self._shift + self._length
 

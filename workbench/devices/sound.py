@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE
-from underfoot.devices.precedence import take_precedence
+from underfoot.devices.thread_priority import raise_thread_priority
 from underfoot.errors import DeviceError
 
 _SAFE_S = 0.1
@@ -81,20 +81,20 @@ def max_channels(name: str) -> int:
     return min(int(device["max_output_channels"]), MAX_CHANNELS)
 
 
-class Exchange:
+class PlayRecord:
     """Plays `played`, float32 [frame, channel], on one device while another records: once, in `run`.
 
     Devices are parts of PortAudio's names, "" for the default ones. `silence` ends it early, from any thread.
     """
 
     def __init__(
-        self, input: str, output: str, played: NDArray[np.float32], heard: int, rate_hz: int, block: int = 0
+        self, input: str, output: str, played: NDArray[np.float32], input_channels: int, rate_hz: int, block: int = 0
     ) -> None:
-        """`heard` is the number of recorded channels. With `block`, blocks have that many frames and latency is low."""
+        """`input_channels` are recorded. With `block`, blocks have that many frames, and latency is low."""
         self._sounddevice = portaudio()
         self._devices, self._rate_hz, self._block = (input or None, output or None), rate_hz, block
         self._played = played
-        self.recorded = np.zeros((len(played), heard), np.float32)
+        self.recorded = np.zeros((len(played), input_channels), np.float32)
         """The recording, float32 [frame, channel], from the first frame played on."""
         self.lost = False
         """Whether samples were lost in either direction."""
@@ -135,12 +135,12 @@ class Exchange:
         """Ramp down, within 10 ms, what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
-    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _exchange(self, indata: Any, out: Any, frames: int, time: Any, status: Any) -> None:
         at = self.played_frames
         n = min(frames, len(self._played) - at)
         self.lost |= bool(status.input_overflow or status.output_underflow)
         out[:n], out[n:] = self._played[at : at + n], 0.0
-        self.recorded[at : at + n] = heard[:n]
+        self.recorded[at : at + n] = indata[:n]
         self.played_frames += n
         if self.silenced:
             faded, m = self._faded, min(frames, len(self._ramp) - self._faded)
@@ -154,7 +154,7 @@ class Exchange:
 class Stream:
     """A stream that calls `fill() -> address` for each block of interleaved float32, and plays that block.
 
-    With `heard`, float32 [frame, input], it also records: the input of a block is there when `fill` is called, in
+    With `recorded`, float32 [frame, input], it also records: the input of a block is there when `fill` is called, in
     PortAudio's thread. `underruns` counts blocks that were late or incomplete. `finished` is set when the stream has
     ended by itself.
     """
@@ -167,12 +167,12 @@ class Stream:
         block: int,
         fill: Callable[[], int],
         latency_s: float | str = "low",
-        heard: NDArray[np.float32] | None = None,
+        recorded: NDArray[np.float32] | None = None,
     ) -> None:
         self._sounddevice = sounddevice = portaudio()
         self.underruns = 0
-        self._heard = 0 if heard is None else heard.ctypes.data
-        self._heard_bytes = 0 if heard is None else heard.nbytes
+        self._inputs = 0 if recorded is None else recorded.ctypes.data
+        self._input_bytes = 0 if recorded is None else recorded.nbytes
         how: dict[str, Any] = {
             "device": name or None,
             "samplerate": rate,
@@ -187,14 +187,14 @@ class Stream:
         self._stamps_s, self._stamped = np.zeros((2, _STAMPS)), 0  # of output, and of input
         self.finished = False
         try:
-            if heard is None:
+            if recorded is None:
                 self._stream = sounddevice.RawOutputStream(channels=channels, callback=self._callback, **how)
             else:
-                both = heard.shape[1], channels
+                both = recorded.shape[1], channels
                 self._stream = sounddevice.RawStream(channels=both, callback=self._exchange, **how)
         except (sounddevice.PortAudioError, ValueError) as error:
             text = " ".join(str(error).split())
-            also = "" if heard is None else f" and hear {heard.shape[1]}"
+            also = "" if recorded is None else f" and hear {recorded.shape[1]}"
             raise DeviceError(
                 f"sound device {name or 'default'!r} cannot play {channels} channels{also} at {rate:g} Hz: {text}"
             ) from None
@@ -202,7 +202,7 @@ class Stream:
     @property
     def latency_s(self) -> float:
         """Output latency as reported by the stream."""
-        return float(np.max(self._stream.latency) if self._heard == 0 else self._stream.latency[1])
+        return float(np.max(self._stream.latency) if self._inputs == 0 else self._stream.latency[1])
 
     @property
     def round_trip_s(self) -> float:
@@ -210,7 +210,7 @@ class Stream:
         return float(np.sum(self._stream.latency))
 
     @property
-    def heard_after_s(self) -> float:
+    def stamped_output_latency_s(self) -> float:
         """Output latency from the stamps of the last blocks; 0 without stamps.
 
         The latency that a stream reports is the requested one; a sound server may use more, or less.
@@ -218,9 +218,9 @@ class Stream:
         return self._stamped_s(0)
 
     @property
-    def brought_after_s(self) -> float:
+    def stamped_input_latency_s(self) -> float:
         """Input latency from the stamps of the last blocks; 0 without stamps or inputs."""
-        return self._stamped_s(1) if self._heard else 0.0
+        return self._stamped_s(1) if self._inputs else 0.0
 
     def _stamped_s(self, way: int) -> float:
         return max(float(np.median(self._stamps_s[way])), 0.0) if self._stamped >= _STAMPS else 0.0
@@ -244,15 +244,15 @@ class Stream:
         if status:
             self.underruns += 1
         if not self._stamped:
-            take_precedence()
+            raise_thread_priority()
         self._stamp(time)
         address = self._fill()
         if address == 0:
             raise self._sounddevice.CallbackAbort
         self._move(out, self._cast("char *", address), self._bytes)
 
-    def _exchange(self, heard: Any, out: Any, frames: int, time: Any, status: Any) -> None:
-        self._move(self._cast("char *", self._heard), heard, self._heard_bytes)
+    def _exchange(self, indata: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+        self._move(self._cast("char *", self._inputs), indata, self._input_bytes)
         self._callback(out, frames, time, status)
 
     def _stamp(self, time: Any) -> None:

@@ -65,7 +65,7 @@ class TransportReader:
         """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
         return self._parser.period_us(tile)
 
-    def stranger_line(self, tile: int) -> str:
+    def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
         if self._parser.counts_of(tile).foreign == 0:
             return ""

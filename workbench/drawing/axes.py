@@ -76,7 +76,7 @@ def span(values: NDArray[np.float64], log: bool) -> Range:
     return low - room, high + room
 
 
-def around(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+def round_axis(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
     """Return an axis for data over `shown` that ends at round ticks or slightly beyond the data; ticks at least
     `least_px` apart."""
     low, high = scaled(np.array(shown), log)
@@ -89,7 +89,7 @@ def around(shown: Range, log: bool, start: float, end: float, least_px: float) -
     return _axis((float(ends[0]), float(ends[1])), log, start, end, places)
 
 
-def exactly(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+def fixed_axis(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
     """Return an axis with exactly this range; ticks at least `least_px` apart."""
     return _axis(shown, log, start, end, _ticks(shown, log, start, end, least_px))
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Range, Series
-from underfoot.drawing.axes import Axis, around, exactly, span, unit_of
+from underfoot.drawing.axes import Axis, fixed_axis, round_axis, span, unit_of
 from underfoot.drawing.look import SMALL_PX, TITLE_PX
 from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, Text, key_of, shapes_of
 from underfoot.quantities import pretty_text, pretty_unit
@@ -84,7 +84,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         yield HeatImage(drawing.heat.levels, drawing.heat.low, drawing.heat.high, box)
     marks = [line for line in drawing.lines if math.isfinite(line.at)]
     for line in marks:
-        at = crisp(float((x if line.axis == "x" else y).place(line.at)))
+        at = pixel_centre(float((x if line.axis == "x" else y).place(line.at)))
         ends = [(at, area.bottom), (at, area.top)] if line.axis == "x" else [(area.left, at), (area.right, at)]
         yield Segments(np.array([ends]), line.colour, line.dashed)
     for one in drawing.series:
@@ -108,7 +108,7 @@ def _within(left: float, top: float, right: float, bottom: float) -> Box:
     return Box(left, top, max(right, left + 1.0), max(bottom, top + 1.0))
 
 
-def crisp(at: float) -> float:
+def pixel_centre(at: float) -> float:
     """Return the centre of a pixel, so that a line there is one pixel wide and sharp."""
     return math.floor(at) + 0.5
 
@@ -178,19 +178,19 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
         _joined([one.x for one in drawing.series] + [to[:, 0] for to in ends]), drawing.x_log
     )
     y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), drawing.y_log)
-    x_make = y_make = exactly
+    x_make = y_make = fixed_axis
     if drawing.equal and not (drawing.x_log or drawing.y_log):
         per_px = max((x_shown[1] - x_shown[0]) / area.width, (y_shown[1] - y_shown[0]) / area.height)
         x_shown, y_shown = _widened(x_shown, per_px * area.width), _widened(y_shown, per_px * area.height)
     else:
-        x_make = exactly if drawing.x_range else around
-        y_make = exactly if drawing.y_range else around
+        x_make = fixed_axis if drawing.x_range else round_axis
+        y_make = fixed_axis if drawing.y_range else round_axis
     x = x_make(x_shown, drawing.x_log, area.left, area.right, across)
     y = y_make(y_shown, drawing.y_log, area.bottom, area.top, up)
     if not drawing.right:
         return x, y, None
     right_shown = drawing.right_range or span(_joined([one.y for one in drawing.series if one.right]), False)
-    right_make = exactly if drawing.right_range else around
+    right_make = fixed_axis if drawing.right_range else round_axis
     return x, y, right_make(right_shown, False, area.bottom, area.top, up)
 
 
@@ -205,11 +205,11 @@ def _widened(shown: Range, length: float) -> Range:
 
 
 def _grid(area: Box, x: Axis, y: Axis) -> Iterator[Shape]:
-    across, up = ([crisp(at) for at in axis.place([value for value, _ in axis.ticks])] for axis in (x, y))
+    across, up = ([pixel_centre(at) for at in axis.place([value for value, _ in axis.ticks])] for axis in (x, y))
     upright = [((at, area.top), (at, area.bottom)) for at in across]
     level = [((area.left, at), (area.right, at)) for at in up]
     yield Segments(np.array([*upright, *level]).reshape(-1, 2, 2), "grid")
-    left, bottom = crisp(area.left), crisp(area.bottom)
+    left, bottom = pixel_centre(area.left), pixel_centre(area.bottom)
     yield Segments(np.array([[(left, bottom), (area.right, bottom)], [(left, area.top), (left, bottom)]]), "line")
 
 

@@ -25,9 +25,10 @@ _HISTORY_S = 3.0 * CHUNK_S + 1.0
 class CardReader:
     """Stores the input of each block; `align` writes it to a ring as float32 [frame, tile] in m/s^2.
 
-    `heard` is float32 [frame, input] in full scale: the player writes a block's input there. The input lags the output
-    by `delay_frames`, and is written at the frames that it was played at. Tiles without an accelerometer have 0. The
-    card or a sound server may lose frames: `align` then finds where, continues at the new delay, and counts `jumps`.
+    `recorded` is float32 [frame, input] in full scale: the player writes a block's input there. The input lags the
+    output by `delay_frames`, and is written at the frames that it was played at. Tiles without an accelerometer have 0.
+    The card or a sound server may lose frames: `align` then finds where, continues at the new delay, and counts
+    `jumps`.
     """
 
     needs_stream = True
@@ -37,7 +38,7 @@ class CardReader:
         self, accelerometers: tuple[Accelerometer, ...], floor: Floor, rings: SessionMemory, rate_hz: float, block: int
     ) -> None:
         inputs = 1 + max(one.channel for one in accelerometers)
-        self.heard = np.zeros((block, inputs), np.float32)
+        self.recorded = np.zeros((block, inputs), np.float32)
         self.delay_frames = 0
         self.jumps = 0
         self._chunk = round(CHUNK_S * rate_hz)
@@ -45,7 +46,7 @@ class CardReader:
         self._too_late = round(TOO_LATE_S * rate_hz)
         self._rows = np.zeros((block * -(-round(_HISTORY_S * rate_hz) // block), len(floor.tiles)), np.float32)
         self._tiles = [floor.index(one.tile) for one in accelerometers]
-        self._scales = [(self.heard[:, one.channel], np.float32(one.m_s2_per_unit)) for one in accelerometers]
+        self._scales = [(self.recorded[:, one.channel], np.float32(one.m_s2_per_unit)) for one in accelerometers]
         self._origin = -1  # session frame of the first row
         self._begin = self._end = 0  # the session frames in `_rows`: from begin, up to end
         self._next = 0  # the first frame that is not written yet
@@ -66,8 +67,8 @@ class CardReader:
         if frame != self._end:
             self._begin = frame
         at = (frame - self._origin) % len(self._rows)
-        for tile, (heard, scale) in zip(self._tiles, self._scales, strict=True):
-            np.multiply(heard, scale, out=self._rows[at : at + n, tile])
+        for tile, (recorded, scale) in zip(self._tiles, self._scales, strict=True):
+            np.multiply(recorded, scale, out=self._rows[at : at + n, tile])
         self._end = frame + n
 
     def align(self) -> None:
@@ -82,10 +83,10 @@ class CardReader:
         first, middle, last = self._next, self._next + self._chunk, self._next + 2 * self._chunk
         delay, tile = self._found(middle, last)
         if delay is not None and delay != self.delay_frames:
-            heard = self._kept(first, last)[:, tile]
+            recorded = self._kept(first, last)[:, tile]
             before, behind = (_rows_of(self._played, first - d, last - d)[:, tile] for d in (self.delay_frames, delay))
             extra = max(delay - self.delay_frames, 0)  # silence, or repeated frames
-            at = first + split(before, behind, heard, extra)
+            at = first + split(before, behind, recorded, extra)
             self._publish(first, at)
             is_jump = abs(delay - self.delay_frames) > self._near
             self.jumps += is_jump and self.is_found
@@ -100,11 +101,11 @@ class CardReader:
 
     def _found(self, begin: int, end: int) -> tuple[int | None, int]:
         """Return the delay of the loudest tile's input, or None if it is undetermined, and that tile."""
-        heard = self._kept(begin, end)
-        tile = max(self._tiles, key=lambda tile: float(np.dot(heard[:, tile], heard[:, tile])))
+        recorded = self._kept(begin, end)
+        tile = max(self._tiles, key=lambda tile: float(np.dot(recorded[:, tile], recorded[:, tile])))
         played = np.ascontiguousarray(_rows_of(self._played, begin - self._most, end)[:, tile])
-        heard_there = np.ascontiguousarray(heard[:, tile])
-        return delay_of(played, heard_there, self.delay_frames, self._near, self._is_new), tile
+        recorded_there = np.ascontiguousarray(recorded[:, tile])
+        return delay_of(played, recorded_there, self.delay_frames, self._near, self._is_new), tile
 
     def _kept(self, begin: int, end: int) -> NDArray[np.float32]:
         return np.take(self._rows, np.arange(begin, end) - self._origin, axis=0, mode="wrap")
@@ -130,7 +131,7 @@ class LinkReader:
     """Writes the acceleration received over the link to a ring, as `CardReader` does for a card, `LAG_S` later."""
 
     needs_stream = False
-    heard = None
+    recorded = None
 
     def __init__(self, acceleration: LinkAcceleration, floor: Floor, ring: Ring, rate_hz: float, block: int) -> None:
         self.delay_frames = 0
@@ -140,9 +141,9 @@ class LinkReader:
 
     def write(self, frame: int, n: int) -> None:
         """Write the block that began `LAG_S` before session frame `frame`, if it is complete. Allocates no arrays."""
-        taken = frame - self._lag_frames
-        self._acceleration.fill(self._rows, taken, n)
-        _write_new(self._ring, self._rows, taken - self.delay_frames, n)
+        end_frame = frame - self._lag_frames
+        self._acceleration.fill(self._rows, end_frame, n)
+        _write_new(self._ring, self._rows, end_frame - self.delay_frames, n)
 
     @staticmethod
     def delay_s(stream: Stream) -> float:
@@ -160,7 +161,7 @@ def reader_of(
     if any(one.channel != LINK for one in accelerometers):
         return CardReader(accelerometers, source.floor, rings, rate_hz, block)
     if accelerometers and isinstance(source, DeviceFloor):
-        return LinkReader(source.hear(accelerometers), source.floor, rings.measured, rate_hz, block)
+        return LinkReader(source.accelerations_of(accelerometers), source.floor, rings.measured, rate_hz, block)
     return None
 
 

@@ -18,11 +18,11 @@ NEAR_S = 0.0005
 
 
 def delay_of(
-    played: NDArray[np.float32], heard: NDArray[np.float32], expected: int, near: int, is_new: bool = False
+    played: NDArray[np.float32], recorded: NDArray[np.float32], expected: int, near: int, is_new: bool = False
 ) -> int | None:
-    """Return the delay in frames of `heard` (n,) behind `played`: `expected` or another; None if undetermined.
+    """Return the delay in frames of `recorded` (n,) behind `played`: `expected` or another; None if undetermined.
 
-    `played` (n + most,) is what was played during `heard` and for `most` frames before; `most` is the largest delay
+    `played` (n + most,) is what was played during `recorded` and for `most` frames before; `most` is the largest delay
     that can be found. Changes of at most `near` frames are ignored, unless `is_new`: the expected delay was found next
     to a jump.
 
@@ -30,14 +30,14 @@ def delay_of(
     >>> [delay_of(played, 0.1 * played[at : at + 4000], 1000, 24) for at in (1000, 990, 489)]
     [1000, 1000, 1511]
     """
-    most = len(played) - len(heard)
+    most = len(played) - len(recorded)
     size = 1 << (len(played) - 1).bit_length()
-    product = np.fft.irfft(np.fft.rfft(played, size) * np.conj(np.fft.rfft(heard, size)), size)[: most + 1]
+    product = np.fft.irfft(np.fft.rfft(played, size) * np.conj(np.fft.rfft(recorded, size)), size)[: most + 1]
     energy = np.cumsum(np.append(0.0, played.astype(np.float64) ** 2))
-    of_played = energy[len(heard) :] - energy[: -len(heard)]
+    of_played = energy[len(recorded) :] - energy[: -len(recorded)]
     # Where little was played, anything would match.
     least = max(0.01 * float(of_played.max()), 1e-12)
-    match = product / np.sqrt(np.maximum(of_played, least) * max(float(np.dot(heard, heard)), 1e-12))
+    match = product / np.sqrt(np.maximum(of_played, least) * max(float(np.dot(recorded, recorded)), 1e-12))
     best, first = int(np.argmax(match)), max(most - expected - near, 0)
     around = match[first : most - expected + near + 1]
     if match[best] < LEAST_MATCH:
@@ -47,8 +47,10 @@ def delay_of(
     return most - first - int(np.argmax(around)) if is_new else expected
 
 
-def split(before: NDArray[np.float32], behind: NDArray[np.float32], heard: NDArray[np.float32], extra: int = 0) -> int:
-    """Return the frame up to which `heard` (n,) matches `before`; from `extra` frames later it matches `behind`.
+def split(
+    before: NDArray[np.float32], behind: NDArray[np.float32], recorded: NDArray[np.float32], extra: int = 0
+) -> int:
+    """Return the frame up to which `recorded` (n,) matches `before`; from `extra` frames later it matches `behind`.
 
     >>> played = np.random.default_rng(1).standard_normal(6000).astype(np.float32)
     >>> early, late = played[1000:5000], played[1511:5511]
@@ -57,10 +59,14 @@ def split(before: NDArray[np.float32], behind: NDArray[np.float32], heard: NDArr
     """
     at = 0
     for _ in range(3):  # iterate: the gain between the two depends on the frame, and the frame on the gain
-        rest = min(at + extra, len(heard))
+        rest = min(at + extra, len(recorded))
         played = np.concatenate([before[:at], behind[rest:]])
-        gain = float(np.dot(played, np.append(heard[:at], heard[rest:]))) / max(float(np.dot(played, played)), 1e-12)
-        errors = [np.append(0.0, np.cumsum((heard - gain * one).astype(np.float64) ** 2)) for one in (before, behind)]
-        rests = np.minimum(np.arange(len(heard) + 1) + extra, len(heard))
+        gain = float(np.dot(played, np.append(recorded[:at], recorded[rest:]))) / max(
+            float(np.dot(played, played)), 1e-12
+        )
+        errors = [
+            np.append(0.0, np.cumsum((recorded - gain * one).astype(np.float64) ** 2)) for one in (before, behind)
+        ]
+        rests = np.minimum(np.arange(len(recorded) + 1) + extra, len(recorded))
         at = int(np.argmin(errors[0] - errors[1][rests]))
     return at

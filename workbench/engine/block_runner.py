@@ -23,7 +23,7 @@ class BlockRunner:
 
     `inbox` holds `prepared` commands, which are taken at the next block. `load` is the mean fraction of a block's time
     that is used. After a panic, `silenced` is true once the outputs are closed. `accelerometers` on a card are written
-    only while `hears` is true, that is while a stream delivers their input; those on the link always.
+    only while `has_input` is true, that is while a stream delivers their input; those on the link always.
     """
 
     def __init__(self, loop: Loop, memory: SessionMemory) -> None:
@@ -32,7 +32,7 @@ class BlockRunner:
         self.load = 0.0
         self.silenced = False
         self.accelerometers: AccelerometerReader | None = None
-        self.hears = False
+        self.has_input = False
         self.further_cards: tuple[FurtherCard, ...] = ()
         self.block_s = loop.block / loop.rate_hz
         self._panicked = False
@@ -67,7 +67,7 @@ class BlockRunner:
             memory.commanded.write(loop.commanded, n)
         if loop.plates:
             memory.measured.write(loop.plates["accelerometer"].out, n)
-        elif self.accelerometers is not None and (self.hears or not self.accelerometers.needs_stream):
+        elif self.accelerometers is not None and (self.has_input or not self.accelerometers.needs_stream):
             self.accelerometers.write(loop.frame - n, n)
         if loop.program.scope_names:
             memory.scope.write(loop.scope_frames, n)

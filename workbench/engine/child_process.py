@@ -148,7 +148,7 @@ class _Listening:
 
 def _run_nodes(files: tuple[NodeFile, ...]) -> None:
     if files:  # otherwise nothing about nodes is loaded here
-        import_module("underfoot.patch.own_nodes").run_received(files)
+        import_module("underfoot.patch.custom_nodes").run_received(files)
 
 
 def _run(module: str, connection: Any, nodes: tuple[NodeFile, ...], *given: Any) -> None:

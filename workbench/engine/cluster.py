@@ -8,8 +8,8 @@ from urllib.parse import urlsplit
 
 from underfoot.engine.worker_pool import MOST_TRIES
 from underfoot.errors import BadValue, DeviceError, UnderfootError
+from underfoot.patch.custom_nodes import run_received
 from underfoot.patch.node_files import NodeFile, running
-from underfoot.patch.own_nodes import run_received
 
 CONNECT_S = 10.0
 _FEWEST, _A_THREAD = 4, 2

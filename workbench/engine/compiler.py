@@ -16,11 +16,11 @@ from underfoot.engine.levels import headroom_db
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.outlines import outlines
 from underfoot.engine.preview import DRIVE, previewed
-from underfoot.engine.reports import Compiled, ErrorCurveDrawn, Laws, Outlines, Preview
+from underfoot.engine.reports import Compiled, Distributions, ErrorCurveDrawn, Outlines, Preview
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 from underfoot.errors import UnderfootError
 from underfoot.nodes import REGISTRY
-from underfoot.patch.heard import as_heard
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.patch import Patch
 
 
@@ -36,8 +36,8 @@ def run(connection: Connection) -> None:
                 connection.send(_compiled(request, connection.send))
             elif isinstance(request, PreviewRequest):
                 connection.send(_preview(request))
-                if request.laws and not connection.poll():
-                    connection.send(_laws(request))
+                if request.distributions and not connection.poll():
+                    connection.send(_distributions(request))
             elif isinstance(request, OutlinesRequest):
                 connection.send(_outlines(request))
             elif isinstance(request, ErrorCurveRequest):
@@ -46,12 +46,12 @@ def run(connection: Connection) -> None:
         return  # the supervisor is gone
 
 
-def _compiled(request: CompileRequest, tell: Callable[[object], None]) -> Compiled:
+def _compiled(request: CompileRequest, progress: Callable[[object], None]) -> Compiled:
     folder = Path(request.folder) if request.folder else None
     options = LoopOptions(request.target.rate, folder=folder, plates=request.plates)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
-        KernelParts(patch, request.target, options, request.from_end).load(tell)
+        KernelParts(patch, request.target, options, request.from_end).load(progress)
     except UnderfootError as error:
         return Compiled(request.ticket, str(error))
     return Compiled(request.ticket)
@@ -100,19 +100,21 @@ def _measure_errors(request: ErrorCurveRequest, connection: Connection) -> None:
     from underfoot.engine.error_curve import error_curve
 
     try:
-        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
+        node = effective_patch(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
         for curve in error_curve(REGISTRY[node.type], node.parameters):
-            connection.send(ErrorCurveDrawn(request.ticket, curve.drawing(), curve.told(), curve.left))
+            connection.send(ErrorCurveDrawn(request.ticket, curve.drawing(), curve.description(), curve.left))
             if connection.poll():
                 return
     except UnderfootError as error:
         connection.send(ErrorCurveDrawn(request.ticket, Drawing("", "", ""), "", error=str(error)))
 
 
-def _laws(request: PreviewRequest) -> Laws:
+def _distributions(request: PreviewRequest) -> Distributions:
     try:
-        node = as_heard(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
+        node = effective_patch(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
         type = REGISTRY[node.type]
-        return Laws(request.ticket, type.laws(type.values(node.parameters)) if type.laws else ())
+        return Distributions(
+            request.ticket, type.distributions(type.values(node.parameters)) if type.distributions else ()
+        )
     except UnderfootError as error:
-        return Laws(request.ticket, (), str(error))
+        return Distributions(request.ticket, (), str(error))

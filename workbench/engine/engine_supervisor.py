@@ -72,7 +72,7 @@ class EngineSupervisor:
         """Whether the engine's process has ended."""
         return self._engine is not None and not self._engine.is_alive
 
-    def bury(self) -> str:
+    def reap(self) -> str:
         """Release an engine that died, and return the reason."""
         assert self._engine is not None
         reason = self._engine.end(END_S)

@@ -1,4 +1,4 @@
-"""Run time against error of one node: what its asked error costs.
+"""Run time against error of one node: what its requested error costs.
 
 Points are cached on disk under a digest of the measured code and the node's values: a change of either measures them
 again.
@@ -20,7 +20,7 @@ from underfoot.drawing import Drawing, Series
 from underfoot.errors import BadValue
 from underfoot.kernel_cache import digest
 from underfoot.parameters import Choice, Number
-from underfoot.patch.node import AskedError, NodeType
+from underfoot.patch.node import NodeType, RequestedError
 
 _POINTS = ArrayCache("error-curves", in_memory=256, on_disk=2000)
 _BATCH_S, _BATCHES = 2e-3, 5
@@ -28,7 +28,7 @@ _BATCH_S, _BATCHES = 2e-3, 5
 
 @dataclass(frozen=True)
 class ErrorPoint:
-    """An asked error, the error found, and the run time in ms."""
+    """An requested error, the error found, and the run time in ms."""
 
     asked: float
     found: float
@@ -52,16 +52,16 @@ class ErrorCurve:
         """Return it as plain data."""
         return asdict(self)
 
-    def told(self) -> str:
+    def description(self) -> str:
         """Describe the node's present point in one line, and whether all errors cost the same.
 
-        >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).told()
-        'asked 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
+        >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).description()
+        'requested 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
         """
         here = self.here
-        line = f"asked {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"
+        line = f"requested {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"
         is_flat = self.points and not self.left and len(self._least_ms()) == 1
-        return f"{line}; all errors that may be asked take the same" if is_flat else line
+        return f"{line}; all errors that can be requested take the same time" if is_flat else line
 
     def drawing(self) -> Drawing:
         """Return the curve as a drawing, with the node's present point."""
@@ -84,27 +84,29 @@ class ErrorCurve:
 def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve]:
     """Measure a node with these parameters: first at its present error, then at others, one at a time.
 
-    Each item has all results so far. Raises `BadValue` for a node without an asked error.
+    Each item has all results so far. Raises `BadValue` for a node without a requested error.
 
     >>> from underfoot.nodes import REGISTRY
     >>> *_, curve = error_curve(REGISTRY["impact"], {"error": 1e-4, "stiffness": 1e9})
     >>> curve.here.asked, len(curve.points), curve.points[-1].found < 1e-6 < curve.points[0].found
     (0.0001, 7, True)
     """
-    asked = type.asked
-    if asked is None:
-        raise BadValue(f"the node is a {type.type}; allowed: one that is asked for an error. It is {type.accuracy}")
+    requested_error = type.requested_error
+    if requested_error is None:
+        raise BadValue(f"the node is a {type.type}; allowed: one with a requested error. It is {type.accuracy}")
     values = type.values(given)
-    others = _errors(type)
-    curve = ErrorCurve(asked.of, asked.cost, _point(type, asked, values), left=len(others))
+    others = _errors_to_try(type)
+    curve = ErrorCurve(
+        requested_error.of, requested_error.cost, _point(type, requested_error, values), left=len(others)
+    )
     yield curve
     for error in others:
-        point = _point(type, asked, {**values, "error": error})
+        point = _point(type, requested_error, {**values, "error": error})
         curve = replace(curve, points=(*curve.points, point), left=curve.left - 1)
         yield curve
 
 
-def _errors(type: NodeType) -> list[Any]:
+def _errors_to_try(type: NodeType) -> list[Any]:
     """Errors that can be asked of a node, from the largest and cheapest on."""
     parameter = type.parameters["error"]
     if isinstance(parameter, Choice):
@@ -114,11 +116,11 @@ def _errors(type: NodeType) -> list[Any]:
     return [float(error) for error in np.geomspace(parameter.high, parameter.low, decades + 1)]
 
 
-def _point(type: NodeType, asked: AskedError, values: Mapping[str, Any]) -> ErrorPoint:
-    by = import_module(asked.measured_by)
-    functions = [by.work, by.error_found, *type.binding.functions.values()]
+def _point(type: NodeType, requested_error: RequestedError, values: Mapping[str, Any]) -> ErrorPoint:
+    by = import_module(requested_error.measured_by)
+    functions = [by.timed_work, by.measured_error, *type.binding.functions.values()]
     found, ms = _POINTS.get(
-        _name(functions, values), lambda: np.array([by.error_found(values), 1e3 * _least_s(by.work(values))])
+        _name(functions, values), lambda: np.array([by.measured_error(values), 1e3 * _least_s(by.timed_work(values))])
     )
     return ErrorPoint(float(values["error"]), float(found), float(ms))
 

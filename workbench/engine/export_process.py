@@ -9,7 +9,7 @@ from pathlib import Path
 
 from underfoot.engine.survey_process import TELL_S, Progress
 from underfoot.errors import UnderfootError
-from underfoot.records.exports import Material, Stopped, format_of
+from underfoot.records.exports import ExportSource, ExportStopped, format_of
 from underfoot.records.recording import Recording
 
 
@@ -30,7 +30,7 @@ def run(connection: Connection, request: ExportRequest) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     due = time.monotonic() + TELL_S
 
-    def tell(words: str, share: float) -> bool:
+    def progress(words: str, share: float) -> bool:
         nonlocal due
         if time.monotonic() >= due:
             due = time.monotonic() + TELL_S
@@ -41,9 +41,9 @@ def run(connection: Connection, request: ExportRequest) -> None:
         try:
             path = Path(request.path)
             with Recording(Path(request.source)) as recording:
-                format_of(path).write(Material(recording, request.vibration, tell), path)
+                format_of(path).write(ExportSource(recording, request.vibration, progress), path)
             connection.send(f"The recording was exported to {path}")
-        except Stopped:
+        except ExportStopped:
             connection.send("The export was stopped; nothing of it is left.")
         except UnderfootError as error:
             connection.send(str(error))

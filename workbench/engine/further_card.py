@@ -50,7 +50,7 @@ class FurtherCard:
         self._gain, self._weights = np.array((0.0, 1.0, 1.0 / PANIC)), np.zeros(6)
         self._written, self._played, self._position = 0, 0, 0.0
         self._engine, self._own = BlockClock(rate_hz), BlockClock(rate_hz)
-        self._is_seated = self._is_silenced = False
+        self._is_reading = self._is_silenced = False
         resampled(self._ring, 8.0, 1.0, self._gain.copy(), self._out, self._weights)  # loads the kernel
 
     @property
@@ -62,7 +62,7 @@ class FurtherCard:
         """Prepare for a new stream of this latency."""
         self.delay_frames = 2.0 * len(self._out) + SPAN + latency_s * self.rate_hz
         self._own, self._played = BlockClock(self.rate_hz), 0
-        self._is_seated = False
+        self._is_reading = False
         self._gain[0] = 0.0
 
     def silence(self, on: bool) -> None:
@@ -83,27 +83,27 @@ class FurtherCard:
         now_s, n = self._now_s(), len(self._out)
         self._own.update(now_s, self._played)
         self._played += n
-        if not self._is_seated:
-            self._seat(now_s)
-        ratio = self._ratio(now_s) if self._is_seated else 1.0
+        if not self._is_reading:
+            self._begin_reading(now_s)
+        ratio = self._ratio(now_s) if self._is_reading else 1.0
         is_far = abs(self.offset_frames) > _FAR_S * self.rate_hz
         self._gain[1] = 0.0 if is_far or self._is_silenced else 1.0
-        if not self._is_seated or self._position + ratio * n + BEHIND + 1 > self._written:
-            self._fall_silent()
+        if not self._is_reading or self._position + ratio * n + BEHIND + 1 > self._written:
+            self._handle_underrun()
             return self._address
         resampled(self._ring, self._position, ratio, self._gain, self._out, self._weights)
         self._position += ratio * n
         if is_far and self._gain[0] == 0.0:
-            self._is_seated = False
+            self._is_reading = False
         return self._address
 
-    def _seat(self, now_s: float) -> None:
+    def _begin_reading(self, now_s: float) -> None:
         """Start reading `delay_frames` behind the engine, once enough frames are stored."""
         position = self._engine.frame_at(now_s) - self.delay_frames
         oldest = self._written - _FRAMES + BEFORE + 1
         settled = min(self._engine.age_s, self._own.age_s) >= _SETTLED_S
-        self._is_seated = settled and position >= max(oldest, BEFORE)
-        if self._is_seated:
+        self._is_reading = settled and position >= max(oldest, BEFORE)
+        if self._is_reading:
             self._position = position + self._played - len(self._out) - self._own.frame_at(now_s)
             self.offset_frames = 0.0
 
@@ -115,11 +115,11 @@ class FurtherCard:
         pull = 2.0 * np.pi * _PULL_HZ * self.offset_frames / self.rate_hz
         return min(max(ratio + pull, 1.0 - _MOST_RATIO), 1.0 + _MOST_RATIO)
 
-    def _fall_silent(self) -> None:
+    def _handle_underrun(self) -> None:
         """Handle an underrun: silence for this block, and a longer delay from then on."""
         self._out[:] = 0.0
         self._gain[0] = 0.0
-        if self._is_seated:
+        if self._is_reading:
             self.underruns += 1
             self.delay_frames = min(self.delay_frames + _MORE_S * self.rate_hz, _MOST_S * self.rate_hz)
-            self._is_seated = False
+            self._is_reading = False

@@ -66,7 +66,7 @@ class FurtherStream:
 
 
 class FurtherStreams:
-    """All further cards of a target; `tell` receives a line when one disappears or returns."""
+    """All further cards of a target; `notify` receives a line when one disappears or returns."""
 
     def __init__(
         self,
@@ -74,9 +74,9 @@ class FurtherStreams:
         runner: BlockRunner,
         target: Target,
         leaving: Callable[[], bool],
-        tell: Callable[[str], None],
+        notify: Callable[[str], None],
     ) -> None:
-        self._status, self._tell = runner.memory.status, tell
+        self._status, self._notify = runner.memory.status, notify
         tiles = list(zip(target.floor.ids, runner.loop.channels, strict=True))
         self._streams = [
             FurtherStream(
@@ -105,13 +105,13 @@ class FurtherStreams:
         for one in self._streams:
             if one.stream is not None and one.stream.finished:
                 one.close()
-                self._tell(f"sound device {one.name!r} has gone; silent: {one.tiles}")
+                self._notify(f"sound device {one.name!r} has gone; silent: {one.tiles}")
             elif one.is_due:
                 try:
                     one.open()
                 except DeviceError:
                     continue
-                self._tell(f"sound device {one.name!r} is back; it plays {one.tiles}")
+                self._notify(f"sound device {one.name!r} is back; it plays {one.tiles}")
         playing = [one.frames for one in self._streams if one.stream is not None]
         worst = max(playing, key=lambda frames: abs(frames.offset_frames), default=None)
         if worst is not None:

@@ -247,7 +247,7 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
                 if begin <= segment.zeros < end:
                     segment.zeros = end
             else:
-                _draw(signals[:, k], segment, timing[0], frame, begin, end)
+                _write_frames(signals[:, k], segment, timing[0], frame, begin, end)
                 segment.zeros = min(segment.zeros, begin)
             begin = end
         m.zero_rows[k] = segment.zeros >= n
@@ -300,13 +300,13 @@ def _held(segment: np.record, now: float, hold: float) -> float:
 
 
 @part
-def _draw(
+def _write_frames(
     signals: NDArray[np.float64], segment: np.record, timing: np.record, frame: int, begin: int, end: int
 ) -> None:
     """Write frames `begin` to `end` of one tile's `signals` [signal, frame], all on one segment."""
     last = frame + end - 1 - timing.period
     if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing.hold) == 1.0:
-        _draw_open(signals, segment, timing.period, frame, begin, end)
+        _write_frames_ungated(signals, segment, timing.period, frame, begin, end)
         return
     start, target = segment.from_values, segment.at_values
     for i in range(begin, end):
@@ -325,10 +325,10 @@ def _draw(
 
 
 @part
-def _draw_open(
+def _write_frames_ungated(
     signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
 ) -> None:
-    """Do as `_draw`, bit for bit, where the gate is open and the force is not ramped: no tests per frame."""
+    """Do as `_write_frames`, bit for bit, where the gate is open and the force is not ramped: no tests per frame."""
     since, length = segment.from_frame, segment.at_frame - segment.from_frame
     force_n, x_m, y_m = signals[0, begin:end], signals[1, begin:end], signals[2, begin:end]
     from_n, from_x, from_y = segment.from_values[0], segment.from_values[1], segment.from_values[2]

@@ -50,9 +50,9 @@ class KernelParts:
         if from_end:
             self._parts.reverse()
 
-    def load(self, tell: Callable[[Compiling], None]) -> None:
+    def load(self, progress: Callable[[Compiling], None]) -> None:
         """Load all kernels; report how many parts are ready as soon as one has to be compiled."""
-        with _telling(tell, len(self._parts) + 1) as ready:
+        with _reporting(progress, len(self._parts) + 1) as ready:
             for part in self._parts:
                 part()
                 ready()
@@ -118,7 +118,7 @@ def _output() -> None:
 
 
 @contextmanager
-def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable[[], None]]:
+def _reporting(progress: Callable[[Compiling], None], total: int) -> Iterator[Callable[[], None]]:
     """Report how many parts are ready while kernels are compiled; each call of the yielded function counts one part."""
     state = Compiling(0, total)
     compiles = False
@@ -130,7 +130,7 @@ def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable
             if not compiles:
                 compiles = True
                 gc.disable()  # saves a fifth of the compile time
-                tell(state)
+                progress(state)
 
         def on_end(self, event: event.Event) -> None:
             pass
@@ -139,7 +139,7 @@ def _telling(tell: Callable[[Compiling], None], total: int) -> Iterator[Callable
         nonlocal state
         state = replace(state, ready=state.ready + 1)
         if compiles:
-            tell(state)
+            progress(state)
 
     try:
         with event.install_listener("numba:compile", FirstCompile()):

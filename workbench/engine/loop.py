@@ -17,7 +17,7 @@ from underfoot.engine.reports import CommandApplied
 from underfoot.engine.safety import Limits, Safety
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor.layout import Floor
-from underfoot.floor.simulated_plates import Heard, SimulatedPlates
+from underfoot.floor.simulated_plates import PlateOutput, SimulatedPlates
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.kernels import kernel
 from underfoot.patch.controls import on_ramp
@@ -50,7 +50,7 @@ class LoopOptions:
     folder: Path | None = None
     seed: int | None = None
     frame: int = 0
-    plates: tuple[Heard, ...] = ()
+    plates: tuple[PlateOutput, ...] = ()
     simulation: TileParameters | None = None
     measures: bool = False
 
@@ -92,8 +92,10 @@ class Loop:
         self.measures = bool(options.plates) or options.measures
         self.commanded = np.zeros((self.block if self.measures else 0, rows), np.float32)
         self.plates = {
-            heard: SimulatedPlates(floor, options.simulation, self.channels, self.rate_hz, self.block, heard)
-            for heard in options.plates
+            plate_output: SimulatedPlates(
+                floor, options.simulation, self.channels, self.rate_hz, self.block, plate_output
+            )
+            for plate_output in options.plates
         }
         self.applied: deque[CommandApplied] = deque(maxlen=4096)
         self._waiting: deque[tuple[int, Action]] = deque()
@@ -167,7 +169,9 @@ class Loop:
         """
         sources = {"": self.out}
         if self.measures:
-            sources |= {"commanded": self.commanded} | {heard: plates.out for heard, plates in self.plates.items()}
+            sources |= {"commanded": self.commanded} | {
+                plate_output: plates.out for plate_output, plates in self.plates.items()
+            }
         played = {name: np.empty((frames, source.shape[1]), np.float32) for name, source in sources.items()}
         for at in range(0, frames, self.block):
             n = min(self.block, frames - at)

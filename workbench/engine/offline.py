@@ -13,7 +13,7 @@ from underfoot.engine.render import render as play
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.patch.node import installed_nodes
 from underfoot.patch.patch import Patch
@@ -40,7 +40,7 @@ class RenderJob:
     seed: int | None = None
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     simulation: TileParameters | None = None
-    plates: tuple[Heard, ...] = ()
+    plates: tuple[PlateOutput, ...] = ()
     folder: Path | None = None
 
     def run(self) -> Rendered:
@@ -77,7 +77,7 @@ def render(
     floor: Floor | None = None,
     seed: int | None = None,
     rate_hz: float = RATE_HZ,
-    plates: tuple[Heard, ...] = (),
+    plates: tuple[PlateOutput, ...] = (),
     folder: str | Path | None = None,
 ) -> Rendered:
     """Render a patch offline, to the same bytes as a live session: `samples`, float32 [frame, channel].

@@ -32,7 +32,7 @@ def outlines(
         return {k: v for one, _ in alone for k, v in one.items()}, {k: v for _, one in alone for k, v in one.items()}
     return (
         {name: outline(values) for name, values in signals.items()},
-        {name: strongest(rows, len(force_n)) for name, rows in events.items()},
+        {name: strongest_events(rows, len(force_n)) for name, rows in events.items()},
     )
 
 
@@ -46,10 +46,10 @@ def outline(values: Outline) -> Outline:
     return extremes(frames, values[:, None], max(len(values) / STRETCHES, 1.0))[1][:, 0]
 
 
-def strongest(events: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
+def strongest_events(events: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
     """Of events as rows of (frame, strength, duration) the strongest of each stretch: (share of `frames`, strength).
 
-    >>> strongest(np.array([[0.0, 1.0, 0.0], [250.0, 3.0, 0.0], [250.0, 4.0, 0.0]]), 1000)
+    >>> strongest_events(np.array([[0.0, 1.0, 0.0], [250.0, 3.0, 0.0], [250.0, 4.0, 0.0]]), 1000)
     array([[0.  , 1.  ],
            [0.25, 4.  ]])
     """

@@ -19,19 +19,19 @@ _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 
 
 class Pacer:
-    """Runs blocks at the right pace until `leave` is set. `tell` is called with lines for the user.
+    """Runs blocks at the right pace until `leave` is set. `notify` is called with lines for the user.
 
     The first of `cards` sets the pace; further ones follow on their own clocks.
     """
 
     def __init__(
-        self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], tell: Callable[[str], None]
+        self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], notify: Callable[[str], None]
     ) -> None:
         self.leave = threading.Event()
-        self._runner, self._target, self._tell = runner, target, tell
+        self._runner, self._target, self._notify = runner, target, notify
         self._status = runner.memory.status
         self._first = cards[0] if cards else None
-        self._further = FurtherStreams(cards[1:], runner, target, self.leave.is_set, tell)
+        self._further = FurtherStreams(cards[1:], runner, target, self.leave.is_set, notify)
         width = self._first.count if self._first else 0
         self._own_channels = runner.loop.out[:, :width]
         self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
@@ -50,18 +50,18 @@ class Pacer:
         """Open the sound card, if one is wanted; return the reason if that fails."""
         target, loop, accelerometers = self._target, self._runner.loop, self._runner.accelerometers
         self._stream = None
-        self._runner.hears = False
+        self._runner.has_input = False
         if self._first is None:
             return ""
         self._asked_s = time.monotonic()
         try:
             name, channels, latency = self._first.output.name, self._first.count, target.latency_s or "low"
-            heard = accelerometers.heard if accelerometers else None
-            self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, heard)
+            recorded = accelerometers.recorded if accelerometers else None
+            self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, recorded)
         except DeviceError as error:
             return "; ".join((f"{error}; {self._without_sound()}", *self._further.open()))
         self._status.put(Field.ROUND_TRIP_S, target.round_trip_frames / target.rate)
-        self._tell_latency(self._stream)
+        self._publish_latency(self._stream)
         if accelerometers:
             reported = round(accelerometers.delay_s(self._stream) * target.rate)
             trip = target.round_trip_frames if accelerometers.needs_stream else target.round_trip_frames // 2
@@ -81,9 +81,9 @@ class Pacer:
                 self._run_by_clock()
             else:
                 self._further.keep()
-                self._tell_latency(self._stream)
+                self._publish_latency(self._stream)
                 if not self._runner.align():
-                    self._tell("what the sound card hears has fallen far behind: its stream is opened anew")
+                    self._notify("what the sound card hears has fallen far behind: its stream is opened anew")
                     self._stream.abort()
                 self.leave.wait(0.05)
 
@@ -99,7 +99,7 @@ class Pacer:
         """Return the address of the next block, or 0 to end the stream and drop its buffer; the stream's callback."""
         if self.leave.is_set() or self._runner.silenced:
             return 0
-        self._runner.hears = True
+        self._runner.has_input = True
         self._run_block()
         if self._out is not self._runner.loop.out:
             np.copyto(self._out, self._own_channels)
@@ -110,13 +110,13 @@ class Pacer:
         own = self._late + (self._stream.underruns if self._stream else 0)
         self._status.put(Field.XRUNS, float(own + self._further.underruns))
 
-    def _tell_latency(self, stream: Stream) -> None:
+    def _publish_latency(self, stream: Stream) -> None:
         """Publish the output latency: by the card's clock, else half of a measured round trip, else as requested.
 
         If the clock reports both directions, each gets half of what they lack of the measured round trip.
         """
         trip_s = self._status.get(Field.ROUND_TRIP_S)
-        out_s, in_s = stream.heard_after_s, stream.brought_after_s
+        out_s, in_s = stream.stamped_output_latency_s, stream.stamped_input_latency_s
         self._status.put(Field.CLOCK_TRIP_S, out_s + in_s if in_s else 0.0)
         if out_s and in_s and trip_s:
             out_s = max(out_s + 0.5 * (trip_s - out_s - in_s), 0.0)
@@ -132,7 +132,7 @@ class Pacer:
         except DeviceError as error:
             self._stream.close()
             self._stream = None
-            self._tell(f"{error}; going on without sound")
+            self._notify(f"{error}; going on without sound")
 
     def _resume(self, ended: Stream) -> None:
         """Continue in a new stream: PortAudio would wait for ever for one whose card has gone."""
@@ -141,7 +141,7 @@ class Pacer:
         notice = self.open()
         self._is_away = self._stream is None
         if self._is_away:
-            self._tell(notice)
+            self._notify(notice)
         self._start()
 
     def _return(self) -> None:
@@ -149,7 +149,7 @@ class Pacer:
         self.open()
         if self._stream is not None and self._first is not None:
             self._is_away = False
-            self._tell(f"{self._first.name} is back")
+            self._notify(f"{self._first.name} is back")
             self._start()
 
     def _without_sound(self) -> str:
@@ -163,7 +163,7 @@ class Pacer:
     def _run_by_clock(self) -> None:
         """Run blocks by the clock while no stream does; after a panic, until the outputs are opened again."""
         due = time.monotonic()
-        self._runner.hears = False
+        self._runner.has_input = False
         while not self.leave.is_set():
             if self._stream is not None and not self._status.panic and not self._runner.silenced:
                 self._resume(self._stream)

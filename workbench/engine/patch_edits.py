@@ -1,7 +1,7 @@
 """Decides which edits of a patch the engine receives as single numbers, and which need a new program."""
 
 from underfoot.engine.commands import Set
-from underfoot.patch.heard import as_heard
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -16,7 +16,7 @@ def moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | Non
     >>> moved_numbers(patch, patch.add("gain", REGISTRY), REGISTRY) is None
     True
     """
-    old, new = as_heard(old, registry), as_heard(new, registry)
+    old, new = effective_patch(old, registry), effective_patch(new, registry)
     if old.wires != new.wires or old.seed != new.seed or len(old.nodes) != len(new.nodes):
         return None
     moved = []
@@ -29,7 +29,7 @@ def moved_numbers(old: Patch, new: Patch, registry: Registry) -> list[Set] | Non
         was, now = type.values(before.parameters), type.values(after.parameters)
         for name, parameter in type.parameters.items():
             if was[name] != now[name]:
-                if not parameter.moves:
+                if not parameter.is_ramped:
                     return None
                 moved.append(Set(after.id, name, now[name]))
     return moved

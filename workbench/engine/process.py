@@ -87,7 +87,7 @@ class Engine:
         )
         width = self.loop.out.shape[1]
         used = [replace(card, count=min(card.count, width - card.first)) for card in cards if card.first < width]
-        self.pacer = Pacer(self.runner, target, used, self._tell)
+        self.pacer = Pacer(self.runner, target, used, self._notify)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):
             self.listener.notices.extend(self.loop.source.notices)
@@ -121,7 +121,7 @@ class Engine:
         if isinstance(source, DeviceFloor):
             source.close()
 
-    def _tell(self, line: str) -> None:
+    def _notify(self, line: str) -> None:
         self.listener.notices.append(line)
 
 

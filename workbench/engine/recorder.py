@@ -157,7 +157,7 @@ class Recorder:
                         self._safe += 1
                 case _:
                     lines.append(message)
-        self._collect()
+        self._collect_kept_messages()
         self._forget_what_is_kept()
         return lines
 
@@ -201,7 +201,7 @@ class Recorder:
         }
         self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
-    def _collect(self) -> None:
+    def _collect_kept_messages(self) -> None:
         for table, reader in self._readers.items():
             self._missed += [RecordRows(table, first, rows) for first, rows in _seen(reader)]
             reader.look()
@@ -211,7 +211,7 @@ class Recorder:
 
     def _hand_over(self) -> None:
         """Hand the reading of the rings over to the process."""
-        self._collect()
+        self._collect_kept_messages()
         first_command = self._commands - sum(isinstance(one, RecordCommand) for one in self._unsafe)
         starts = {table: reader.next for table, reader in self._readers.items()}
         self._readers = {}
@@ -249,7 +249,7 @@ def run(connection: Connection, job: Job) -> None:
 
 
 def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> None:
-    messages, next_command, told = begin.first_message, begin.first_command, -1
+    messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
     kept_commands, end, connected = writer.commands(), None, True
     while connected:
         due = time.monotonic() + COMMIT_S
@@ -265,7 +265,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
                     case RecordMark(frame, text):
                         writer.mark(frame, text)
                     case RecordAbout(key, value):
-                        writer.say(key, value)
+                        writer.set_about(key, value)
                     case EndRecording(frame):
                         end = frame
         except (EOFError, OSError):
@@ -279,8 +279,8 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
         writer.commit()
         for reader in readers.values():
             reader.ring.keep(reader.next)
-        if messages != told:
-            told = messages
+        if messages != messages_sent:
+            messages_sent = messages
             with suppress(OSError):
                 connection.send(Kept(messages))
     if end is not None:

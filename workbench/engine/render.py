@@ -53,7 +53,9 @@ class Rendered:
     def plot(self) -> Picture:
         """Plot the channels that are not silent, and the accelerations of simulated plates."""
         drawings = [self._curves("Rendered", "full scale", self.samples)]
-        drawings += [self._curves(heard.capitalize(), "m/s^2", done) for heard, done in self.tiles.items()]
+        drawings += [
+            self._curves(plate_output.capitalize(), "m/s^2", done) for plate_output, done in self.tiles.items()
+        ]
         return Picture(tuple(drawings))
 
     def _curves(self, title: str, unit: str, samples: NDArray[np.float32]) -> Drawing:

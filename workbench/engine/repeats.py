@@ -35,7 +35,7 @@ class Repeats:
         self._period = 0
         self._origin: int | None = None  # frame of the start from which periods are counted
         self._has_begun = False
-        self._asked = -1
+        self._sent_for = -1
 
     @property
     def are_on(self) -> bool:
@@ -58,16 +58,16 @@ class Repeats:
             self._tile = ""
             self._session.send(CancelStart())
 
-    def ask_again(self) -> None:
+    def resend(self) -> None:
         """Send the next start again: the one sent is of a patch that was replaced."""
-        self._asked = -1
+        self._sent_for = -1
 
-    def hear(self, message: object) -> None:
+    def take_report(self, message: object) -> None:
         """Note from a report when a start took place."""
         match message:
-            case CommandApplied(frame, Start(from_frame=asked)):
+            case CommandApplied(frame, Start(from_frame=from_frame)):
                 # Count a late start as if it had been on time.
-                self._origin = asked or frame
+                self._origin = from_frame or frame
 
     def poll(self, now: int) -> None:
         """Send the next start if it is due soon; the engine is at frame `now`."""
@@ -77,5 +77,5 @@ class Repeats:
         if origin is None or not self.are_on:
             return
         due = origin + self._period * max((now - origin) // self._period + 1, 1)
-        if due != self._asked and due - now <= LEAD_S * self._rate_hz and self._session.restart(self._tile, due):
-            self._asked = due
+        if due != self._sent_for and due - now <= LEAD_S * self._rate_hz and self._session.restart(self._tile, due):
+            self._sent_for = due

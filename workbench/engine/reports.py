@@ -120,7 +120,7 @@ class Outlines:
 
 
 @dataclass(frozen=True)
-class Laws:
+class Distributions:
     """The laws of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
 
     ticket: int
@@ -132,19 +132,20 @@ class Laws:
 class ErrorCurveDrawn:
     """Run time over error of a node, as far as it is measured.
 
-    `told` says where the node stands, and `left` how many points are still to come. `error` says why there is none.
+    `description` says where the node stands, and `left` how many points are still to come. `error` says why there is
+    none.
     """
 
     ticket: int
     drawing: Drawing
-    told: str
+    description: str
     left: int = 0
     error: str = ""
 
 
 Report = (
     ErrorCurveDrawn
-    | Laws
+    | Distributions
     | Started
     | CommandApplied
     | Fault

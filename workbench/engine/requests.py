@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.session_memory import MemoryNames
 from underfoot.engine.target import Target
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class CompileRequest:
     patch: bytes
     target: Target
     folder: str = ""
-    plates: tuple[Heard, ...] = ()
+    plates: tuple[PlateOutput, ...] = ()
     from_end: bool = False
 
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`, and with `Laws` where these are wanted."""
+    """Render what a node does in one step; answered with `Preview`, and with `Distributions` where these are wanted."""
 
     ticket: int
     patch: bytes
@@ -58,7 +58,7 @@ class PreviewRequest:
     seconds: float
     rate: float
     folder: str = ""
-    laws: bool = False
+    distributions: bool = False
     equalisers: tuple[TileEqualiser, ...] = ()
 
 

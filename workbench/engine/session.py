@@ -56,7 +56,7 @@ FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
-SPARES_AFTER_S = 3.0
+STANDBY_AFTER_S = 3.0
 """How long after the first engine's start another is loaded that stands by, and the compiler is started, unless it is
 needed sooner: until then the processor is for what the person waits for."""
 RECORDER_END_S = 120.0
@@ -100,7 +100,7 @@ class Session:
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
         self._setup: Setup | None = None  # what the engine was last told to play
         self._started = False  # whether it plays that
-        self._spares_due = math.inf
+        self._standby_due = math.inf
         self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
         self._settle_s = 0.0
         self._begins_anew = False  # whether the patch that is compiled is to keep no states
@@ -141,14 +141,14 @@ class Session:
         """What happened since the last call; processes that died are started again."""
         if self._closed:
             return []
-        self._hear_compiler()
-        self._hear_engine()
+        self._handle_compiler_answers()
+        self._handle_engine_reports()
         self._engine.watch()
         self._restart_engine()
         if self.playing:
             self.repeats.poll(int(self.memory.status.get(Field.FRAME)))
-        if time.monotonic() > self._spares_due:
-            self._spares_due = math.inf
+        if time.monotonic() > self._standby_due:
+            self._standby_due = math.inf
             self._engine.stand_by(self._setup)
             self._start_compiler()
         self._restart_compiler()
@@ -208,7 +208,7 @@ class Session:
                 self._equalisers[tile] = command
             case Set(node, name, value):
                 self.patch = self.patch.set(node, name, value, self.registry)
-                if not self.registry[self.patch.node(node).type].parameters[name].moves:
+                if not self.registry[self.patch.node(node).type].parameters[name].is_ramped:
                     self._request_compile()
                     return
         if self._started:
@@ -244,18 +244,20 @@ class Session:
         """Whether a panic holds."""
         return self.memory.status.panic
 
-    def preview(self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", laws: bool = False) -> int:
+    def preview(
+        self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", distributions: bool = False
+    ) -> int:
         """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
 
         It lasts so many seconds; 0: until the patch has come to its own end.
 
-        With `laws`, the node's `Laws` follow that, if it has any.
+        With `distributions`, the node's `Distributions` follow that, if it has any.
         """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         through = tuple(one for one in self._equalisers.values() if one.tile == tile)
         self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, laws, through
+            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, distributions, through
         )
         if self._compiler is not None:
             self._compiler.send(self._preview_request)
@@ -324,7 +326,7 @@ class Session:
         """
         if self._recorder is not None:
             reported = int(self.memory.status.get(Field.REPORTED))
-            self._hear_engine()
+            self._handle_engine_reports()
             self._recorder.end(reported)
             self._ending_recorders.append(self._recorder)
             self._recorder = None
@@ -358,7 +360,7 @@ class Session:
         folder = str(self.folder or "")
         return CompileRequest(ticket, self.patch.dumps(), self.target, folder, plates_of(self.target), from_end)
 
-    def _hear_compiler(self) -> None:
+    def _handle_compiler_answers(self) -> None:
         for message in self._compiler.receive() if self._compiler is not None else []:
             match message:
                 case Compiled(ticket, error) if ticket == self._compile_ticket:
@@ -372,7 +374,7 @@ class Session:
                     if self._started:
                         anew, settle_s = self._begins_anew, self._settle_s
                         self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
-                        self.repeats.ask_again()
+                        self.repeats.resend()
                     self._begins_anew = False
                 case Compiled():
                     pass  # of a patch that was edited since, or that the engine loads by itself
@@ -389,7 +391,7 @@ class Session:
         compiler_process = self._compiler
         if compiler_process is None or compiler_process.is_alive:
             return
-        self._hear_compiler()
+        self._handle_compiler_answers()
         self._compiler = None
         if self._may_restart("compiler", compiler_process.end(END_S)):
             self._request_compile()
@@ -442,9 +444,9 @@ class Session:
         if self._is_compiled and (patch, self.scopes) != (setup.patch, setup.scopes):
             self._engine.send(Swap(patch, self.scopes))
 
-    def _hear_engine(self) -> None:
+    def _handle_engine_reports(self) -> None:
         for message in self._engine.receive():
-            self.repeats.hear(message)
+            self.repeats.take_report(message)
             match message:
                 case CommandApplied(frame, command) if self._recorder is not None:
                     self._recorder.send(self._record_of(frame, command))
@@ -458,7 +460,7 @@ class Session:
                     if self._setup is not None:
                         self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
-                    self._spares_due = time.monotonic() + (0.0 if took_over else SPARES_AFTER_S)
+                    self._standby_due = time.monotonic() + (0.0 if took_over else STANDBY_AFTER_S)
                     if self._preview_request is not None:
                         self._start_compiler()
             self._reports.append(message)  # type: ignore[arg-type]
@@ -472,8 +474,8 @@ class Session:
     def _restart_engine(self) -> None:
         if not self._engine.has_died:
             return
-        self._hear_engine()
-        if self._may_restart("engine", self._engine.bury()):
+        self._handle_engine_reports()
+        if self._may_restart("engine", self._engine.reap()):
             self._engine.replace()
             self._start_engine()
 

@@ -117,13 +117,13 @@ class ResponseReader:
             if len(rows):
                 follows = len(waiting) and begin + len(waiting) == first  # usually nothing waits, and nothing is copied
                 self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
-        (one, asked), (other, done) = self._waiting
+        (one, commanded_rows), (other, measured_rows) = self._waiting
         first = max(one, other)
-        end = max(min(one + len(asked), other + len(done)), first)
+        end = max(min(one + len(commanded_rows), other + len(measured_rows)), first)
         rest = [(max(end, begin), rows[max(end - begin, 0) :]) for begin, rows in self._waiting]
         most = self._readers[0].ring.where.capacity
         self._waiting = [(begin + max(len(rows) - most, 0), rows[-most:]) for begin, rows in rest]
-        return first, asked[first - one : end - one], done[first - other : end - other]
+        return first, commanded_rows[first - one : end - one], measured_rows[first - other : end - other]
 
 
 class ForceReader:

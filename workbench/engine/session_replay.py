@@ -15,10 +15,10 @@ from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.render import Rendered
 from underfoot.errors import BadFile
 from underfoot.floor.layout import Floor
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import TileParameters
+from underfoot.patch.custom_nodes import run_needed
 from underfoot.patch.node import Registry, installed_nodes
-from underfoot.patch.own_nodes import run_needed
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
 
@@ -50,14 +50,14 @@ class ReplayJob:
 
     path: Path
     block: int = 1024
-    plates: tuple[Heard, ...] = ()
+    plates: tuple[PlateOutput, ...] = ()
 
     def run(self) -> Rendered:
         """Replay it."""
         return replay(self.path, installed_nodes(), self.block, self.plates)
 
 
-def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Heard, ...] = ()) -> Rendered:
+def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[PlateOutput, ...] = ()) -> Rendered:
     """Replay the recording from its first frame to its last; `plates` as in `LoopOptions`.
 
     Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
@@ -79,7 +79,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Hear
     return Rendered.of(loop, len(played))
 
 
-def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[Heard, ...]) -> Loop:
+def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[PlateOutput, ...]) -> Loop:
     """Return the loop of the recorded session, as it was before its first frame."""
     about = recording.about
     _run_nodes(recording, about["patch"])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from underfoot.errors import UnderfootError
 from underfoot.records.recording import Recording
-from underfoot.records.survey import Survey, has_envelopes, keep_survey, make_envelopes, survey
+from underfoot.records.survey import Survey, cache_survey, has_envelopes, make_envelopes, survey
 
 TELL_S = 0.5
 """Interval in seconds between partial results."""
@@ -51,12 +51,12 @@ def _survey(connection: Connection, recording: Recording) -> None:
 
     sent = [0, 0]
 
-    def news(made: Survey) -> Survey:
+    def with_warnings(made: Survey) -> Survey:
         contacts, steps = made.contacts[sent[0] :], made.steps[sent[1] :]
         sent[:] = len(made.contacts), len(made.steps)
         return Survey(contacts, steps, made.until_s, made.whole)
 
-    def told(share: float) -> bool:
+    def on_share(share: float) -> bool:
         if is_due():
             connection.send(Progress("Drawing what was recorded, which is done once", share))
         return not connection.poll()
@@ -64,13 +64,13 @@ def _survey(connection: Connection, recording: Recording) -> None:
     def found(made: Survey) -> bool:
         if is_due():
             connection.send(Progress("Looking for footsteps", min(made.until_s / length_s, 1.0)))
-            connection.send(news(made))
+            connection.send(with_warnings(made))
         return not connection.poll()
 
     if not has_envelopes(recording):
-        make_envelopes(recording, told)
+        make_envelopes(recording, on_share)
         connection.send(Progress("Drawing what was recorded, which is done once", 1.0))
     made = survey(recording, found)
     if made.whole:
-        keep_survey(recording, made)
-        connection.send(news(made))
+        cache_survey(recording, made)
+        connection.send(with_warnings(made))

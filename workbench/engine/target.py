@@ -12,7 +12,7 @@ from underfoot.errors import DeviceError
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulated_plates import Heard
+from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import simulation
 from underfoot.records.force_files import read_force_file
 
@@ -77,7 +77,7 @@ def is_simulated(target: Target) -> bool:
     return bool(target.simulation) and not target.accelerometers
 
 
-def plates_of(target: Target) -> tuple[Heard, ...]:
+def plates_of(target: Target) -> tuple[PlateOutput, ...]:
     """Return the places on simulated plates where a session measures acceleration."""
     return ("accelerometer",) if is_simulated(target) else ()
 

@@ -31,18 +31,18 @@ def clip_of(export: Export) -> Clip:
     return Clip(tile, samples, points, full_m_s2)
 
 
-def told(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
+def written_report(export: Export, clip: Clip, voices: list[Voice]) -> tuple[str, ...]:
     """Return the report on a written file, from its voices as read back: the error of the envelope."""
     written = np.sum([voice.samples(clip.samples.size, RATE_HZ) for voice in voices], axis=0) * clip.full_m_s2
     error_db = envelope_error_db(clip.samples, written, RATE_HZ)
-    others = [tile for tile in export.played if tile != clip.tile]
-    lines = [told_of(clip.tile, clip.samples.size, error_db)]
+    others = [tile for tile in export.acceleration_by_tile if tile != clip.tile]
+    lines = [envelope_error_line(clip.tile, clip.samples.size, error_db)]
     if others:
         lines.append(f"not written: {', '.join(others)}; --tile writes another one")
     return tuple(lines)
 
 
-def told_of(tile: str, frames: int, error_db: float) -> str:
+def envelope_error_line(tile: str, frames: int, error_db: float) -> str:
     """Return the line on the error of a tile's envelope."""
     return f"{frames / RATE_HZ:.3f} s of tile {tile}, read again: envelope within {error_db:.1f} dB (root mean square)"
 

@@ -65,7 +65,7 @@ class Export:
         return offline_source(forces, floor, RATE_HZ, self.patch.seed, walking=self.force is None)
 
     @cached_property
-    def played(self) -> dict[str, NDArray[np.float64]]:
+    def acceleration_by_tile(self) -> dict[str, NDArray[np.float64]]:
         """Return the measured acceleration of each chosen tile, m/s^2, at `RATE_HZ`, trimmed of silence at both ends.
 
         Raises `BadValue` if nothing is played.
@@ -81,7 +81,7 @@ class Export:
     @property
     def loudest(self) -> tuple[str, NDArray[np.float64]]:
         """Return the tile that moves most, and its acceleration."""
-        return max(self.played.items(), key=lambda item: float(np.square(item[1]).sum()))
+        return max(self.acceleration_by_tile.items(), key=lambda item: float(np.square(item[1]).sum()))
 
     @property
     def samples(self) -> NDArray[np.float32]:
@@ -130,7 +130,7 @@ class Format:
         """The usual suffix, with its dot; "" for a folder."""
         return self.suffixes[0]
 
-    def knows(self, path: Path) -> bool:
+    def matches(self, path: Path) -> bool:
         """Whether the file begins like a file of this format."""
         try:
             with path.open("rb") as file:
@@ -140,7 +140,7 @@ class Format:
         return any(begin in head for begin in self.begins)
 
 
-def read_through(format: Format, path: Path) -> Imported:
+def read_foreign_patch(format: Format, path: Path) -> Imported:
     """Read the patch in a file of this format; raise `BadFile` if the file is not one."""
     assert format.read is not None
     try:

@@ -61,7 +61,7 @@ def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
 def _features(node: PlacedNode, type: NodeType) -> Iterable[str]:
     values = type.values(node.parameters)
     yield "parameters"
-    if type.hosts:
+    if type.engine_signals:
         yield "force"
     if type.is_struck:
         yield "hand"

@@ -6,7 +6,7 @@ from math import pi, sin
 from pathlib import Path
 
 from underfoot.errors import BadValue
-from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, TIME, Voice, lean
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, TIME, Voice, simplify_points
 from underfoot.models.signals.waveshaping import peak_bound
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -93,7 +93,7 @@ def _points(voice: Voice, factor: float) -> list[tuple[float, float, float]]:
         raise BadValue(f"it asks for {points[:, AMPLITUDE].max():.3g} m/s^2; allowed: at most 100")
     points[:, FREQUENCY] = points[:, FREQUENCY].clip(_LOWEST_HZ, _HIGHEST_HZ)
     if len(points) > _MOST_POINTS:
-        points = lean(points, 1e-3 * points[:, AMPLITUDE].max(), 0.5, _MOST_POINTS)
+        points = simplify_points(points, 1e-3 * points[:, AMPLITUDE].max(), 0.5, _MOST_POINTS)
     if not 0.0 <= points[:, TIME].min() <= points[:, TIME].max() <= 3600.0:
         raise BadValue(f"it lasts until {points[:, TIME].max():.6g} s; allowed: 0 to 3600 s")
     return [(round(t, 6), round(a, 6), round(f, 3)) for t, a, f in points.tolist()]

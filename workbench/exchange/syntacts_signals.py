@@ -15,7 +15,7 @@ import numpy as np
 
 from underfoot.errors import BadValue
 from underfoot.exchange.syntacts_curves import shaped
-from underfoot.exchange.voices import Array, Voice, analysed, lean
+from underfoot.exchange.voices import Array, Voice, analysed, simplify_points
 
 Curve = Callable[[Array], Array]
 """Values at times."""
@@ -304,7 +304,7 @@ def _points(term: Term, end_s: float) -> Array:
         return np.zeros((0, 3))
     edges = points[[0, -1]].copy()
     edges[:, 1] = 0.0
-    return np.concatenate([edges[:1], lean(points, 2e-3 * level.max(), 0.5), edges[1:]])
+    return np.concatenate([edges[:1], simplify_points(points, 2e-3 * level.max(), 0.5), edges[1:]])
 
 
 def _pairs(a: Term, b: Term) -> Iterable[tuple[Term, Term]]:

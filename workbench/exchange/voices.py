@@ -87,7 +87,7 @@ def banded(samples: Array, rate_hz: float, edges_hz: tuple[float, ...]) -> list[
     ]
 
 
-def lean(points: Array, amplitude: float, frequency: float, most: int = 4000) -> Array:
+def simplify_points(points: Array, amplitude: float, frequency: float, most: int = 4000) -> Array:
     """Remove points that deviate from the line between others by at most these amounts."""
     return thinned(points, np.array([amplitude, frequency]), most)
 

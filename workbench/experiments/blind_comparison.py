@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from underfoot.errors import require
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.seeded_random import SeededRandom
 
 SLOTS = ("A", "B")
 METHOD = "abx"
@@ -35,7 +35,7 @@ class BlindComparison:
     def __post_init__(self) -> None:
         require(1 <= self.trials <= MOST_TRIALS, "trials", self.trials, f"1 to {MOST_TRIALS}")
         require(bool(self.participant.strip()), "participant", self.participant, "an id, such as P01")
-        draws = Draws(self.seed, self.participant, METHOD)
+        draws = SeededRandom(self.seed, self.participant, METHOD)
         self._drawn = [draws.one_of(SLOTS) for _ in range(self.trials)]
 
     @property

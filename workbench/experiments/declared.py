@@ -16,7 +16,7 @@ _LONGEST = 20_000
 
 
 @dataclass(frozen=True)
-class Flag(Parameter):
+class BooleanField(Parameter):
     """Yes or no."""
 
     kind: ClassVar[str] = "flag"
@@ -32,7 +32,7 @@ class Flag(Parameter):
 
 
 @dataclass(frozen=True)
-class Words(Parameter):
+class TextLine(Parameter):
     """Several short texts, each once, in an order that counts."""
 
     default: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ class Words(Parameter):
 
 
 @dataclass(frozen=True)
-class Named(Parameter):
+class NamedChoice(Parameter):
     """One of several values; `values` has them by the words that a form shows."""
 
     values: Mapping[str, str] = field(default_factory=dict, kw_only=True)
@@ -106,7 +106,7 @@ def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
         doc, label, kind = told.get("description", ""), told.get("title", label), kind.type
     match kind:
         case inspect.BoolType():
-            return Flag(default, doc=doc, label=label)
+            return BooleanField(default, doc=doc, label=label)
         case inspect.LiteralType(values=values):
             return Choice(default or values[0], options=tuple(map(str, values)), doc=doc, label=label)
         case inspect.FloatType(ge=low, le=high) if low is not None and high is not None:
@@ -114,7 +114,7 @@ def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
         case inspect.IntType(ge=low, le=high) if low is not None and high is not None:
             return Count(default or 0, low, high, doc=doc, label=label, unit=unit)
         case inspect.VarTupleType(item_type=inspect.StrType()):
-            return Words(tuple(default or ()), doc=doc, label=label)
+            return TextLine(tuple(default or ()), doc=doc, label=label)
         case inspect.StrType():
             return Text(default, doc=doc, label=label, most=_LONGEST)
     return None

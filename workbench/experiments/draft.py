@@ -14,8 +14,8 @@ from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch import preset_files
+from underfoot.patch.custom_nodes import copy_needed
 from underfoot.patch.node import Registry
-from underfoot.patch.own_nodes import copy_needed
 from underfoot.patch.patch import Patch
 
 PATCHES = "patches"
@@ -46,10 +46,10 @@ class Draft:
 
     >>> from underfoot.nodes import REGISTRY
     >>> draft = Draft.new(REGISTRY, Path("."))
-    >>> draft.trouble()
+    >>> draft.first_mistake()
     ''
     >>> draft.raw["present_s"] = "long"
-    >>> draft.trouble()
+    >>> draft.first_mistake()
     "$.present_s is 'long'; allowed: a number"
     """
 
@@ -70,7 +70,7 @@ class Draft:
         """The protocol; `BadFile` names the first mistake as it does for a file."""
         return Protocol.loads(json.dumps(self.raw), self.registry, "protocol", self.folder)
 
-    def trouble(self) -> str:
+    def first_mistake(self) -> str:
         """The first mistake in one line; "" for none."""
         try:
             self.checked()

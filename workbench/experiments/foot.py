@@ -39,11 +39,11 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         float, msgspec.Meta(ge=5.0, le=1000.0, title="Presses with", description="Less force is no answer.")
     ] = 100.0
 
-    def check(self, place: str, asks: Sequence[Parameter]) -> None:
+    def check(self, place: str, questions: Sequence[Parameter]) -> None:
         """Raise `BadValue` where what is asked cannot be answered by foot, or not by these tiles."""
         good = len(set(self.tiles)) == len(self.tiles) and all(IDENTIFIER.fullmatch(tile) for tile in self.tiles)
         require(good, f"{place}.tiles", list(self.tiles), "ids of tiles, each once")
-        least = least_fields(asks)
+        least = least_fields(questions)
         if least == 0:
             raise BadValue(
                 f"{place}: what is asked cannot be answered by foot; allowed: one question with choices, numbers or a "
@@ -56,16 +56,16 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
             require(count >= least, f"{place}.tiles", list(self.tiles), f"at least {least}, one for each answer")
 
 
-def least_fields(asks: Sequence[Parameter]) -> int:
+def least_fields(questions: Sequence[Parameter]) -> int:
     """How many fields the floor needs for what is asked; 0 where a foot cannot answer it.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> least_fields([yes_or_no("felt", "Did you?")])
     2
     """
-    if len(asks) != 1:
+    if len(questions) != 1:
         return 0
-    match asks[0]:
+    match questions[0]:
         case Choice(options=options):
             return len(options)
         case Count(low=low, high=high):
@@ -75,13 +75,13 @@ def least_fields(asks: Sequence[Parameter]) -> int:
     return 0
 
 
-def values_of(one: Parameter, fields: int) -> list[Any]:
+def values_of(question: Parameter, fields: int) -> list[Any]:
     """The answers of so many fields, in their order: a slider's are spread evenly over it.
 
     >>> values_of(Number(50.0, 0.0, 100.0), 5)
     [0.0, 25.0, 50.0, 75.0, 100.0]
     """
-    match one:
+    match question:
         case Choice(options=options):
             return list(options)
         case Count(low=low, high=high):
@@ -92,19 +92,19 @@ def values_of(one: Parameter, fields: int) -> list[Any]:
     return []
 
 
-def fields_in_words(foot: FootAnswer, asks: Sequence[Parameter]) -> str:
+def fields_in_words(foot: FootAnswer, questions: Sequence[Parameter]) -> str:
     """Which answer has which field, "" for what a foot cannot answer.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> fields_in_words(FootAnswer(tiles=("t2", "t1")), [yes_or_no("felt", "Did you?")])
     'yes: t2  ·  no: t1'
     """
-    if not least_fields(asks):
+    if not least_fields(questions):
         return ""
     fields = ("left half", "right half") if foot.by == "halves" else foot.tiles
-    if not fields and isinstance(asks[0], Number):
+    if not fields and isinstance(questions[0], Number):
         return "The values of the slider are spread over all tiles of the floor, evenly."
-    values = values_of(asks[0], max(len(fields), 2))
+    values = values_of(questions[0], max(len(fields), 2))
     fields = fields or tuple(f"tile {k + 1} of the floor" for k in range(len(values)))
     words = (f"{value:g}" if isinstance(value, float) else str(value) for value in values)
     return "  ·  ".join(f"{value}: {field}" for value, field in zip(words, fields, strict=False))

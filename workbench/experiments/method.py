@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.declared import Words
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.declared import TextLine
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial, is_right
 from underfoot.parameters import Parameter
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class StimulusNames(Words):
+class StimulusNames(TextLine):
     """Names of stimuli of the protocol, at least `least`; none stands for all of them, in their order."""
 
     least: int = field(default=1, kw_only=True)
@@ -65,7 +65,7 @@ class Method(ABC):
         inherited = getattr(cls, "parameters", {})
         cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
+    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         """`given` are checked parameters, as `checked` returns them."""
         self.given, self.stimuli, self.draws = given, stimuli, draws
 
@@ -99,7 +99,7 @@ class Method(ABC):
         return isinstance(cls.parameters[parameter], StimulusNames)
 
     @classmethod
-    def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
+    def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         """How far above its level, in dB, each stimulus can be presented, of those that are."""
         found: dict[str, float] = {}
         for name, parameter in cls.parameters.items():
@@ -110,7 +110,7 @@ class Method(ABC):
 
     @classmethod
     @abstractmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         """What is asked in each trial, with these checked parameters."""
 
     @classmethod
@@ -124,9 +124,9 @@ class Method(ABC):
         return ()
 
     @property
-    def asks(self) -> tuple[Parameter, ...]:
+    def questions(self) -> tuple[Parameter, ...]:
         """What is asked in each trial."""
-        return self.asked(self.given)
+        return self.questions_for(self.given)
 
     @property
     @abstractmethod
@@ -154,14 +154,14 @@ class Method(ABC):
 class ListedMethod(Method):
     """A method whose trials are all known beforehand: a list, one after the other."""
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
+    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         super().__init__(given, stimuli, draws)
         self.trials = tuple(self.listed())
         self._at = 0
 
     @classmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
-        trials = cls(given, stimuli, Draws(0)).trials
+        trials = cls(given, stimuli, SeededRandom(0)).trials
         return len(trials), trials[-1].block if trials else 0
 
     @abstractmethod

@@ -84,7 +84,7 @@ class Identifier(Observer):
     def _bits(self, rate: float) -> float:
         names, words = self.given["identified"], self.given["answers"]
         right = [words.index(self.protocol.stimuli[name].correct) for name in names] if words else range(len(names))
-        return uniform_bits(rate, len(words) or len(names), right)
+        return uniform_guess_bits(rate, len(words) or len(names), right)
 
     def _rate(self, session: int) -> float:
         last: float = self.truth["last_rate"]
@@ -92,12 +92,12 @@ class Identifier(Observer):
         return _moved(rate, self.truth["rates_differ"] * self.place)
 
 
-def uniform_bits(rate: float, answers: int, right: Sequence[int] = ()) -> float:
+def uniform_guess_bits(rate: float, answers: int, right: Sequence[int] = ()) -> float:
     """Information in bits where right answers have a rate and mistakes fall on all others alike.
 
     `right` has the place of the right answer to each stimulus, where several can have the same; else each has its own.
 
-    >>> round(uniform_bits(0.61, 8), 3), uniform_bits(1.0, 2, (0, 0, 1, 1))
+    >>> round(uniform_guess_bits(0.61, 8), 3), uniform_guess_bits(1.0, 2, (0, 0, 1, 1))
     (0.94, 1.0)
     """
     right = right or range(answers)
@@ -267,7 +267,7 @@ class Labeller(Observer):
         return [part.strip() for part in str(self.given["sorts"]).split(",") if part.strip()]
 
 
-class Foot(Observer):
+class FootSelector(Observer):
     """Comes down around the middle of a button with an error that is normal in x and in y, after some time."""
 
     methods = ("target-selection",)
@@ -302,7 +302,7 @@ class Foot(Observer):
 
 OBSERVERS: Mapping[str, type[Observer]] = {
     kind: observer
-    for observer in (Identifier, Detector, SlopedDetector, Discriminator, Rater, Labeller, Foot)
+    for observer in (Identifier, Detector, SlopedDetector, Discriminator, Rater, Labeller, FootSelector)
     for kind in observer.methods
 }
 """The observer of each method by its kind."""
@@ -338,7 +338,7 @@ class SimulatedParticipant:
             return {"agreed": YES}
         if page.trial is not None:
             return self.observers[page.stage].answer(page.trial, self._random)
-        return {one.name: one.default for one in page.asks}
+        return {one.name: one.default for one in page.questions}
 
 
 def _moved(share: float, logits: float) -> float:

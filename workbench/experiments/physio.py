@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from underfoot.experiments.exchange import bids_label
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import Excerpt, SessionFile
+from underfoot.experiments.trial_files import bids_label
 from underfoot.files import make_folder, write_file
 
 _KINDS = {
@@ -39,35 +39,35 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
     for number, entry in enumerate(file.entries(), 1):
         if entry.trial is None:
             continue
-        for stretch in file.stretches(number):
-            if stretch.values.size == 0:
+        for excerpt in file.excerpts(number):
+            if excerpt.values.size == 0:
                 continue
-            part = string.ascii_lowercase[stretch.part] if stretch.part else ""
-            kind, suffix, _, _ = _KINDS[stretch.kind]
+            part = string.ascii_lowercase[excerpt.part] if excerpt.part else ""
+            kind, suffix, _, _ = _KINDS[excerpt.kind]
             path = beh / f"sub-{label}_task-{name}_recording-{kind}{number:04d}{part}_{suffix}.tsv.gz"
-            write_file(path, gzip.compress(_rows(stretch), _FASTEST, mtime=0))
+            write_file(path, gzip.compress(_rows(excerpt), _FASTEST, mtime=0))
             sidecar = path.with_name(path.name.replace(".tsv.gz", ".json"))
-            write_file(sidecar, json.dumps(_sidecar(stretch), indent=1).encode() + b"\n")
+            write_file(sidecar, json.dumps(_sidecar(excerpt), indent=1).encode() + b"\n")
             written += [path, sidecar]
     return written
 
 
-def _rows(stretch: Stretch) -> bytes:
+def _rows(excerpt: Excerpt) -> bytes:
     """Tab-separated values, five digits; what is no number is n/a."""
-    flat = [f"{value:.5g}" for value in np.asarray(stretch.values, np.float64).ravel().tolist()]
-    if not np.isfinite(stretch.values).all():
+    flat = [f"{value:.5g}" for value in np.asarray(excerpt.values, np.float64).ravel().tolist()]
+    if not np.isfinite(excerpt.values).all():
         flat = ["n/a" if text in ("nan", "inf", "-inf") else text for text in flat]
-    count = len(stretch.columns)
+    count = len(excerpt.columns)
     return ("\n".join("\t".join(flat[k : k + count]) for k in range(0, len(flat), count)) + "\n").encode()
 
 
-def _sidecar(stretch: Stretch) -> dict[str, Any]:
-    _, suffix, unit, words = _KINDS[stretch.kind]
-    columns = {name: {"Description": words.format(name), "Units": unit} for name in stretch.columns}
+def _sidecar(excerpt: Excerpt) -> dict[str, Any]:
+    _, suffix, unit, words = _KINDS[excerpt.kind]
+    columns = {name: {"Description": words.format(name), "Units": unit} for name in excerpt.columns}
     return {
-        "SamplingFrequency": stretch.rate_hz,
-        "StartTime": stretch.first,
-        "Columns": list(stretch.columns),
+        "SamplingFrequency": excerpt.rate_hz,
+        "StartTime": excerpt.first,
+        "Columns": list(excerpt.columns),
         **({"PhysioType": "generic"} if suffix == "physio" else {}),
         **columns,
     }

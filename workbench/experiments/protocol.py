@@ -18,9 +18,9 @@ from underfoot.experiments.questions import Question
 from underfoot.experiments.stimuli import Stimulus, patch_path
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
+from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
-from underfoot.patch.own_nodes import files_needed
 from underfoot.patch.patch import Patch
 
 FORMAT = "underfoot-protocol"
@@ -31,7 +31,7 @@ Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
 
 
-def _told(text: str, label: str = "") -> msgspec.Meta:
+def _described(text: str, label: str = "") -> msgspec.Meta:
     """What a form says of a field."""
     return msgspec.Meta(description=text, title=label or None)
 
@@ -67,26 +67,26 @@ class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     questions: tuple[Question, ...] = ()
     method: MethodUse | None = None
     stimulus: str = ""
-    practice: Annotated[bool, _told("Left out of the analysis.")] = False
+    practice: Annotated[bool, _described("Left out of the analysis.")] = False
     start: Annotated[
         Literal["key", "step", "crossings"],
-        _told("A key, a step onto the tile, or crossing it there and back.", "Begun by"),
+        _described("A key, a step onto the tile, or crossing it there and back.", "Begun by"),
     ] = "key"
-    plays: Annotated[int, msgspec.Meta(ge=1, le=1000), _told("How often it can be felt, by a key.")] = 1
+    plays: Annotated[int, msgspec.Meta(ge=1, le=1000), _described("How often it can be felt, by a key.")] = 1
     most_trials: Annotated[
-        int, msgspec.Meta(ge=0, le=100_000), _told("Ends after so many trials; 0: after all of them.")
+        int, msgspec.Meta(ge=0, le=100_000), _described("Ends after so many trials; 0: after all of them.")
     ] = 0
-    feedback: Annotated[bool, _told("Whether the right answer is shown, where there is one.")] = False
+    feedback: Annotated[bool, _described("Whether the right answer is shown, where there is one.")] = False
     foot: FootAnswer | None = None
-    seconds: Annotated[Seconds, _told("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")] = (
-        0.0
-    )
-    trial_pause_s: Annotated[Seconds, _told("Between trials.")] = 0.0
-    interval_pause_s: Annotated[Seconds, _told("Between the two intervals of a trial.")] = 0.5
-    block_pause_s: Annotated[Seconds, _told("Between blocks.")] = 0.0
-    long_pause_s: Annotated[Seconds, _told("In its place, after every so many blocks.")] = 0.0
-    long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000), _told("Blocks until a long pause; 0: none.")] = 0
-    next: Annotated[str, _told("Where the study goes on behind this stage.", "Followed by")] = ""
+    seconds: Annotated[
+        Seconds, _described("How long it lasts; 0 in learning: until the participant goes on.", "Lasts")
+    ] = 0.0
+    trial_pause_s: Annotated[Seconds, _described("Between trials.")] = 0.0
+    interval_pause_s: Annotated[Seconds, _described("Between the two intervals of a trial.")] = 0.5
+    block_pause_s: Annotated[Seconds, _described("Between blocks.")] = 0.0
+    long_pause_s: Annotated[Seconds, _described("In its place, after every so many blocks.")] = 0.0
+    long_pause_every: Annotated[int, msgspec.Meta(ge=0, le=1000), _described("Blocks until a long pause; 0: none.")] = 0
+    next: Annotated[str, _described("Where the study goes on behind this stage.", "Followed by")] = ""
 
 
 _WORDS = ("title", "text")
@@ -107,11 +107,11 @@ class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What is heard throughout, on a sound card of its own: `noise` that masks, at `noise_db` (RMS, of full scale), and
     a metronome, at `metronome_hz` with clicks of `metronome_db`, 0 for none; on `channel` of the card, from 0."""
 
-    noise: Annotated[Literal["none", "pink", "white"], _told("Masks what the tiles sound like.")] = "none"
-    noise_db: Annotated[Decibels, _told("RMS, re full scale.", "Noise level")] = -30.0
-    metronome_hz: Annotated[float, msgspec.Meta(ge=0.0, le=10.0), _told("Clicks a second; 0: none.")] = 0.0
-    metronome_db: Annotated[Decibels, _told("Of the clicks, re full scale.", "Metronome level")] = -30.0
-    channel: Annotated[int, msgspec.Meta(ge=0, le=255), _told("Of the sound card, from 0.")] = 0
+    noise: Annotated[Literal["none", "pink", "white"], _described("Masks what the tiles sound like.")] = "none"
+    noise_db: Annotated[Decibels, _described("RMS, re full scale.", "Noise level")] = -30.0
+    metronome_hz: Annotated[float, msgspec.Meta(ge=0.0, le=10.0), _described("Clicks a second; 0: none.")] = 0.0
+    metronome_db: Annotated[Decibels, _described("Of the clicks, re full scale.", "Metronome level")] = -30.0
+    channel: Annotated[int, msgspec.Meta(ge=0, le=255), _described("Of the sound card, from 0.")] = 0
 
 
 class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -119,13 +119,13 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     format: str = FORMAT
     version: int = VERSION
-    title: Annotated[str, _told("What it is called in the list.")] = ""
-    about: Annotated[str, _told("What it is about, for experimenters.")] = ""
-    seed: Annotated[int, msgspec.Meta(ge=0, le=2**53), _told("The same seed and participant: the same order.")] = 0
+    title: Annotated[str, _described("What it is called in the list.")] = ""
+    about: Annotated[str, _described("What it is about, for experimenters.")] = ""
+    seed: Annotated[int, msgspec.Meta(ge=0, le=2**53), _described("The same seed and participant: the same order.")] = 0
     participant: tuple[Question, ...] = ()
-    limit_m_s2: Annotated[Level, _told("Nothing is presented above this peak acceleration.")] = 20.0
+    limit_m_s2: Annotated[Level, _described("Nothing is presented above this peak acceleration.")] = 20.0
     present_s: Annotated[
-        float, msgspec.Meta(ge=0.05, le=600.0), _told("How long a presentation by a key lasts.", "Presented for")
+        float, msgspec.Meta(ge=0.05, le=600.0), _described("How long a presentation by a key lasts.", "Presented for")
     ] = 2.0
     sounds: Sounds = Sounds()
     stimuli: Mapping[str, Stimulus] = {}
@@ -210,7 +210,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
         right = METHODS[kind].right_answers(given)
-        for name, gain_db in METHODS[kind].strongest(given).items():
+        for name, gain_db in METHODS[kind].peak_gains_db(given).items():
             correct = self.stimuli[name].correct
             allowed = f"{', '.join(filter(None, right))} (of {stage.id!r})"
             require(not right or correct in right, f"stimuli.{name}.correct", correct, allowed)
@@ -219,15 +219,15 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             if peak > self.limit_m_s2 * (1.0 + 1e-9):
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}")
         if stage.foot is not None:
-            stage.foot.check(f"{place}.foot", METHODS[kind].asked(given))
+            stage.foot.check(f"{place}.foot", METHODS[kind].questions_for(given))
 
     # --- files ---
 
     def dumps(self) -> bytes:
         """The protocol as JSON, in a fixed order; what is as it is by default is left out."""
-        lean = _without_defaults(self)
+        fields = _without_defaults(self)
         return (
-            msgspec.json.format(msgspec.json.encode({"format": FORMAT, "version": VERSION, **lean}), indent=1) + b"\n"
+            msgspec.json.format(msgspec.json.encode({"format": FORMAT, "version": VERSION, **fields}), indent=1) + b"\n"
         )
 
     @staticmethod
@@ -297,13 +297,13 @@ def _without_defaults(document: msgspec.Struct) -> dict[str, Any]:
         value = getattr(document, field.name)
         default = {} if field.default_factory is dict else field.default
         if field.name not in ("format", "version") and (field.required or value != default):
-            found[field.name] = _lean(value)
+            found[field.name] = _without_empty(value)
     return found
 
 
-def _lean(value: Any) -> Any:
+def _without_empty(value: Any) -> Any:
     if isinstance(value, msgspec.Struct):
         return _without_defaults(value)
     if isinstance(value, Mapping):
-        return {key: _lean(item) for key, item in value.items()}
-    return [_lean(item) for item in value] if isinstance(value, tuple | list) else value
+        return {key: _without_empty(item) for key, item in value.items()}
+    return [_without_empty(item) for item in value] if isinstance(value, tuple | list) else value

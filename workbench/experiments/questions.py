@@ -36,21 +36,21 @@ class OpenChoice(Choice):
     """A choice that need not be made: its default says that it was not."""
 
 
-def needs_answer(one: Parameter) -> bool:
+def needs_answer(question: Parameter) -> bool:
     """Whether a page cannot be left without an answer to this: what nobody said is never kept as if it were said.
 
     >>> needs_answer(Number(50.0, 0.0, 100.0)), needs_answer(Text(""))
     (True, False)
     """
-    return not isinstance(one, Text | OpenChoice)
+    return not isinstance(question, Text | OpenChoice)
 
 
-def unanswered(one: Parameter) -> BadValue:
+def unanswered(question: Parameter) -> BadValue:
     """What is said where there is no answer, and one is needed."""
-    return BadValue(f"Please answer: {one.doc or one.label} ({one.allowed})")
+    return BadValue(f"Please answer: {question.doc or question.label} ({question.allowed})")
 
 
-def typed_answer(one: Parameter, text: str) -> Any:
+def typed_answer(question: Parameter, text: str) -> Any:
     """The answer that was typed: a number with or without its unit, a choice by its number or by how it begins.
 
     `BadValue` has the words of the question, for the person who was asked.
@@ -64,13 +64,15 @@ def typed_answer(one: Parameter, text: str) -> Any:
     """
     value: Any = text
     try:
-        if isinstance(one, Choice):
-            value = _chosen(one.options, text)
-        elif isinstance(one, Number | Count):
-            value = parse_quantity(text, one.unit)
-        return one.check(value)
+        if isinstance(question, Choice):
+            value = _chosen(question.options, text)
+        elif isinstance(question, Number | Count):
+            value = parse_quantity(text, question.unit)
+        return question.check(value)
     except BadValue:
-        raise BadValue(f"{one.doc or one.label} The answer is {text!r}; allowed: {one.allowed}") from None
+        raise BadValue(
+            f"{question.doc or question.label} The answer is {text!r}; allowed: {question.allowed}"
+        ) from None
 
 
 def _chosen(options: tuple[str, ...], text: str) -> str:

@@ -25,12 +25,12 @@ MOST_PEOPLE = 1_000_000
 SHARES = (0.25, 0.5, 1.0)
 """After which shares of the blocks estimates are made, or of the trials where there is one block."""
 
-Found = tuple[int, str, float, float, float, float, float]
+EstimateRow = tuple[int, str, float, float, float, float, float]
 """Person, estimate, share of the trials, value, low, high, truth."""
 
 
 @dataclass(frozen=True)
-class Conditions:
+class SimulationSettings:
     """How people are simulated: the seed, draws for intervals of curves (0: by covariance), what is true of them."""
 
     seed: int = 1
@@ -46,24 +46,24 @@ class Job:
     folder: str
     first: int
     end: int
-    conditions: Conditions = Conditions()
+    conditions: SimulationSettings = SimulationSettings()
 
 
 def jobs_of(
-    protocol: Protocol, folder: Path, people: int, conditions: Conditions | None = None, each: int = 20
+    protocol: Protocol, folder: Path, people: int, conditions: SimulationSettings | None = None, each: int = 20
 ) -> list[Job]:
     """The people of a study, whose patches lie in `folder`, in jobs of `each`."""
     require(1 <= people <= MOST_PEOPLE, "people", people, f"1 to {MOST_PEOPLE}")
-    how = conditions or Conditions()
+    how = conditions or SimulationSettings()
     seed_of(how.seed)
     text = protocol.dumps()
     return [Job(text, str(folder), first, min(first + each, people), how) for first in range(0, people, each)]
 
 
-def simulate(job: Job) -> list[Found]:
+def simulate(job: Job) -> list[EstimateRow]:
     """What the people of a job estimate. A function of a module with plain data: it runs in any process."""
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
-    how, found = job.conditions, list[Found]()
+    how, found = job.conditions, list[EstimateRow]()
     for person in range(job.first, job.end):
         rows, participant = simulated_rows(protocol, person, how.seed, dict(how.truth))
         truths = {name: v for observer in participant.observers.values() for name, v in observer.truths().items()}
@@ -131,15 +131,15 @@ class Summary:
         return math.hypot(self.spread, self.differ) / math.sqrt(people)
 
 
-def summaries(found: Iterable[Found]) -> list[Summary]:
+def summaries(found: Iterable[EstimateRow]) -> list[Summary]:
     """One summary for each estimate and share of the trials, of all people; the order of `found` does not matter."""
-    by_name: dict[tuple[str, float], list[Found]] = {}
+    by_name: dict[tuple[str, float], list[EstimateRow]] = {}
     for one in sorted(found, key=lambda f: (f[0], f[1], f[2])):
         by_name.setdefault((one[1], one[2]), []).append(one)
     return [_summary(name, share, several) for (name, share), several in sorted(by_name.items())]
 
 
-def _summary(name: str, share: float, several: Sequence[Found]) -> Summary:
+def _summary(name: str, share: float, several: Sequence[EstimateRow]) -> Summary:
     values, lows, highs, truths = (np.array([one[k] for one in several]) for k in (3, 4, 5, 6))
     there = np.isfinite(values)
     truth = float(truths.mean())

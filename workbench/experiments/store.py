@@ -51,7 +51,7 @@ _TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Excerpt:
     """What was recorded during a presentation, [frame, column].
 
     `kind`: "force" (newtons a corner), "vibration" (what was commanded, m/s^2 a tile) or "measured" (what an
@@ -83,7 +83,7 @@ class SessionFile:
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
         self.path, self._base = path, base
         self._packer = ThreadPoolExecutor(1, "packing")
-        self._begun: list[tuple[Stretch, Future[_Packed]]] = []
+        self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
         """What the disk has refused, to be written before anything else: when, and what."""
 
@@ -201,7 +201,7 @@ class SessionFile:
         with self._readable("note"):
             return [Note(*row) for row in self._base.execute("select at, entry, body from note order by id")]
 
-    def stretches(self, number: int) -> list[Stretch]:
+    def excerpts(self, number: int) -> list[Excerpt]:
         """What was recorded for entry `number`, from 1."""
         found = []
         with self._readable("stretch"):
@@ -213,22 +213,22 @@ class SessionFile:
             for kind, part, first, rate_hz, columns, scale, shape, data in rows:
                 values = np.frombuffer(_unpacked(data), _TYPES[kind]).reshape(json.loads(shape))
                 names = tuple(json.loads(columns))
-                found.append(Stretch(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
+                found.append(Excerpt(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
         return found
 
     # --- what is put in ---
 
-    def begin_packing(self, stretches: Iterable[Stretch]) -> None:
+    def begin_packing(self, excerpts: Iterable[Excerpt]) -> None:
         """Pack stretches, in a thread, that are to be added soon: of ten seconds and four tiles that takes half a
         second, which passes while a person thinks."""
-        self._begun += [(stretch, self._packer.submit(_packed, stretch)) for stretch in stretches]
+        self._begun += [(excerpt, self._packer.submit(_packed, excerpt)) for excerpt in excerpts]
 
-    def add(self, entry: Entry, stretches: Iterable[Stretch] = ()) -> int:
+    def add(self, entry: Entry, excerpts: Iterable[Excerpt] = ()) -> int:
         """Keep an entry with its stretches; safe when this returns. Its number, from 1.
 
         Where the disk refuses it, `BadFile`: it waits, and is written before the next one, or by `write_waiting`.
         """
-        packed = [self._packed_one(stretch) for stretch in stretches]
+        packed = [self._packed_one(excerpt) for excerpt in excerpts]
         self._begun = []
         self._waiting.append((time_of_day(), entry, packed))
         self.write_waiting()
@@ -250,9 +250,9 @@ class SessionFile:
             del self._waiting[0]
             self._packer.submit(_fold, self.path)
 
-    def _packed_one(self, stretch: Stretch) -> _Packed:
-        begun = next((future for one, future in self._begun if one is stretch), None)
-        return begun.result() if begun is not None else _packed(stretch)
+    def _packed_one(self, excerpt: Excerpt) -> _Packed:
+        begun = next((future for one, future in self._begun if one is excerpt), None)
+        return begun.result() if begun is not None else _packed(excerpt)
 
     def replace_last(self, entry: Entry) -> None:
         """Put an entry in the place of the last one, whose stretches stay: a trial that is spoiled afterwards."""
@@ -329,16 +329,16 @@ def _unpacked(data: bytes) -> bytes:
     return values
 
 
-def _packed(stretch: Stretch) -> _Packed:
+def _packed(excerpt: Excerpt) -> _Packed:
     """A stretch as a row; vibration with 16 bits of its largest value."""
-    values = np.asarray(stretch.values, np.float64)
+    values = np.asarray(excerpt.values, np.float64)
     scale = 1.0
-    if _TYPES[stretch.kind] == "<i2":
+    if _TYPES[excerpt.kind] == "<i2":
         scale = (float(np.abs(values).max(initial=0.0)) or 1.0) / 32767.0
         values = np.round(values / scale)
-    data = zlib.compress(np.ascontiguousarray(values, _TYPES[stretch.kind]).tobytes(), 1)
-    columns, shape = json.dumps(stretch.columns), json.dumps(values.shape)
-    return (stretch.part, stretch.kind, stretch.first, stretch.rate_hz, columns, scale, shape, data)
+    data = zlib.compress(np.ascontiguousarray(values, _TYPES[excerpt.kind]).tobytes(), 1)
+    columns, shape = json.dumps(excerpt.columns), json.dumps(values.shape)
+    return (excerpt.part, excerpt.kind, excerpt.first, excerpt.rate_hz, columns, scale, shape, data)
 
 
 def time_of_day() -> str:

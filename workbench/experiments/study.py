@@ -13,12 +13,12 @@ from typing import Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.experiments.draws import Draws
 from underfoot.experiments.duration import usual_s
 from underfoot.experiments.method import Method
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.questions import ask, needs_answer, unanswered, yes_or_no
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import IDENTIFIER, Number, Parameter
 
@@ -47,7 +47,7 @@ class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 @dataclass(frozen=True)
 class Page:
-    """What is shown now. `kind` is the stage's, or "end"; `asks` are what is answered.
+    """What is shown now. `kind` is the stage's, or "end"; `questions` are what is answered.
 
     In trials: `trial`, at which `attempt`, with as many `plays`, begun by `start`. `seconds` is how long a pause or a
     time of learning lasts. `feedback` is what to show of the answer before. `share` is how much is done, 0 to 1.
@@ -57,7 +57,7 @@ class Page:
     kind: str
     title: str
     text: str
-    asks: tuple[Parameter, ...] = ()
+    questions: tuple[Parameter, ...] = ()
     trial: Trial | None = None
     attempt: int = 1
     plays: int = 1
@@ -105,7 +105,7 @@ class Study:
         return self._gain_db
 
     @property
-    def learned(self) -> tuple[str, ...]:
+    def learnable(self) -> tuple[str, ...]:
         """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
         stages = self.protocol.order()
         here = next((k for k, stage in enumerate(stages) if stage.id == self._page.stage), 0)
@@ -219,31 +219,31 @@ class Study:
         page = Page(stage.id, stage.kind, stage.title, stage.text, feedback=self._feedback, practice=stage.practice)
         match stage.kind:
             case "consent":
-                return replace(page, asks=(yes_or_no(AGREED, "Do you agree to take part?"),))
+                return replace(page, questions=(yes_or_no(AGREED, "Do you agree to take part?"),))
             case "questions":
-                return replace(page, asks=tuple(question.parameter for question in stage.questions))
+                return replace(page, questions=tuple(question.parameter for question in stage.questions))
             case "level":
                 low, high = LEVEL_RANGE_DB
                 gain = Number(high, low, high, doc="Where you only just feel it.", unit="dB")
-                return replace(page, asks=(ask(GAIN_DB, gain),))
+                return replace(page, questions=(ask(GAIN_DB, gain),))
             case "trials" if self._pause > 0.0:
                 return replace(page, kind="pause", title="Pause", text="", seconds=self._pause)
             case "trials" if self._method is not None:
-                trial, asks = self._method.trial, self._method.asks
+                trial, questions = self._method.trial, self._method.questions
                 return replace(
-                    page, asks=asks, trial=trial, attempt=self._attempt, plays=stage.plays, start=stage.start
+                    page, questions=questions, trial=trial, attempt=self._attempt, plays=stage.plays, start=stage.start
                 )
         return replace(page, seconds=stage.seconds)
 
     def _checked(self, values: Answers) -> dict[str, Any]:
-        asks = self._page.asks
-        unknown = set(values) - {one.name for one in asks}
+        questions = self._page.questions
+        unknown = set(values) - {one.name for one in questions}
         if unknown:
             raise BadValue(f"{self._page.title or self._page.stage} does not ask for {min(unknown)}")
-        for one in asks:
+        for one in questions:
             if one.name not in values and needs_answer(one):
                 raise unanswered(one)
-        checked = {one.name: one.check(values.get(one.name, one.default)) for one in asks}
+        checked = {one.name: one.check(values.get(one.name, one.default)) for one in questions}
         if self._page.kind == "consent":
             require(checked[AGREED] == "yes", AGREED, checked[AGREED], "yes; who does not agree does not take part")
         return checked
@@ -288,7 +288,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
         raise BadValue(f"stage {stage.id!r} has no method")
     require(use.kind in METHODS, f"method of stage {stage.id!r}", use.kind, ", ".join(sorted(METHODS)))
     given = METHODS[use.kind].checked(use.parameters, protocol.stimuli)
-    return METHODS[use.kind](given, protocol.stimuli, Draws(protocol.seed, participant, stage.id))
+    return METHODS[use.kind](given, protocol.stimuli, SeededRandom(protocol.seed, participant, stage.id))
 
 
 def all_stages(protocol: Protocol) -> Sequence[Stage]:

@@ -105,7 +105,7 @@ class Contact:
 class OngoingContact:
     """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own.
 
-    `person` is who stands there, as far as somebody has said so (`walks.StepCounter.person_at`), else 0. `loads` are
+    `person` is who stands there, as far as somebody has said so (`walks.WalkTracker.person_at`), else 0. `loads` are
     the numbers of what presses on its tiles, which stay while they last.
     """
 

@@ -34,47 +34,47 @@ from underfoot.floor.loads import (
     centre_m,
     columns,
     distance_m,
-    fits,
+    fits_in_foot,
     loaded,
-    nearest,
-    now_apart_m,
+    nearest_distance_m,
+    present_distance_m,
 )
 from underfoot.floor.shared_loads import (
-    AFTER_S,
+    BOTH_FEET_S,
+    HEEL_STRIKE_S,
     JUMP_M,
     JUMP_S,
     LOADED_N,
-    ROLLED_S,
-    TOGETHER_S,
-    jumped,
-    relieved,
+    STAYS_LOADED_S,
+    jump_time_s,
+    relief_time_s,
     shared,
 )
 
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""
 
-SWING_S, WAIT_S, SURE_S = 0.30, 0.70, 0.40
+SWING_S, DECIDED_S, FIT_DECIDED_S = 0.30, 0.70, 0.40
 """A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
-still fits into a box after `SURE_S`; every question is decided after `WAIT_S`."""
+still fits into a box after `FIT_DECIDED_S`; every question is decided after `DECIDED_S`."""
 
-TOES_M, BEHIND_M, OUTLASTS_S = 0.14, 0.03, 0.15
+TOES_M, BEHIND_M, TOES_OUTLAST_S = 0.14, 0.03, 0.15
 """The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
-`OUTLASTS_S` after the rest."""
+`TOES_OUTLAST_S` after the rest."""
 
-SMALL_M = 0.5
+LARGEST_TILE_DIAGONAL_M = 0.5
 """On a plate of a longer diagonal people stand with both feet and shift their weight: its load stays one contact."""
 
-SETTLED_S = JUMP_S + AFTER_S + 0.04
+SETTLED_S = JUMP_S + STAYS_LOADED_S + 0.04
 """So long after a sample it is known that its load is not divided there."""
 
-BRIDGED_M_S = 0.5
+GAP_ROLL_SPEED_M_S = 0.5
 """A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
 
-TOUCH_S = 0.08
+SHORTEST_TOUCH_S = 0.08
 """No foot leaves so soon: what does is its heel, and the rest comes down on another tile up to `BEFORE_S` later."""
 
-LINGERS_S = 0.05
+OVERLAP_S = 0.05
 """So much longer than the rest of a foot that leaves may its toes be on the next tile."""
 
 TICK = 8
@@ -89,11 +89,11 @@ class FootFinder:
 
     def __init__(self, floor: Floor, rate_hz: float, every: int) -> None:
         self._touches = floor.gaps_m() <= GAP_M
-        self._is_small = [math.hypot(*tile.size_m) <= SMALL_M for tile in floor.tiles]
+        self._is_small = [math.hypot(*tile.size_m) <= LARGEST_TILE_DIAGONAL_M for tile in floor.tiles]
         self._every = every
         self._doubtful = math.ceil(BEFORE_S * rate_hz)
-        self._together = math.ceil(TOGETHER_S * rate_hz)
-        self._bridged = np.ceil(floor.gaps_m() / BRIDGED_M_S * rate_hz).astype(int)
+        self._together = math.ceil(BOTH_FEET_S * rate_hz)
+        self._bridged = np.ceil(floor.gaps_m() / GAP_ROLL_SPEED_M_S * rate_hz).astype(int)
         self._longest_bridge = int(self._bridged[self._touches].max())
         self._held_samples = math.ceil(HELD_S * rate_hz)
         self._on: dict[int, Load] = {}
@@ -239,9 +239,9 @@ class FootFinder:
 
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
-            if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - AFTER_S:
-                at_s = jumped(load.track(), load.start_s, self._came_m(load))
-                at_s = self._relieved(load) if at_s is None else at_s
+            if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - STAYS_LOADED_S:
+                at_s = jump_time_s(load.track(), load.start_s, self._touchdown_m(load))
+                at_s = self._relief_s(load) if at_s is None else at_s
                 if at_s is not None:
                     self._divide(load, at_s)
         for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
@@ -260,17 +260,17 @@ class FootFinder:
             and float(np.hypot(*(places - other.track()[-1, 1:3]).T).min()) <= LENGTH_M
         ]
 
-    def _relieved(self, load: Load) -> float | None:
+    def _relief_s(self, load: Load) -> float | None:
         """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
-        begin_s = max(self._now_s - HELD_S + 1.5 * BEFORE_S, load.start_s + ROLLED_S)
-        found = relieved(load.track(), begin_s)
+        begin_s = max(self._now_s - HELD_S + 1.5 * BEFORE_S, load.start_s + HEEL_STRIKE_S)
+        found = relief_time_s(load.track(), begin_s)
         if found is None:
             return None
         least_s, moved = found
         begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
         return least_s if moved or begins else None
 
-    def _came_m(self, load: Load) -> NDArray[np.float64]:
+    def _touchdown_m(self, load: Load) -> NDArray[np.float64]:
         """Where the foot of a load came down, as far as is known: from there to the load it rolls."""
         parts = [one for one in self._loads if one.foot == load.foot and len(one.track())] if load.foot else [load]
         return min(parts or [load], key=lambda one: one.start_s).track()[0, 1:3]
@@ -348,7 +348,10 @@ class FootFinder:
         candidates = self._candidates(load)
         if not final and any(other.foot == 0 for other in candidates):
             return
-        verdicts = {foot: self._judge(load, foot, final) for foot in {other.foot for other in candidates if other.foot}}
+        verdicts = {
+            foot: self._distance_from_foot(load, foot, final)
+            for foot in {other.foot for other in candidates if other.foot}
+        }
         same = {foot: cost for foot, cost in verdicts.items() if cost is not None}
         if any(math.isnan(cost) for cost in same.values()):
             return
@@ -379,7 +382,9 @@ class FootFinder:
             return True
         if load.is_cut:
             return load.end > later.sample
-        touched = load.end_s - load.start_s < TOUCH_S or not len(load.track()) or load.track()[:, 3].max() < LOADED_N
+        touched = (
+            load.end_s - load.start_s < SHORTEST_TOUCH_S or not len(load.track()) or load.track()[:, 3].max() < LOADED_N
+        )
         bridged = self._doubtful if load.is_divided or touched else int(self._bridged[load.tile, later.tile])
         return load.end + bridged > later.sample
 
@@ -390,13 +395,13 @@ class FootFinder:
         """
         for other in self._candidates(load):
             if other.end is None:
-                cost = self._judge(load, other.foot, False) if other.foot else math.nan
-                at_once = load.start_s - other.start_s < SWING_S and now_apart_m(load, other) <= APART_M
+                cost = self._distance_from_foot(load, other.foot, False) if other.foot else math.nan
+                at_once = load.start_s - other.start_s < SWING_S and present_distance_m(load, other) <= APART_M
                 if cost is not None and (at_once or not math.isnan(cost)):
                     return other
         return None
 
-    def _judge(self, load: Load, foot: int, final: bool) -> float | None:
+    def _distance_from_foot(self, load: Load, foot: int, final: bool) -> float | None:
         """How far a load's beginning is from a foot of which it is a part, metres; None if it is none, NaN if open."""
         parts = [other for other in self._loads if other.foot == foot and other is not load]
         now_s = self._now_s
@@ -405,24 +410,27 @@ class FootFinder:
             return math.nan
         # What is newer may still be divided.
         until_s = math.inf if final else now_s - SETTLED_S
-        mine, track = self._own(load, until_s), np.concatenate([self._own(other, until_s) for other in parts])
+        mine, track = (
+            self._own_track(load, until_s),
+            np.concatenate([self._own_track(other, until_s) for other in parts]),
+        )
         lag_s = load.start_s - min(other.start_s for other in parts)
         over = load.end is not None
         rest_s = max(other.end_s for other in parts)
-        ripe = final or age_s >= WAIT_S
+        ripe = final or age_s >= DECIDED_S
         if not len(mine) or not len(track):
-            return self._light(load, parts) if ripe or over else math.nan
+            return self._judge_light_load(load, parts) if ripe or over else math.nan
         near = distance_m(mine[0], track)
-        if not fits(np.concatenate([mine, track])[:, 1:3]):
+        if not fits_in_foot(np.concatenate([mine, track])[:, 1:3]):
             return None
-        if nearest(mine, track) > APART_M:
+        if nearest_distance_m(mine, track) > APART_M:
             return None if ripe or over else math.nan
         if lag_s < SWING_S:
-            sure = ripe or age_s >= SURE_S or over or rest_s < math.inf
+            sure = ripe or age_s >= FIT_DECIDED_S or over or rest_s < math.inf
             return near if sure else math.nan
-        return self._toes(load, mine, track, (ripe, over, rest_s))
+        return self._judge_toes(load, mine, track, (ripe, over, rest_s))
 
-    def _own(self, load: Load, until_s: float) -> NDArray[np.float64]:
+    def _own_track(self, load: Load, until_s: float) -> NDArray[np.float64]:
         """`loaded`, less what is elsewhere than the rest: the toes of a foot that left soon after it began."""
         track = loaded(load, until_s)
         left_s = [
@@ -430,30 +438,30 @@ class FootFinder:
             for other in self._loads
             if other.foot != load.foot
             and self._touches[other.tile, load.tile]
-            and load.start_s < other.end_s <= load.start_s + TOGETHER_S
+            and load.start_s < other.end_s <= load.start_s + BOTH_FEET_S
         ]
-        at = int(np.searchsorted(track[:, 0], max(left_s, default=-math.inf) + LINGERS_S))
+        at = int(np.searchsorted(track[:, 0], max(left_s, default=-math.inf) + OVERLAP_S))
         if at == 0:  # nothing is in doubt
             return track
         elsewhere_m = np.hypot(*(track[:at, 1:3] - track[at % len(track), 1:3]).T).max()
         return track[at:] if elsewhere_m >= JUMP_M else track
 
-    def _light(self, load: Load, parts: list[Load]) -> float | None:
-        """`_judge` for a load too light to tell anything but where it is."""
+    def _judge_light_load(self, load: Load, parts: list[Load]) -> float | None:
+        """`_distance_from_foot` for a load too light to tell anything but where it is."""
         mine, track = load.track(), np.concatenate([other.track() for other in parts])
         if not len(mine) or not len(track):
             return LENGTH_M
         near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
-        outlasts = late and min(load.end_s, self._now_s) - max(other.end_s for other in parts) > OUTLASTS_S
+        outlasts = late and min(load.end_s, self._now_s) - max(other.end_s for other in parts) > TOES_OUTLAST_S
         return near if near <= (TOES_M if late else LENGTH_M) and not outlasts else None
 
-    def _toes(
+    def _judge_toes(
         self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
     ) -> float | None:
-        """`_judge` for a load that began so late that only the foot's toes can have come down."""
+        """`_distance_from_foot` for a load that began so late that only the foot's toes can have come down."""
         ripe, over, rest_s = state
         near = distance_m(mine[0], track)
-        if near > TOES_M or min(load.end_s, self._now_s) - rest_s > OUTLASTS_S:
+        if near > TOES_M or min(load.end_s, self._now_s) - rest_s > TOES_OUTLAST_S:
             return None
         centre = centre_m(track, float(mine[0, 0]))
         first = track[track[:, 0] <= track[0, 0] + 0.1]

@@ -138,17 +138,19 @@ def _path(contact: Contact) -> tuple[float, float]:
     if not loaded.any():
         return math.nan, math.nan
     force_n = contact.force_n[loaded]
-    reach = round(0.5 * PATH_S / float(np.median(np.diff(contact.time_s))))
+    half_width = round(0.5 * PATH_S / float(np.median(np.diff(contact.time_s))))
     place = np.arange(len(force_n))
     # The mean reaches equally far to both sides, so that it begins and ends where the centroid does.
-    reach_of = np.minimum(reach, np.minimum(place, place[::-1]))
-    weight = _moving_sum(force_n, place, reach_of)
+    half_widths = np.minimum(half_width, np.minimum(place, place[::-1]))
+    weight = _moving_sum(force_n, place, half_widths)
     smooth = np.column_stack(
-        [_moving_sum(force_n * along[loaded], place, reach_of) / weight for along in (contact.x_m, contact.y_m)]
+        [_moving_sum(force_n * along[loaded], place, half_widths) / weight for along in (contact.x_m, contact.y_m)]
     )
     return float(np.hypot(*np.diff(smooth, axis=0).T).sum()), float(np.hypot(*(smooth[-1] - smooth[0])))
 
 
-def _moving_sum(values: NDArray[np.float64], place: NDArray[np.intp], reach: NDArray[np.intp]) -> NDArray[np.float64]:
+def _moving_sum(
+    values: NDArray[np.float64], place: NDArray[np.intp], half_width: NDArray[np.intp]
+) -> NDArray[np.float64]:
     sums = np.concatenate([[0.0], np.cumsum(values)])
-    return sums[place + reach + 1] - sums[place - reach]
+    return sums[place + half_width + 1] - sums[place - half_width]

@@ -82,20 +82,20 @@ def distance_m(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
     return float(np.hypot(*(first[1:3] - centre_m(track, float(first[0])))))
 
 
-def now_apart_m(load: Load, other: Load) -> float:
+def present_distance_m(load: Load, other: Load) -> float:
     """How far two loads press from each other now; 0 where one has just begun."""
     track, others = load.track(), other.track()
     return math.dist(track[-1, 1:3], others[-1, 1:3]) if len(track) and len(others) else 0.0
 
 
-def nearest(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
+def nearest_distance_m(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
     """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
     return min(distance_m(row, track) for row in mine[:: max(1, len(mine) // 8)])
 
 
-def fits(places_m: NDArray[np.float64]) -> bool:
+def fits_in_foot(places_m: NDArray[np.float64]) -> bool:
     """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
     along = places_m @ _TOWARDS
-    reach = along.max(axis=0) - along.min(axis=0)
+    extent = along.max(axis=0) - along.min(axis=0)
     half = _DIRECTIONS // 2
-    return bool(((reach <= LENGTH_M) & (np.roll(reach, half) <= WIDTH_M)).any())
+    return bool(((extent <= LENGTH_M) & (np.roll(extent, half) <= WIDTH_M)).any())

@@ -21,7 +21,7 @@ from underfoot.drawing.svg import svg
 from underfoot.errors import BadValue, require
 from underfoot.files import make_folder, write_file
 from underfoot.floor.layout import Tile
-from underfoot.floor.tile_design import Measured
+from underfoot.floor.tile_design import TileProperties
 from underfoot.floor.tile_parameters import TileParameters
 from underfoot.models.tile.plate import PLATE_RANGES, Plate
 
@@ -100,10 +100,10 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search found: mass, deflection and first mode over the grid [thickness, modulus], and the best plates."""
 
-    asked: PlateSearch
+    spec: PlateSearch
     size_m: tuple[float, float]
     modulus_pa: NDArray[np.float64]
     thickness_m: NDArray[np.float64]
@@ -115,12 +115,12 @@ class Found:
 
     def data(self) -> dict[str, Any]:
         """As plain data, for JSON."""
-        asked = msgspec.to_builtins(self.asked)
+        spec = msgspec.to_builtins(self.spec)
         share = float(self.fits.mean())
-        return {"asked": asked, "size_m": self.size_m, "fits": share, "best": [one.data() for one in self.best]}
+        return {"asked": spec, "size_m": self.size_m, "fits": share, "best": [one.data() for one in self.best]}
 
 
-def search(tile: Tile, parameters: TileParameters, asked: PlateSearch) -> Found:
+def search(tile: Tile, parameters: TileParameters, spec: PlateSearch) -> SearchResult:
     """Try all plates of a grid on a tile. The best are the lightest that fit, one for each of a few moduli.
 
     >>> from underfoot.floor.layout import default_floor
@@ -128,47 +128,47 @@ def search(tile: Tile, parameters: TileParameters, asked: PlateSearch) -> Found:
     >>> [round(1e-9 * one.modulus_pa) for one in found.best][:2], round(found.best[0].mass_kg, 2)
     ([220, 99], 0.15)
     """
-    moduli, thicknesses = (np.geomspace(*span, STEPS) for span in (asked.modulus_pa, asked.thickness_m))
+    moduli, thicknesses = (np.geomspace(*span, STEPS) for span in (spec.modulus_pa, spec.thickness_m))
     size = tile.size_m
-    mass = np.array([asked.plate(moduli[0], float(h)).mass_kg(size) for h in thicknesses])
+    mass = np.array([spec.plate(moduli[0], float(h)).mass_kg(size) for h in thicknesses])
     masses = np.repeat(mass[:, None], STEPS, axis=1)
     # Rigidity is proportional to the modulus: one plate of each thickness says what all others do.
-    unit = [asked.plate(moduli[0], float(h)) for h in thicknesses]
+    unit = [spec.plate(moduli[0], float(h)) for h in thicknesses]
     stiffer = moduli[None, :] / moduli[0]
-    sag = np.array([one.static_deflection_m(size, (0.0, 0.0), (0.0, 0.0), asked.load_n, 39) for one in unit])
+    sag = np.array([one.static_deflection_m(size, (0.0, 0.0), (0.0, 0.0), spec.load_n, 39) for one in unit])
     first = np.array([one.frequency_hz(size) for one in unit])
     deflections, modes = sag[:, None] / stiffer, first[:, None] * np.sqrt(stiffer)
-    fits = (masses <= asked.most_kg) & (deflections <= asked.most_deflection_m) & (modes >= asked.least_hz)
+    fits = (masses <= spec.most_kg) & (deflections <= spec.most_deflection_m) & (modes >= spec.least_hz)
     chosen = []
     for column in np.unique(np.linspace(STEPS - 1, 0, SHOWN).round().astype(int))[::-1]:
         rows = np.flatnonzero(fits[:, column])
         if rows.size:
             at = rows[0], column
             does = masses[at], deflections[at], modes[at]
-            chosen.append(_candidate(tile, parameters, asked, (moduli[column], thicknesses[rows[0]]), does))
+            chosen.append(_candidate(tile, parameters, spec, (moduli[column], thicknesses[rows[0]]), does))
     chosen.sort(key=lambda one: one.mass_kg)
-    return Found(asked, size, moduli, thicknesses, masses, deflections, modes, fits, tuple(chosen))
+    return SearchResult(spec, size, moduli, thicknesses, masses, deflections, modes, fits, tuple(chosen))
 
 
 def _candidate(
-    tile: Tile, parameters: TileParameters, asked: PlateSearch, made_of: tuple[float, float], does: tuple[float, ...]
+    tile: Tile, parameters: TileParameters, spec: PlateSearch, made_of: tuple[float, float], does: tuple[float, ...]
 ) -> Candidate:
-    plate = asked.plate(*map(float, made_of))
+    plate = spec.plate(*map(float, made_of))
     try:
-        dip_hz = Measured(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(False)
+        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(False)
     except BadValue:
         dip_hz = math.nan
     mass, deflection, first = map(float, does)
     return Candidate(plate.modulus_pa, plate.thickness_m, mass, deflection, first, dip_hz)
 
 
-def table(found: Found) -> str:
+def table(found: SearchResult) -> str:
     """The best plates as a table for a terminal; what kept all others away where none fits."""
-    asked, (x, y) = found.asked, (100.0 * side for side in found.size_m)
+    spec, (x, y) = found.spec, (100.0 * side for side in found.size_m)
     lines = [
-        f"plates of {x:.4g} x {y:.4g} cm, {asked.stiffness}, {asked.density_kg_m3:g} kg/m3: at most "
-        f"{asked.most_kg:g} kg and {_MILLI * asked.most_deflection_m:g} mm under {asked.load_n:g} N, first mode from "
-        f"{asked.least_hz:g} Hz",
+        f"plates of {x:.4g} x {y:.4g} cm, {spec.stiffness}, {spec.density_kg_m3:g} kg/m3: at most "
+        f"{spec.most_kg:g} kg and {_MILLI * spec.most_deflection_m:g} mm under {spec.load_n:g} N, first mode from "
+        f"{spec.least_hz:g} Hz",
         f"{100.0 * found.fits.mean():.0f} % of the grid fit" if found.best else why_none(found),
     ]
     if found.best:
@@ -181,13 +181,13 @@ def table(found: Found) -> str:
     return "\n".join(lines)
 
 
-def why_none(found: Found) -> str:
+def why_none(found: SearchResult) -> str:
     """Which of the three conditions no plate of the grid meets together with the others."""
-    asked = found.asked
+    spec = found.spec
     met = {
-        "mass": found.mass_kg <= asked.most_kg,
-        "deflection": found.deflection_m <= asked.most_deflection_m,
-        "first mode": found.first_hz >= asked.least_hz,
+        "mass": found.mass_kg <= spec.most_kg,
+        "deflection": found.deflection_m <= spec.most_deflection_m,
+        "first mode": found.first_hz >= spec.least_hz,
     }
     alone = [name for name, ok in met.items() if not ok.any()]
     if alone:
@@ -195,17 +195,17 @@ def why_none(found: Found) -> str:
     return "no plate fits: each condition can be met, but not all together"
 
 
-def drawing(found: Found) -> Drawing:
+def drawing(found: SearchResult) -> Drawing:
     """Where on the grid plates fit, with the edge of each condition."""
-    asked, gpa, mm = found.asked, found.modulus_pa / _GIGA, _MILLI * found.thickness_m
+    spec, gpa, mm = found.spec, found.modulus_pa / _GIGA, _MILLI * found.thickness_m
     span, room = (float(gpa[0]), float(gpa[-1])), (float(mm[0]), float(mm[-1]))
-    stiff_gpa = gpa[0] * found.deflection_m[:, 0] / asked.most_deflection_m
-    high_gpa = gpa[0] * (asked.least_hz / found.first_hz[:, 0]) ** 2
-    heaviest_mm = np.interp(asked.most_kg, found.mass_kg[:, 0], mm)
-    lines = [series(f"{asked.most_kg:g} kg", span, [heaviest_mm] * 2, colour="force")]
+    stiff_gpa = gpa[0] * found.deflection_m[:, 0] / spec.most_deflection_m
+    high_gpa = gpa[0] * (spec.least_hz / found.first_hz[:, 0]) ** 2
+    heaviest_mm = np.interp(spec.most_kg, found.mass_kg[:, 0], mm)
+    lines = [series(f"{spec.most_kg:g} kg", span, [heaviest_mm] * 2, colour="force")]
     for name, least_gpa, colour in (
-        (f"{_MILLI * asked.most_deflection_m:g} mm", stiff_gpa, "events"),
-        (f"{asked.least_hz:g} Hz", high_gpa, "vibration"),
+        (f"{_MILLI * spec.most_deflection_m:g} mm", stiff_gpa, "events"),
+        (f"{spec.least_hz:g} Hz", high_gpa, "vibration"),
     ):
         seen = (least_gpa >= span[0]) & (least_gpa <= span[1])
         lines.append(series(name, least_gpa[seen], mm[seen], colour=colour))
@@ -219,7 +219,7 @@ def drawing(found: Found) -> Drawing:
     )  # fmt: skip
 
 
-def write(found: list[Found], folder: Path) -> None:
+def write(found: list[SearchResult], folder: Path) -> None:
     """Write `index.html`, `plates.json` and a picture of each search into `folder`; `BadFile` where that cannot be."""
     make_folder(folder)
     body = []

@@ -16,33 +16,33 @@ from numpy.typing import NDArray
 
 from underfoot.floor.tracking import OFF_SHARE, ON_N
 
-JUMP_M, ASIDE_M, ONWARDS, JUMP_S, AFTER_S, ROLLED_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
-"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `ASIDE_M` in a direction that is not
-the one in which it rolled (cosine below `ONWARDS`), and stays loaded for `AFTER_S`; not in the first `ROLLED_S`, when a
-heel that strikes becomes a foot."""
+JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
+"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `SIDEWAYS_M` in a direction that is
+not the one in which it rolled (cosine below `SAME_WAY_COSINE`), and stays loaded for `STAYS_LOADED_S`; not in the first
+`HEEL_STRIKE_S`, when a heel that strikes becomes a foot."""
 
-RISEN, RISEN_M = 1.5, 0.045
-"""Where the load meanwhile becomes so many times as large, `RISEN_M` will do, if it is not the way from where its foot
-came down: somebody has stepped on."""
+RISE_FACTOR, RISEN_JUMP_M = 1.5, 0.045
+"""Where the load meanwhile becomes so many times as large, `RISEN_JUMP_M` will do, if it is not the way from where its
+foot came down: somebody has stepped on."""
 
-PASSED = 0.65
+HANDOVER_SHARE = 0.65
 """It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
 
-RELIEVED, MOVED_M = 0.3, 0.05
+RELIEVED_SHARE, RELIEVED_MOVE_M = 0.3, 0.05
 """A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
 much, or while a load beside it begins."""
 
 LOADED_N = 50.0
 """Below this a centroid is too uncertain to tell anything."""
 
-TOGETHER_S, ALONE_S = 0.20, 0.08
+BOTH_FEET_S, SINGLE_FOOT_S = 0.20, 0.08
 """Both feet are down for at most so long before and after a load has passed on; where a foot is and how it rolls is
 seen from so much of the time when it is alone."""
 
-UNSURE = 0.05
+SECOND_FOOT_SHARE = 0.05
 """A second foot surely is down from this share of the load on: a way that is continued is off by some."""
 
-LEAST = 1e-3
+LEAST_SHARE = 1e-3
 """No foot that shares a load bears less of it."""
 
 _ROUNDS = 4
@@ -51,7 +51,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Shared:
+class SharedLoad:
     """Two feet on a tile, from `first_s`, when the second came down, to `last_s`, when the first left.
 
     `places_m` (2, 2) is where the first is at `first_s` and the second at `last_s`; `speeds_m_s` (2, 2) how they roll.
@@ -77,7 +77,7 @@ class Shared:
         way = second - first
         along = ((centroid_m - first) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-9)
         # A foot that is down bears something: a place needs a force.
-        share = np.clip(along, LEAST, 1.0 - LEAST)
+        share = np.clip(along, LEAST_SHARE, 1.0 - LEAST_SHARE)
         off = centroid_m - first - share[:, None] * way
         return share, first + off, second + off
 
@@ -102,29 +102,29 @@ class Shared:
         return first[:ends], second[begins:], float(second_n[begins - 1]) if begins else 0.0
 
 
-def shared(track: Floats, at_s: float) -> Shared:
+def shared(track: Floats, at_s: float) -> SharedLoad:
     """How the two feet of a load that passed on at `at_s` shared it. `track` (n, 4) is time, x, y and force, seconds,
     metres and newtons, of both; it begins before `at_s` and ends behind it."""
     time_s, places_m, force_n = track[:, 0], track[:, 1:3], track[:, 3]
-    first_s, last_s = at_s - 0.8 * TOGETHER_S, at_s + 0.7 * TOGETHER_S
+    first_s, last_s = at_s - 0.8 * BOTH_FEET_S, at_s + 0.7 * BOTH_FEET_S
     for _ in range(_ROUNDS):
-        found = Shared(
+        found = SharedLoad(
             first_s,
             last_s,
             *np.stack(
                 [
-                    _line(track, first_s - ALONE_S, first_s, first_s),
-                    _line(track, last_s, last_s + ALONE_S, last_s),
+                    _line(track, first_s - SINGLE_FOOT_S, first_s, first_s),
+                    _line(track, last_s, last_s + SINGLE_FOOT_S, last_s),
                 ],
                 axis=1,
             ),
         )
         share = found.shares(time_s, places_m)[0]
-        least_n = np.maximum(ON_N, UNSURE * force_n)
-        before = time_s[(time_s <= at_s) & (time_s >= at_s - TOGETHER_S) & (share * force_n < least_n)]
-        after = time_s[(time_s >= at_s) & (time_s <= at_s + TOGETHER_S) & ((1.0 - share) * force_n < least_n)]
-        first_s = float(before[-1]) if len(before) else max(at_s - TOGETHER_S, float(time_s[0]))
-        last_s = float(after[0]) if len(after) else min(at_s + TOGETHER_S, float(time_s[-1]))
+        least_n = np.maximum(ON_N, SECOND_FOOT_SHARE * force_n)
+        before = time_s[(time_s <= at_s) & (time_s >= at_s - BOTH_FEET_S) & (share * force_n < least_n)]
+        after = time_s[(time_s >= at_s) & (time_s <= at_s + BOTH_FEET_S) & ((1.0 - share) * force_n < least_n)]
+        first_s = float(before[-1]) if len(before) else max(at_s - BOTH_FEET_S, float(time_s[0]))
+        last_s = float(after[0]) if len(after) else min(at_s + BOTH_FEET_S, float(time_s[-1]))
     return found
 
 
@@ -141,36 +141,39 @@ def _line(track: Floats, begin_s: float, end_s: float, at_s: float) -> Floats:
     return np.stack([middle_m + speed * (at_s - middle_s), speed])
 
 
-def jumped(track: Floats, start_s: float, came_m: Floats) -> float | None:
+def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats) -> float | None:
     """When the centroid of a load that began at `start_s` lately went from one foot to the next.
 
-    `came_m` (2,) is where its foot came down, maybe on another tile.
+    `touchdown_m` (2,) is where its foot came down, maybe on another tile.
     """
-    if track[-1, 0] - start_s < ROLLED_S + JUMP_S + AFTER_S:
+    if track[-1, 0] - start_s < HEEL_STRIKE_S + JUMP_S + STAYS_LOADED_S:
         return None
     time_s = track[:, 0]
-    begin, end = np.searchsorted(time_s, time_s[-1] - AFTER_S - JUMP_S), np.searchsorted(time_s, time_s[-1] - AFTER_S)
+    begin, end = (
+        np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S - JUMP_S),
+        np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S),
+    )
     towards = track[end, 1:3] - track[begin, 1:3]
     place_m, length_m = track[begin, 1:3], float(np.hypot(*towards))
-    moved = length_m >= JUMP_M or (length_m >= ASIDE_M and _is_aside(place_m - track[0, 1:3], towards))
-    risen = length_m >= RISEN_M and track[end, 3] >= RISEN * track[begin, 3]
+    moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, 1:3], towards))
+    risen = length_m >= RISEN_JUMP_M and track[end, 3] >= RISE_FACTOR * track[begin, 3]
     # Part of a foot that lies beside a tile may press on it so lightly until another foot comes.
     light = track[begin:, 3].min() < LOADED_N
     if light and not (track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= LOADED_N and length_m >= JUMP_M):
         return None
-    if not (moved or (risen and _is_aside(place_m - came_m, towards))):
+    if not (moved or (risen and _is_aside(place_m - touchdown_m, towards))):
         return None
     along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
-    return float(time_s[begin + int(np.argmax(along >= PASSED * along[-1]))])
+    return float(time_s[begin + int(np.argmax(along >= HANDOVER_SHARE * along[-1]))])
 
 
 def _is_aside(rolled: Floats, towards: Floats) -> bool:
     """Whether a centroid that rolled so far, and then goes `towards`, goes another way."""
-    least_m = max(float(np.hypot(*rolled)), ASIDE_M)
-    return float(towards @ rolled) < ONWARDS * float(np.hypot(*towards)) * least_m
+    least_m = max(float(np.hypot(*rolled)), SIDEWAYS_M)
+    return float(towards @ rolled) < SAME_WAY_COSINE * float(np.hypot(*towards)) * least_m
 
 
-def relieved(track: Floats, begin_s: float) -> tuple[float, bool] | None:
+def relief_time_s(track: Floats, begin_s: float) -> tuple[float, bool] | None:
     """When, from `begin_s` on, a load was least between two that were much more, and whether it is elsewhere since."""
     force_n = track[:, 3]
     begin = int(np.searchsorted(track[:, 0], begin_s))
@@ -178,8 +181,8 @@ def relieved(track: Floats, begin_s: float) -> tuple[float, bool] | None:
         return None
     least = begin + int(force_n[begin:].argmin())
     most, risen = float(force_n[:least].max(initial=0.0)), least + int(force_n[least:].argmax())
-    if force_n[risen] < force_n[least] + LOADED_N or force_n[least] > RELIEVED * most:
+    if force_n[risen] < force_n[least] + LOADED_N or force_n[least] > RELIEVED_SHARE * most:
         return None
-    was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED * most)]
-    moved = len(was) > 0 and math.dist(track[risen, 1:3], was[-1, 1:3]) >= MOVED_M
+    was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED_SHARE * most)]
+    moved = len(was) > 0 and math.dist(track[risen, 1:3], was[-1, 1:3]) >= RELIEVED_MOVE_M
     return float(track[least, 0]), moved

@@ -37,7 +37,7 @@ CORNERS = 3
 """Systems that play at once: those of the corners of a triangle."""
 NEIGHBOURS = 0.95
 """Of two triangles that share this much of what is heard, one follows the other without a fade."""
-Heard = Literal["accelerometer", "foot"]
+PlateOutput = Literal["accelerometer", "foot"]
 """Where acceleration is taken: at the accelerometer, or under the foot, where it is 0 while nobody is there."""
 
 ROW = np.dtype(
@@ -76,13 +76,13 @@ class SimulatedPlates:
 
     def __init__(
         self, floor: Floor, parameters: TileParameters | None, channels: list[int], rate_hz: float, block: int,
-        heard: Heard = "accelerometer", seed: int = 1,
+        measured_at: PlateOutput = "accelerometer", seed: int = 1,
     ) -> None:  # fmt: skip
-        require(heard in ("accelerometer", "foot"), "heard", heard, "accelerometer, foot")
+        require(measured_at in ("accelerometer", "foot"), "measured_at", measured_at, "accelerometer, foot")
         drawn = [(parameters or TileParameters()).drawn(seed, tile.id) for tile in floor.tiles]
         tiles = len(floor.tiles)
         self.out = np.zeros((block, tiles), np.float32)
-        self._bodies = _bodies(floor, drawn, rate_hz, heard)
+        self._bodies = _bodies(floor, drawn, rate_hz, measured_at)
         shakers = [one.shaker.poles() for one in drawn]
         self._shakers = _coefficients([one.at_rate(rate_hz)[1] for one in shakers])
         self._shaker_states = _zeros(tiles, 1, poles.STATE.size({"poles": int(self._shakers[:, 0].max())}))[:, 0]
@@ -146,35 +146,39 @@ def _edges_m(tile: Tile) -> Point:
     return max(abs(x) for x, _ in tile.sensors_m), max(abs(y) for _, y in tile.sensors_m)
 
 
-def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, heard: Heard) -> NDArray[np.float64]:
+def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_at: PlateOutput) -> NDArray[np.float64]:
     """The coefficients of every tile's systems, [tile, load, value]; known ones are read from the cache."""
     said = b"".join(
-        (floor.dumps(), *(one.dumps() for one in drawn), repr((rate_hz, heard, STEPS, poles.COEFFICIENTS)).encode())
+        (
+            floor.dumps(),
+            *(one.dumps() for one in drawn),
+            repr((rate_hz, measured_at, STEPS, poles.COEFFICIENTS)).encode(),
+        )
     )
 
     def made() -> NDArray[np.float64]:
-        systems = [_systems(tile, one, heard) for tile, one in zip(floor.tiles, drawn, strict=True)]
+        systems = [_systems(tile, one, measured_at) for tile, one in zip(floor.tiles, drawn, strict=True)]
         flat = _coefficients([one.at_rate(rate_hz)[1] for of_tile in systems for one in of_tile])
         return flat.reshape(len(systems), -1, flat.shape[1])
 
     return _aligned(_CACHE.get(hashlib.blake2b(said, digest_size=16).hexdigest(), made))
 
 
-def _systems(tile: Tile, parameters: TileParameters, heard: Heard) -> list[Poles]:
+def _systems(tile: Tile, parameters: TileParameters, measured_at: PlateOutput) -> list[Poles]:
     """From a shaker's force to acceleration: with nobody on the tile, then with a foot at each of its places.
 
     On a tile that is its own mirror image, feet at places that mirror each other are one foot, heard from elsewhere.
     """
     place = parameters.accelerometer_m(tile)
     free = parameters.assembly(tile).poles(place)
-    if heard == "foot":
+    if measured_at == "foot":
         free = Poles(free.poles, 0.0 * free.residues)
     standing = parameters.assembly(tile, "standing")
     alike: dict[Point, list[tuple[int, Point]]] = {}
     for number, foot_m in enumerate(foot_places_m(tile)):
         mirrored = _mirror(standing, foot_m)
-        listens_m = place if heard == "accelerometer" else foot_m
-        alike.setdefault(mirrored(foot_m), []).append((number, mirrored(listens_m)))
+        sensed_m = place if measured_at == "accelerometer" else foot_m
+        alike.setdefault(mirrored(foot_m), []).append((number, mirrored(sensed_m)))
     found = [free] * (1 + sum(map(len, alike.values())))
     for foot_m, heard_at in alike.items():
         every = replace(standing, foot_m=foot_m).poles_at([at for _, at in heard_at])
@@ -263,9 +267,9 @@ def _apply(
                 _wake(row, load, force, signals[:, k, begin:end])
             if row.awake:
                 _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
-            heard = out[at + begin : at + end, k]
+            measured_at = out[at + begin : at + end, k]
             for i in range(len(force)):
-                heard[i] = force[i]
+                measured_at[i] = force[i]
             begin = end
         for i in range(at + begin, at + n):
             out[i, k] = 0.0

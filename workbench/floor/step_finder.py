@@ -11,14 +11,14 @@ from underfoot.floor.contacts import Contact, ContactRows, ContactTracker, Ongoi
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.loss_concealment import LossConcealment
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
 """At most so many samples are looked at in one go."""
 
 
 @dataclass(frozen=True)
-class Found:
+class Detections:
     """What a chunk of forces brought: contacts at their samples, footsteps that are over, and news for the person.
 
     `finished` are the contacts that are over.
@@ -26,7 +26,7 @@ class Found:
 
     rows: ContactRows
     steps: list[Step]
-    news: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
     finished: tuple[Contact, ...] = ()
 
 
@@ -36,11 +36,11 @@ class StepFinder:
     def __init__(self, floor: Floor, rate_hz: float) -> None:
         self._floor = floor
         self._tracker = ContactTracker(floor, rate_hz)
-        self._counter = StepCounter(floor)
+        self._counter = WalkTracker(floor)
         self._concealment = LossConcealment(self._tracker, CHUNK)
         self._untared = np.zeros(len(floor.tiles), bool)
 
-    def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Found:
+    def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Detections:
         """The next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
         if not np.isfinite(force_n).all():
             force_n = force_n.copy()
@@ -48,7 +48,7 @@ class StepFinder:
         followed = self._tracker.feed(time_s, force_n)
         self._untared |= self._tracker.untared
         now = float(time_s[-1]) if len(time_s) else -math.inf
-        return Found(followed.rows, self._counter.feed(followed.finished, now), finished=followed.finished)
+        return Detections(followed.rows, self._counter.feed(followed.finished, now), finished=followed.finished)
 
     def ongoing(self) -> tuple[OngoingContact, ...]:
         """The contacts at the latest sample, each with the person who stands there, if that is known."""
@@ -63,11 +63,11 @@ class StepFinder:
         """What each sensor reads unloaded: shape (tiles, 4)."""
         return self._tracker.baseline_n
 
-    def finish(self) -> Found:
+    def finish(self) -> Detections:
         """What is known only when no more samples follow."""
         followed = self._tracker.finish()
         steps = self._counter.feed(followed.finished, math.inf) + self._counter.finish()
-        return Found(followed.rows, steps, finished=followed.finished)
+        return Detections(followed.rows, steps, finished=followed.finished)
 
     def warnings(self) -> list[str]:
         """What the person should know of the data."""
@@ -75,9 +75,9 @@ class StepFinder:
         return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
 
 
-def found_in(
+def find_steps(
     pieces: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]], floor: Floor, rate_hz: float
-) -> Iterator[Found]:
+) -> Iterator[Detections]:
     """What is found in pieces of a stream, each of times (n,) and corner forces (n, tiles, 4), until it ends."""
     finder = StepFinder(floor, rate_hz)
     for time_s, force_n in pieces:

@@ -73,7 +73,7 @@ class Design:
     alike: tuple[str, ...]
     rows: tuple[Row, ...]
     modes_hz: dict[str, list[float]]
-    measured: "Measured"
+    measured: "TileProperties"
 
     @property
     def size_m(self) -> tuple[float, float]:
@@ -97,12 +97,12 @@ def designs(floor: Floor, parameters: TileParameters) -> list[Design]:
     kinds: dict[tuple[object, ...], list[Tile]] = {}
     for tile in floor.tiles:
         kinds.setdefault((tile.size_m, tile.sensors_m), []).append(tile)
-    thesis = Measured(_THESIS_TILE, TileParameters())
+    thesis = TileProperties(_THESIS_TILE, TileParameters())
     return [_design(tiles, parameters, thesis) for tiles in kinds.values()]
 
 
-def _design(tiles: list[Tile], parameters: TileParameters, thesis: "Measured") -> Design:
-    here = Measured(tiles[0], parameters)
+def _design(tiles: list[Tile], parameters: TileParameters, thesis: "TileProperties") -> Design:
+    here = TileProperties(tiles[0], parameters)
     rows = tuple(
         Row(key, name, unit, printed, measure(thesis), measure(here), why)
         for key, name, unit, printed, measure, why in _QUANTITIES
@@ -114,7 +114,7 @@ def _design(tiles: list[Tile], parameters: TileParameters, thesis: "Measured") -
     return Design(tuple(one.id for one in tiles), rows, modes, here)
 
 
-class Measured:
+class TileProperties:
     """One tile as it is described, not drawn, and what can be asked of it.
 
     `level_db` is the response without load, dB re 1 m/s^2 a full-scale unit, at `frequencies_hz`; `low_hz` and
@@ -214,11 +214,11 @@ class Measured:
         return self.parameters.accelerometer_m(self.tile)
 
 
-def _sag_mm(load: str) -> Callable[[Measured], float]:
+def _sag_mm(load: str) -> Callable[[TileProperties], float]:
     return lambda t: _MILLI * t.suspension.deflection_m(LOAD_N, load)
 
 
-_QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[Measured], float], str], ...] = (
+_QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[TileProperties], float], str], ...] = (
     ("f0_hz", "suspension resonance f0", "Hz", 49.0, lambda t: t.suspension.resonance_hz(), ""),
     (
         "deflection_corner_mm", "deflection, 1000 N over one corner", "mm", 4.5, _sag_mm("corner"),

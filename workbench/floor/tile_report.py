@@ -18,7 +18,7 @@ from underfoot.drawing.page import facts_table, made_by, page
 from underfoot.drawing.svg import svg
 from underfoot.files import make_folder, write_file
 from underfoot.floor.layout import LOADS
-from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, Measured
+from underfoot.floor.tile_design import ALUMINIUM, F0_LIMIT_HZ, LOAD_N, PLYWOOD, SAG_LIMIT_M, Design, TileProperties
 from underfoot.models.tile.plate import Plate
 from underfoot.models.tile.suspension import Suspension, deflection_at_resonance_m
 
@@ -58,7 +58,7 @@ def write(found: list[Design], folder: Path) -> None:
     write_file(folder / "tile.json", json.dumps(data(found), indent=1).encode() + b"\n")
 
 
-def drawings(here: Measured) -> list[tuple[str, Drawing]]:
+def drawings(here: TileProperties) -> list[tuple[str, Drawing]]:
     """The report's pictures, each with the name of its file."""
     drawn = (
         _resonance_drawing, _deflection_drawing, _trade_off_drawing, _plate_drawing, _places_drawing, _loads_drawing
@@ -66,7 +66,7 @@ def drawings(here: Measured) -> list[tuple[str, Drawing]]:
     return [draw(here) for draw in drawn]
 
 
-def _resonance_drawing(here: Measured) -> tuple[str, Drawing]:
+def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Figure 4.9: resonance over Young's modulus."""
     modulus, variants = _suspensions(here)
     f0 = np.array([one.resonance_hz() for one in variants])
@@ -80,7 +80,7 @@ def _resonance_drawing(here: Measured) -> tuple[str, Drawing]:
     return "suspension-resonance", Drawing(words, "Young's modulus, MPa", "f0, Hz", lines, x_log=True)
 
 
-def _deflection_drawing(here: Measured) -> tuple[str, Drawing]:
+def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Figure 4.9: deflection over Young's modulus."""
     modulus, variants = _suspensions(here)
     shared, corner = ([_MILLI * one.deflection_m(LOAD_N, load) for one in variants] for load in ("shared", "corner"))
@@ -97,7 +97,7 @@ def _deflection_drawing(here: Measured) -> tuple[str, Drawing]:
     )
 
 
-def _trade_off_drawing(here: Measured) -> tuple[str, Drawing]:
+def _trade_off_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Deflection over resonance, which no choice of material can change."""
     hz = np.linspace(20.0, 120.0, 200)
     shared = _MILLI * deflection_at_resonance_m(hz, here.suspension.mass_kg, LOAD_N)
@@ -114,13 +114,13 @@ def _trade_off_drawing(here: Measured) -> tuple[str, Drawing]:
     return "suspension-trade-off", Drawing(words, "f0, Hz", "deflection, mm", lines, y_log=True)
 
 
-def _suspensions(here: Measured) -> tuple[NDArray[np.float64], list[Suspension]]:
+def _suspensions(here: TileProperties) -> tuple[NDArray[np.float64], list[Suspension]]:
     """Young's moduli, MPa, and the tile's suspension with each."""
     modulus = np.geomspace(0.3, 20.0, 200)
     return modulus, [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
 
 
-def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
+def _plate_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """First bending mode over thickness, by material."""
     thickness = np.linspace(0.004, 0.05, 100)
     sandwich = msgspec.structs.replace(here.plate, stiffness="textbook")
@@ -143,7 +143,7 @@ def _plate_drawing(here: Measured) -> tuple[str, Drawing]:
     return "plate-modes", Drawing(words, "thickness, cm", "f1, Hz", tuple(lines))
 
 
-def _places_drawing(here: Measured) -> tuple[str, Drawing]:
+def _places_drawing(here: TileProperties) -> tuple[str, Drawing]:
     colours = ("vibration", "force", "contact", "events")
     seen = _is_seen(here)
     lines = tuple(
@@ -154,7 +154,7 @@ def _places_drawing(here: Measured) -> tuple[str, Drawing]:
     return "response-places", Drawing(words, "frequency, Hz", "dB re a rigid tile", lines)
 
 
-def _loads_drawing(here: Measured) -> tuple[str, Drawing]:
+def _loads_drawing(here: TileProperties) -> tuple[str, Drawing]:
     names = {"none": "no load", "standing": "a foot in the middle", "corner": "a foot at a corner"}
     colours = {"none": "vibration", "standing": "force", "corner": "contact"}
     seen = _is_seen(here)
@@ -167,7 +167,7 @@ def _loads_drawing(here: Measured) -> tuple[str, Drawing]:
     return "response-loads", Drawing(words, "frequency, Hz", "dB re 1 m/s^2 a full-scale unit", tuple(lines))
 
 
-def _is_seen(here: Measured) -> NDArray[np.bool_]:
+def _is_seen(here: TileProperties) -> NDArray[np.bool_]:
     """Which frequencies are drawn."""
     return (here.frequencies_hz >= 20.0) & (here.frequencies_hz <= 1500.0)
 

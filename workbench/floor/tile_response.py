@@ -51,9 +51,12 @@ def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: fl
     size = round(WINDOW_S * rate_hz)
     require(commanded.shape == measured.shape, "measured", measured.shape, f"the shape of commanded, {commanded.shape}")
     require(len(commanded) >= 2 * size, "commanded", len(commanded), f"at least {2 * size} samples")
-    asked, did = (_spectra(signal, size) for signal in (commanded, measured))
-    power, cross = (np.abs(asked) ** 2).sum(axis=0), (asked.conj() * did).sum(axis=0)
-    found = (np.abs(did) ** 2).sum(axis=0)
+    commanded_spectra, measured_spectra = (_spectra(signal, size) for signal in (commanded, measured))
+    power, cross = (
+        (np.abs(commanded_spectra) ** 2).sum(axis=0),
+        (commanded_spectra.conj() * measured_spectra).sum(axis=0),
+    )
+    found = (np.abs(measured_spectra) ** 2).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         explained = np.where(power > 0.0, np.abs(cross) ** 2 / power, 0.0)
     total = float(found.sum())
@@ -70,13 +73,13 @@ def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: fl
     return TileResponse(bands, levels[0], levels[1], transfer, unexplained)
 
 
-class ResponseWatch:
+class ResponseMonitor:
     """Running levels of all tiles, and which of them do not do what they are told.
 
-    >>> watch = ResponseWatch(2, 48000.0)
+    >>> watch = ResponseMonitor(2, 48000.0)
     >>> tone = np.sin(2 * np.pi * 200 / 48000 * np.arange(96000))
     >>> watch.feed(np.stack([tone, tone], axis=1), np.stack([tone, 0.1 * tone], axis=1))
-    >>> watch.astray().tolist()
+    >>> watch.deviates().tolist()
     [False, True]
     """
 
@@ -96,7 +99,7 @@ class ResponseWatch:
         loud = self._squares[0] > LEAST_M_S2**2
         self._judged_s = np.where(loud, self._judged_s + n / self._rate_hz, 0.0)
 
-    def astray(self) -> NDArray[np.bool_]:
+    def deviates(self) -> NDArray[np.bool_]:
         """Of each tile, whether its level has been further than `FURTHEST_DB` from the commanded one."""
         commanded, measured = np.maximum(self._squares, 1e-12)
         far = np.abs(10.0 * np.log10(measured / commanded)) > FURTHEST_DB
@@ -131,10 +134,10 @@ class ResponseTotals:
     def lines(self, floor: Floor) -> Iterator[str]:
         """A line for each tile that was asked something."""
         for tile, squares, (peak, reached) in zip(floor.tiles, self._squares.T, self._peaks.T, strict=True):
-            asked, done = (math.sqrt(one / max(self._frames, 1)) for one in squares)
+            commanded_rms, measured_rms = (math.sqrt(one / max(self._frames, 1)) for one in squares)
             if peak >= LEAST_M_S2:
-                off_db = 20.0 * math.log10(max(done, 1e-9) / asked)
-                levels = f"asked {asked:.3g} m/s^2 RMS, done {done:.3g} ({off_db:+.1f} dB)"
+                off_db = 20.0 * math.log10(max(measured_rms, 1e-9) / commanded_rms)
+                levels = f"asked {commanded_rms:.3g} m/s^2 RMS, done {measured_rms:.3g} ({off_db:+.1f} dB)"
                 yield f"tile {tile.id}: {levels}, peak {reached:.3g} for {peak:.3g}"
 
 

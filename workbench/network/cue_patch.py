@@ -22,27 +22,27 @@ SETTABLE = ("number", "count", "choice")
 
 
 @dataclass(frozen=True)
-class Cued:
+class CuedChanges:
     """What cues have asked for: by tile, a preset and its gain in decibels; and values by node and parameter."""
 
     presets: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     values: Mapping[tuple[str, str], Any] = field(default_factory=dict)
 
-    def playing(self, tiles: Iterable[str], preset: str, gain_db: float) -> "Cued":
+    def playing(self, tiles: Iterable[str], preset: str, gain_db: float) -> "CuedChanges":
         """With a preset on these tiles."""
         return replace(self, presets={**self.presets, **dict.fromkeys(tiles, (preset, gain_db))})
 
-    def stopped(self, tiles: Iterable[str]) -> "Cued":
+    def stopped(self, tiles: Iterable[str]) -> "CuedChanges":
         """Without presets on these tiles, and without values."""
         gone = set(tiles)
-        return Cued({tile: cue for tile, cue in self.presets.items() if tile not in gone})
+        return CuedChanges({tile: cue for tile, cue in self.presets.items() if tile not in gone})
 
-    def setting(self, node: str, parameter: str, value: Any) -> "Cued":
+    def setting(self, node: str, parameter: str, value: Any) -> "CuedChanges":
         """With a value of a parameter."""
         return replace(self, values={**self.values, (node, parameter): value})
 
 
-def with_cues(patch: Patch, cued: Cued, tiles: tuple[str, ...], registry: Registry) -> Patch:
+def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry: Registry) -> Patch:
     """The patch to play on a floor of these `tiles`. Values of nodes that there are not any more are passed over."""
     if cued.presets:
         patch = _on_tiles(patch, [tile for tile in tiles if tile not in cued.presets], tiles, registry)

@@ -15,7 +15,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.reports import CommandApplied, Notice, Report, Started
 from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError, require
-from underfoot.network.cue_patch import Cued, require_settable, with_cues
+from underfoot.network.cue_patch import CuedChanges, require_settable, with_cues
 from underfoot.network.cues import ALL, MarkCue, PanicCue, PlayCue, SetCue, StopCue, StrikeCue
 from underfoot.network.server import NetworkServer, Received
 from underfoot.patch.patch import Patch
@@ -43,7 +43,7 @@ class CuePlayer:
     ) -> None:
         self.session, self.server, self._base = session, server, base
         self._panic = panic or session.panic
-        self.cued = Cued()
+        self.cued = CuedChanges()
         """What cues have asked for so far."""
         self._tiles = session.target.floor.ids
         self._edits = 0
@@ -51,20 +51,20 @@ class CuePlayer:
         self._pending: list[_Pending] = []
         self._strikes: list[Received] = []
 
-    def over(self, base: Patch) -> Patch:
+    def set_base_patch(self, base: Patch) -> Patch:
         """What is to be played where the floor's own patch is `base` from now on. Cues that do not go with it end."""
         self._base = base
         try:
             played = self._composed(self.cued)
         except UnderfootError:
-            self.cued, played = Cued(), base
+            self.cued, played = CuedChanges(), base
         self._note(played)
         return played
 
     def tick(self, reports: Iterable[Report], refusal: str = "") -> None:
         """Hear what the session reports, and carry out the cues that came; with a `refusal`, refuse all but panic."""
         for report in reports:
-            self._hear(report)
+            self._take_report(report)
         received = self.server.cues()
         panics = [one for one in received if isinstance(one.cue, PanicCue)]
         if panics:
@@ -93,13 +93,13 @@ class CuePlayer:
                         ago_s = 0.0 if one.at_s is None else time.monotonic() - one.at_s
                         self._send(Mark(text, ago_s), one)
                     case cue:
-                        cued = self._asked(cued, cue)
+                        cued = self._with_cue(cued, cue)
                         edits.append(one)
             except UnderfootError as error:
                 self.server.answer_refused(one, str(error))
         self._edit(cued, edits)
 
-    def _asked(self, cued: Cued, cue: object) -> Cued:
+    def _with_cue(self, cued: CuedChanges, cue: object) -> CuedChanges:
         """What cues have asked for with this one; `UnderfootError` for one that cannot be."""
         registry = self.session.registry
         match cue:
@@ -113,7 +113,7 @@ class CuePlayer:
         self._composed(cued)  # whatever is wrong with it is said of this cue
         return cued
 
-    def _edit(self, cued: Cued, cues: list[Received]) -> None:
+    def _edit(self, cued: CuedChanges, cues: list[Received]) -> None:
         """Play what was asked for; the answers follow when it is."""
         if not cues:
             return
@@ -144,7 +144,7 @@ class CuePlayer:
         self.session.send(command)
         self._pending.append(_Pending([one], command))
 
-    def _composed(self, cued: Cued) -> Patch:
+    def _composed(self, cued: CuedChanges) -> Patch:
         return with_cues(self._base, cued, self._tiles, self.session.registry)
 
     def _note(self, played: Patch) -> None:
@@ -157,7 +157,7 @@ class CuePlayer:
 
     # --- answering ---
 
-    def _hear(self, report: Report) -> None:
+    def _take_report(self, report: Report) -> None:
         match report:
             case CommandApplied(frame, Swap(patch)):
                 edit = max((number for number, text in self._texts if text == patch), default=0)
@@ -166,7 +166,7 @@ class CuePlayer:
             case CommandApplied(frame, command):
                 if isinstance(command, Mark):
                     marked = command.frame(frame, self.session.target.rate)
-                    self.server.tell_mark(command.text, marked, self._ago_s(marked))
+                    self.server.send_mark(command.text, marked, self._ago_s(marked))
                 done = next((one for one in self._pending if one.command == command), None)
                 if done is not None:
                     self._done(lambda one: one is done, frame)

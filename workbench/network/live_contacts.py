@@ -51,7 +51,7 @@ class LiveContacts:
     >>> moved, = live.update(0.2, [OngoingContact(7, 0.2135, 0.1525, 300.0, (0,), loads=(0,))])
     >>> moved.id, round(moved.x_velocity, 9)
     (1, 2.0)
-    >>> live.sent_as(7)
+    >>> live.sent_id(7)
     1
     """
 
@@ -65,7 +65,7 @@ class LiveContacts:
         self._before: dict[int, LiveContact] = {}
         self._time_s = -math.inf
         self.last_id = after_id
-        self._sent_as: dict[int, int] = {}
+        self._sent_ids: dict[int, int] = {}
         self._decided: deque[int] = deque()
 
     def update(self, time_s: float, contacts: Sequence[OngoingContact]) -> tuple[LiveContact, ...]:
@@ -87,17 +87,17 @@ class LiveContacts:
         self._before, self._time_s = live, time_s
         return tuple(live.values())
 
-    def sent_as(self, contact: int) -> int:
+    def sent_id(self, contact: int) -> int:
         """The id under which a contact of the tracker was last sent; 0 for one that never was."""
-        return self._sent_as.get(contact, 0)
+        return self._sent_ids.get(contact, 0)
 
     def _remember(self, contact: int, id: int) -> None:
-        if contact and contact not in self._sent_as:
+        if contact and contact not in self._sent_ids:
             self._decided.append(contact)
             if len(self._decided) > _KEPT:
-                del self._sent_as[self._decided.popleft()]
+                del self._sent_ids[self._decided.popleft()]
         if contact:
-            self._sent_as[contact] = id
+            self._sent_ids[contact] = id
 
     def _live(self, id: int, now: OngoingContact, passed_s: float) -> LiveContact:
         """A contact with its motion since the update before, by the times of the samples."""

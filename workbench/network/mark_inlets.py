@@ -1,6 +1,6 @@
 """Marks that come in beside OSC: streams of markers of the Lab Streaming Layer, and a serial line.
 
-An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `trouble` says what
+An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `problem` says what
 is wrong with it now, "" for nothing.
 """
 
@@ -32,7 +32,7 @@ class LslMarks:
     def __init__(self, take: Take) -> None:
         """`BadValue` where the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
-        self.trouble = ""
+        self.problem = ""
         self.streams: dict[str, Any] = {}
         """The inlets by the streams' own numbers."""
         self._end = threading.Event()
@@ -75,7 +75,7 @@ class SerialMarks:
     def __init__(self, port: str, take: Take) -> None:
         """`DeviceError` where the port cannot be opened; one that goes away later is looked for again."""
         self._name, self._take = port, take
-        self.trouble = ""
+        self.problem = ""
         self._port = self._opened()
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by a serial line", daemon=True)
@@ -101,11 +101,11 @@ class SerialMarks:
                 came = self._port.read(max(self._port.in_waiting, 1))
             except (OSError, TypeError) as error:
                 self._port.close()
-                self.trouble = f"marks cannot be read from {self._name}: {error}"
+                self.problem = f"marks cannot be read from {self._name}: {error}"
                 self._find_again()
                 continue
             at_s = time.monotonic()
-            words, text = words_of(text + came, is_over=not came)
+            words, text = split_marks(text + came, is_over=not came)
             for one in words:
                 self._take(one, at_s)
         self._port.close()
@@ -113,18 +113,18 @@ class SerialMarks:
     def _find_again(self) -> None:
         while not self._end.wait(_AGAIN_S):
             try:
-                self._port, self.trouble = self._opened(), ""
+                self._port, self.problem = self._opened(), ""
             except DeviceError:
                 continue
             return
 
 
-def words_of(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
+def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
     """The marks in what came on a serial line, and what may yet be part of one: nothing, where it `is_over`.
 
-    >>> words_of(b"begin\\r\\nwal", False)
+    >>> split_marks(b"begin\\r\\nwal", False)
     (['begin'], b'wal')
-    >>> words_of(b"\\x05", False), words_of(b"A", True)
+    >>> split_marks(b"\\x05", False), split_marks(b"A", True)
     ((['trigger 5'], b''), (['trigger 65'], b''))
     """
     found, text = list[str](), b""

@@ -76,7 +76,7 @@ class Received:
 
 
 class NetworkServer:
-    """Carries out a `NetworkPlan`. `DeviceError` where a port cannot be had; where LSL is missing `trouble` says so."""
+    """Carries out a `NetworkPlan`. `DeviceError` where a port cannot be had; where LSL is missing `problem` says so."""
 
     def __init__(
         self,
@@ -98,8 +98,8 @@ class NetworkServer:
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
-        self._ended, self._let_go = False, threading.Event()
-        self._trouble = ""
+        self._ended, self._released = False, threading.Event()
+        self._problem = ""
         self._lsl: LslStreams | None = None
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
@@ -116,14 +116,14 @@ class NetworkServer:
         if not self._ended:
             self._ended = True
             self._do(_nothing)
-        self._let_go.wait()
+        self._released.wait()
         if wait or not (self.plan.lsl or self.plan.lsl_marks):
             self._thread.join()
 
     @property
-    def trouble(self) -> str:
+    def problem(self) -> str:
         """What of the plan cannot be, and why; "" where all is well."""
-        return "; ".join(filter(None, (self._trouble, *(inlet.trouble for inlet in self._inlets))))
+        return "; ".join(filter(None, (self._problem, *(inlet.problem for inlet in self._inlets))))
 
     # --- what goes out ---
 
@@ -131,31 +131,31 @@ class NetworkServer:
         """The contacts at the sample at `time_s`, in seconds of the session."""
         self._shown = (time.monotonic(), time_s, contacts)
 
-    def tell_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
+    def send_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
         """Loads (n, tiles) for LSL, the last of them so long ago."""
         if self._lsl is not None:
             self._do(partial(self._lsl.force, load_n, self._lsl.now() - ago_s))
 
-    def tell_step(self, step: Step, ago_s: float) -> None:
+    def send_step(self, step: Step, ago_s: float) -> None:
         """A step that is known now, and began so long ago."""
-        contact = self._live.sent_as(step.contact)
+        contact = self._live.sent_id(step.contact)
         figures = (step.contact_ms, step.peak1_n, step.valley_n, step.peak2_n, step.impulse_ns, step.loading_kn_s)
-        self._tell(
+        self._queue_message(
             "step", step.step, contact, step.person, step.tile, step.side, Double(step.start_s), *map(float, figures)
         )
         if self._lsl is not None:
             self._do(partial(self._lsl.step, step, contact, self._lsl.now() - ago_s))
 
-    def tell_health(self, health: Health) -> None:
+    def send_health(self, health: Health) -> None:
         """How the engine is; call it once or twice a second."""
-        self._tell(
+        self._queue_message(
             "health", health.running, Long(health.frame), float(health.load), health.xruns, health.lost,
             float(health.latency_s), float(health.stream_latency_s),
         )  # fmt: skip
 
-    def tell_mark(self, text: str, frame: int, ago_s: float) -> None:
+    def send_mark(self, text: str, frame: int, ago_s: float) -> None:
         """A mark that was set at a session frame, so long ago."""
-        self._tell("mark", text, Long(frame), Double(frame / self._rate_hz))
+        self._queue_message("mark", text, Long(frame), Double(frame / self._rate_hz))
         if self._lsl is not None:
             self._do(partial(self._lsl.mark, text, self._lsl.now() - ago_s))
 
@@ -173,7 +173,7 @@ class NetworkServer:
         """The cues that came since the last call."""
         return [self._cues.popleft() for _ in range(len(self._cues))]
 
-    def _tell(self, name: str, *arguments: Argument) -> None:
+    def _queue_message(self, name: str, *arguments: Argument) -> None:
         if self.plan.send is not None:
             self._do(partial(self._send, message(f"/{NAME}/{name}", *arguments), self.plan.send))
 
@@ -196,21 +196,21 @@ class NetworkServer:
             if self.plan.lsl_marks:
                 self._inlets.append(LslMarks(partial(self._take_mark, _Allowance(MOST_MARKS_S))))
         except (BadValue, RuntimeError) as error:
-            self._trouble = str(error)
+            self._problem = str(error)
         try:
-            self._mind_sockets()
+            self._serve_sockets()
             self._send_frame(math.inf)
         finally:
             for one in (self._listening, self._out, self._wake, self._woken):
                 if one is not None:
                     one.close()
             self._close_inlets(SerialMarks)
-            self._let_go.set()
+            self._released.set()
             self._close_inlets(LslMarks)
             if self._lsl is not None:
                 self._lsl.close()
 
-    def _mind_sockets(self) -> None:
+    def _serve_sockets(self) -> None:
         due_s = time.monotonic()
         while not self._ended:
             now_s = time.monotonic()

@@ -13,7 +13,7 @@ class TileForce:
     """Tared force on each tile, in newtons; exactly 0 while nobody stands on it."""
 
     accuracy = "exact: linear between force samples, to 1e-12"
-    force_n = Input("N", is_brought=True)
+    force_n = Input("N", from_engine=True)
     tiles = Tiles(doc="tiles whose force is read")
     force = Output("N", doc="compression is positive")
     muted_by = ("force_n",)
@@ -28,8 +28,8 @@ class Contact:
     """Centroid of the contact in the tile's frame, in metres; 0 while nobody stands on the tile."""
 
     accuracy = "exact: linear between force samples, to 1e-12"
-    x_m = Input("m", is_brought=True)
-    y_m = Input("m", is_brought=True)
+    x_m = Input("m", from_engine=True)
+    y_m = Input("m", from_engine=True)
     tiles = Tiles(doc="tiles whose contact is read")
     x = Output("m", doc="along the tile's x axis; 0 at its centre")
     y = Output("m", doc="along the tile's y axis; 0 at its centre")

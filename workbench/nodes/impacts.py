@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from underfoot.layouts import Layout
 from underfoot.models.modal import contact_motion, drawn_modes, hammer, phasors, struck_bank
 from underfoot.parameters import Count, Number, Rows
-from underfoot.patch.node import AskedError, Input, Output, node, prepared, prepared_columns
+from underfoot.patch.node import Input, Output, RequestedError, node, prepared, prepared_columns
 
 FLOOR = 1e-5
 """Acceleration, m/s^2, below which a mode is dropped: 126 dB below full scale, far below the threshold of touch."""
@@ -38,13 +38,15 @@ def _by_decay(modes: Sequence[Sequence[float]]) -> NDArray[np.float64]:
 
 @node("impact", "Impacts")
 class Impact:
-    """Hammer that strikes a modal object (3.3, 3.4); the contact is integrated in sub-steps to the asked error.
+    """Hammer that strikes a modal object (3.3, 3.4); the contact is integrated in sub-steps to the requested error.
 
     A strike launches the hammer at velocity times strength. The object keeps ringing through further strikes.
     """
 
-    accuracy = "asked: the error below, of the displacement; energy grows by at most 1e-11"
-    asked = AskedError("of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.blow")
+    accuracy = "requested: the error below, of the displacement; energy grows by at most 1e-11"
+    requested_error = RequestedError(
+        "of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.strike_error"
+    )
     strike = Input(kind="event", doc="launches the hammer; strength scales the velocity")
     velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="hammer velocity at strength 1")
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="mass of the hammer")

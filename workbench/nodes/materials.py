@@ -46,10 +46,10 @@ class FibreBundle:
     damage = Output(doc="share of failed fibres, xi (7.15); of restructurings, for the inverse model")
     energy = Output(doc="energy released by the failures of a frame, in units of the bundle")
 
-    def laws(values):
-        from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
+    def distributions(values):
+        from underfoot.models.fibre_bundle.bundle_drawings import bundle_drawings
 
-        return bundle_laws(values)
+        return bundle_drawings(values)
 
     def design(controls, rate, coefficients):
         c = controls
@@ -107,11 +107,11 @@ class FibreGrid:
 
     state, coefficients = grid.STATE, grid.COEFFICIENTS
 
-    def laws(values):
-        from underfoot.models.fibre_bundle.bundle_laws import bundle_laws
+    def distributions(values):
+        from underfoot.models.fibre_bundle.bundle_drawings import bundle_drawings
 
         cells = values["columns"] * values["rows"]
-        return bundle_laws({**values, "strength": values["strength"] / cells}, f", one of {cells} cells")
+        return bundle_drawings({**values, "strength": values["strength"] / cells}, f", one of {cells} cells")
 
     def sizes(values, rate):
         return {"cells": values["columns"] * values["rows"]}

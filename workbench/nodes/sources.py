@@ -63,10 +63,10 @@ class Texture:
     muted_by = ("amplitude",)
     tail = math.inf
 
-    def laws(values):
-        from underfoot.models.signals.interval_laws import interval_laws
+    def distributions(values):
+        from underfoot.models.signals.interval_drawings import interval_drawings
 
-        return interval_laws(values["interval"])
+        return interval_drawings(values["interval"])
 
     def design(interval, burst, centre, width, rate, coefficients):
         noise.design_texture(interval, burst, centre, width, rate, coefficients)

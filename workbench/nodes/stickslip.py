@@ -12,7 +12,7 @@ from underfoot.layouts import Layout
 from underfoot.models.signals.glide import glided
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
-from underfoot.patch.node import AskedError, Input, Output, node, prepared
+from underfoot.patch.node import Input, Output, RequestedError, node, prepared
 
 _TABLES = ArrayCache("slip-quantiles-3")
 """A table takes half a second in a process that has not yet loaded the solver's kernels."""
@@ -22,12 +22,12 @@ _TABLES = ArrayCache("slip-quantiles-3")
 class StickSlip:
     """Stick-slip of a spring-held block on a moving belt (8.2, 8.4): a squeak, or a rubber sole.
 
-    Duration and distance of each slip are drawn from their joint distribution (Fokker-Planck, to the asked error).
+    Duration and distance of each slip are drawn from their joint distribution (Fokker-Planck, to the requested error).
     The output is 0 while force or velocity is 0 or below.
     """
 
-    accuracy = "asked: the error below, of the distributions (largest CDF difference)"
-    asked = AskedError(
+    accuracy = "requested: the error below, of the distributions (largest CDF difference)"
+    requested_error = RequestedError(
         "largest CDF difference", "making its table; playing costs the same", "underfoot.models.stick_slip.table_error"
     )
     force = Input("N", doc="normal force on the belt: loudness is proportional to it")
@@ -70,10 +70,10 @@ class StickSlip:
     def table(values, rate):
         return slip_table(values)
 
-    def laws(values):
-        from underfoot.models.stick_slip.slip_laws import slip_laws
+    def distributions(values):
+        from underfoot.models.stick_slip.slip_drawings import slip_drawings
 
-        return slip_laws(values)
+        return slip_drawings(values)
 
     def design(frequency, rate, coefficients):
         texture.design(2.0 * math.pi * frequency, rate, coefficients)

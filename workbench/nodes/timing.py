@@ -18,7 +18,7 @@ class Strike:
 
     accuracy = "exact: between frames, to 1e-12"
     strength = Number(1.0, 0.0, 10.0, scale="gain", doc="strength of a strike at full force")
-    by_hand = Input(kind="event", is_brought=True)
+    by_hand = Input(kind="event", from_engine=True)
     out = Output(kind="event")
 
     def run(by_hand, strength, out):
@@ -58,10 +58,10 @@ class Poisson:
     muted_by = ("strength",)
     tail = math.inf
 
-    def laws(values):
-        from underfoot.models.signals.interval_laws import interval_laws
+    def distributions(values):
+        from underfoot.models.signals.interval_drawings import interval_drawings
 
-        return interval_laws(values["interval"])
+        return interval_drawings(values["interval"])
 
     def run(interval, strength, key, rate, frame, end, out):
         first = len(out)

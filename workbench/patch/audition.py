@@ -54,7 +54,7 @@ def auditioned(
     return Audition(_as_loudness(plain, registry, f"{node}.{output.name}", tile, peak), words)
 
 
-def softened(patch: Patch, registry: Registry, factor: float) -> Patch:
+def attenuated(patch: Patch, registry: Registry, factor: float) -> Patch:
     """Return the patch with its outputs multiplied by `factor`, 0 to 1, as a comparison plays it."""
     if factor == 1.0:
         return patch
@@ -119,10 +119,10 @@ def _ticks(patch: Patch, registry: Registry, source: str, tile: str, peak: float
     return _as_loudness(patch.connect(source, f"{note}.strike", registry), registry, f"{note}.out", tile, peak)
 
 
-def _only(patch: Patch, registry: Registry, heard: set[str]) -> Patch:
+def _only(patch: Patch, registry: Registry, effective: set[str]) -> Patch:
     """Mute all outputs but these."""
     sinks = {node.id for node in patch.nodes if registry[node.type].is_sink}
-    return patch.mark(sinks - heard, "muted", True).mark(heard, "muted", False)
+    return patch.mark(sinks - effective, "muted", True).mark(effective, "muted", False)
 
 
 def _without_solo(patch: Patch) -> Patch:

@@ -136,11 +136,11 @@ class Binding:
         return [name for name in self.names.controls if name in taken or "controls" in taken]
 
     def _check(self) -> None:
-        own = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
-        for name in [*own, *self.names.controls]:
-            is_own = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
+        port_names = [*self.names.signals_in, *self.names.signals_out, *self.names.events_in, *self.names.events_out]
+        for name in [*port_names, *self.names.controls]:
+            is_known = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
             allowed = "one that no function is given something else by"
-            require(is_own, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
+            require(is_known, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
         for name, function in self.functions.items():
             known = self._expressions(name)
             for taken in _taken(function):
@@ -205,8 +205,8 @@ class Binding:
         """Compile an adapter as if it were in the node's file."""
         from numba import carray
 
-        own = f"{self.cls.__name__}_{name}"
-        source = "\n".join([f"def {own}{arguments}:", *lines])
+        port_names = f"{self.cls.__name__}_{name}"
+        source = "\n".join([f"def {port_names}{arguments}:", *lines])
         names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
         names |= {function: part(body) for function, body in self.functions.items()}
@@ -214,7 +214,7 @@ class Binding:
             if layout is not None:
                 names[key] = layout.at
         exec(compile(source, sys.modules[self.cls.__module__].__file__ or "<node>", "exec"), names)
-        function = names[own]
+        function = names[port_names]
         function.__module__ = self.cls.__module__
         return callback(signature, function)
 

@@ -17,7 +17,7 @@ from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
 
-HOSTS = ("force_n", "x_m", "y_m")
+ENGINE_SIGNALS = ("force_n", "x_m", "y_m")
 """Signals from the engine: a tile's tared force, and the contact position in the tile's frame."""
 
 _LONG_AGO = -(1 << 60)
@@ -41,7 +41,7 @@ class Built(NamedTuple):
     signals: dict[tuple[int, str], int]
     struck: dict[int, int]
     lists: dict[str, int]
-    hosts: dict[str, NDArray[np.float64]]
+    engine_signals: dict[str, NDArray[np.float64]]
 
 
 @dataclass
@@ -98,7 +98,7 @@ class Builder:
 
     def build(self) -> Built:
         """Build everything, step by step."""
-        self._add_hosts()
+        self._add_engine_signals()
         for k, part in enumerate(self.parts):
             self._add_outputs(k, part)
         for k, part in enumerate(self.parts):
@@ -108,13 +108,13 @@ class Builder:
             self._add_controls(k, part)
             self._add_memory(k, part)
         made = self._tables()
-        return Built(made, self.controls, self.signals, self.struck, self.lists.of, self._hosts_in(made))
+        return Built(made, self.controls, self.signals, self.struck, self.lists.of, self._engine_signals_in(made))
 
     # --- node by node ---
 
-    def _add_hosts(self) -> None:
-        for name in HOSTS:
-            if any(name in part.type.hosts for part in self.parts):
+    def _add_engine_signals(self) -> None:
+        for name in ENGINE_SIGNALS:
+            if any(name in part.type.engine_signals for part in self.parts):
                 self.buffers.add(name, len(self.tiles))
 
     def _add_outputs(self, k: int, part: Part) -> None:
@@ -144,7 +144,7 @@ class Builder:
 
     def _connect_signals(self, k: int, part: Part) -> dict[str, int]:
         """Return the buffer of each signal that the node reads: engine signals, inputs, and per-frame numbers."""
-        found = {name: self.buffers.of[name] for name in part.type.hosts}
+        found = {name: self.buffers.of[name] for name in part.type.engine_signals}
         for port in part.type.inputs:
             if port.kind == "signal":
                 found[port.name] = self._buffer_into(part, port.name) or 0
@@ -168,10 +168,10 @@ class Builder:
         """Register the buffers that must be zero for the node to sleep."""
         type = part.type
         wired = {name for name in inputs if f"{part.id}.{name}" in self.source_of}
-        live = {*type.hosts, *(port.name for port in type.inputs if port.name in wired)}
-        muting = [name for name in type.muted_by if name in live | wired]
+        connected = {*type.engine_signals, *(port.name for port in type.inputs if port.name in wired)}
+        muting = [name for name in type.muted_by if name in connected | wired]
         guards = [self.buffers.of[name] for name in part.guards]
-        watch = guards or [inputs[name] for name in (muting or [name for name in inputs if name in live])]
+        watch = guards or [inputs[name] for name in (muting or [name for name in inputs if name in connected])]
         node = self.nodes[k]
         node["watched"], node["watched_at"] = len(watch), len(self.watched)
         node["sleep_rule"] = tables.GUARDED if guards else tables.ANY if muting else tables.ALL
@@ -230,9 +230,11 @@ class Builder:
             is_zero=np.array([r == 0 for r in self.buffers.rows], np.uint8),
             nonzero=np.zeros((len(self.buffers.rows), self.block // driver.SLEEP_INTERVAL + 2), np.uint8),
             was_nonzero=np.zeros((len(self.buffers.rows), rows), np.uint8),
-            hosts=np.array([self.buffers.of[h] for h in HOSTS if self.buffers.of.get(h) in self.watched], np.int64),
-            brought=np.array([self.buffers.of.get(name, -1) for name in HOSTS], np.int64),
-            unfed=np.zeros(rows, np.uint8),
+            read_engine_buffers=np.array(
+                [self.buffers.of[h] for h in ENGINE_SIGNALS if self.buffers.of.get(h) in self.watched], np.int64
+            ),
+            engine_buffers=np.array([self.buffers.of.get(name, -1) for name in ENGINE_SIGNALS], np.int64),
+            engine_zero=np.zeros(rows, np.uint8),
             events=_empty_lists(len(self.lists.rows), room, self.block),
             event_stride=np.array(self.lists.rows, np.int64),
             staged=_empty_lists(int(nodes["event_inputs"].max(initial=1)), room, self.block),
@@ -280,11 +282,11 @@ class Builder:
         )
         return starts, aligned_zeros(int(starts[-1]))
 
-    def _hosts_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
+    def _engine_signals_in(self, made: Tables) -> dict[str, NDArray[np.float64]]:
         """Return the arrays that the engine fills: float64 [tile, frame] by name."""
         rows = len(self.tiles)
         found = {}
-        for name in HOSTS:
+        for name in ENGINE_SIGNALS:
             if name in self.buffers.of:
                 at = int(made.buffer_at[self.buffers.of[name]])
                 whole = made.buffers[at : at + rows * self._stride].reshape(rows, self._stride)

@@ -47,7 +47,7 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
             _skip(p, row, end, n)
             row = end
             continue
-        for buffer in p.hosts:
+        for buffer in p.read_engine_buffers:
             _scan(p, buffer, row, first, intervals, n)
         ran = False
         for k in range(p.nodes.shape[0]):
@@ -63,19 +63,21 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
 
 
 @kernel
-def bring(where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int) -> None:
+def set_engine_signals(
+    where: NDArray[np.int64], signals: NDArray[np.float64], zero_rows: NDArray[np.uint8], n: int
+) -> None:
     """Copy `n` frames of the engine's `signals` [signal, row, frame] to the buffers that nodes read.
 
     A row marked as zero is not read, and written only if it was not zero before.
     """
     p = tables_at(where)
-    for row in range(p.unfed.size):
+    for row in range(p.engine_zero.size):
         zero = zero_rows[row] != 0
-        if zero and p.unfed[row] != 0:
+        if zero and p.engine_zero[row] != 0:
             continue
-        p.unfed[row] = zero
-        for signal in range(p.brought.size):
-            buffer = p.brought[signal]
+        p.engine_zero[row] = zero
+        for signal in range(p.engine_buffers.size):
+            buffer = p.engine_buffers[signal]
             if buffer < 0:
                 continue
             at = np.uint64(p.buffer_at[buffer] + row * p.row_stride[buffer])
@@ -98,8 +100,8 @@ def tail(where: NDArray[np.int64], k: int) -> float:
 def _left_alone(p: Tables, row: int, n: int) -> int:
     """Return the end of the rows from `row` on that are idle and receive only zeros from the engine in this block."""
     while row < p.output.shape[0] and p.idle[row] != 0 and p.silent[row] != 0:
-        if p.unfed[row] == 0:
-            for buffer in p.hosts:
+        if p.engine_zero[row] == 0:
+            for buffer in p.read_engine_buffers:
                 at = p.buffer_at[buffer] + row * p.row_stride[buffer]
                 if _nonzero(p, at, at + n):
                     return row
@@ -142,7 +144,7 @@ def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) 
     f = 0
     for interval in range(intervals):
         g = min(first + interval * SLEEP_INTERVAL, n)
-        fed = p.unfed[row] == 0 and _nonzero(p, at + f, at + g)
+        fed = p.engine_zero[row] == 0 and _nonzero(p, at + f, at + g)
         p.nonzero[buffer, interval] = fed or (interval == 0 and p.was_nonzero[buffer, row] != 0)
         f = g
 

@@ -10,7 +10,7 @@ from underfoot.patch.patch import Patch
 
 def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey") -> Patch:
     """Return the patch with a group around these nodes and notes; `BadValue` if it would split another group."""
-    ids = {one.id for one in patch.things()}
+    ids = {one.id for one in patch.canvas_items()}
     chosen = tuple(dict.fromkeys(member for member in members if member in ids))
     inside = [i for i, group in enumerate(patch.groups) if set(group.members) <= set(chosen)]
     at = min(inside, default=len(patch.groups))

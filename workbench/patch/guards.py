@@ -11,7 +11,7 @@ from underfoot.patch.patch import Patch
 
 
 def guarded(
-    patch: Patch, registry: Registry, alive: set[str], scopes: Sequence[str]
+    patch: Patch, registry: Registry, needed: set[str], scopes: Sequence[str]
 ) -> tuple[tuple[str, ...], dict[str, list[str]]]:
     """Return the live nodes in an order with guards before the nodes they guard, and the guards ("node.port") of each.
 
@@ -27,26 +27,26 @@ def guarded(
     for id in patch.order():
         type = types[id]
         ports = [*(port.name for port in type.inputs), *type.muted_by]
-        stopped = type.hosts or type.is_struck or any(f"{id}.{port}" in wired for port in ports)
-        if id not in alive or stopped:
+        stopped = type.engine_signals or type.is_struck or any(f"{id}.{port}" in wired for port in ports)
+        if id not in needed or stopped:
             continue
-        found = _guards(id, types, wired, patch.wires, alive, watched)
+        found = _guards(id, types, wired, patch.wires, needed, watched)
         if found and not any(_leads(id, _id(guard), after) for guard in found):
             for guard in found:
                 after[_id(guard)].add(id)
             guards[id] = found
-    return tuple(id for id in _sorted(patch.order(), after) if id in alive), guards
+    return tuple(id for id in _sorted(patch.order(), after) if id in needed), guards
 
 
 def _guards(
-    id: str, types: Mapping, wired: Mapping[str, str], wires: Sequence, alive: set[str], watched: set[str]
+    id: str, types: Mapping, wired: Mapping[str, str], wires: Sequence, needed: set[str], watched: set[str]
 ) -> list[str] | None:
     """Return signals that must be nonzero for `id` to be audible; None if it may be audible at any time."""
     if id in watched or types[id].is_sink:
         return None
     found: list[str] = []
     for source, target in wires:
-        if _id(source) != id or _id(target) not in alive:
+        if _id(source) != id or _id(target) not in needed:
             continue
         consumer, port = _id(target), target.partition(".")[2]
         muting = types[consumer].muted_by
@@ -54,7 +54,7 @@ def _guards(
         if port in muting and others and consumer not in watched:
             found.append(others[0])
             continue
-        behind = _guards(consumer, types, wired, wires, alive, watched)
+        behind = _guards(consumer, types, wired, wires, needed, watched)
         if behind is None:
             return None
         found += behind

@@ -56,12 +56,12 @@ class Port:
 
 @dataclass(frozen=True)
 class Input:
-    """Declares an input: a signal in `unit`, or events. With `is_brought` the engine supplies it instead of a wire."""
+    """Declares an input: a signal in `unit`, or events. With `from_engine` the engine supplies it instead of a wire."""
 
     unit: str = ""
     kind: str = "signal"
     doc: str = ""
-    is_brought: bool = False
+    from_engine: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ def prepared_columns(make: Callable[..., Any]) -> Prepared:
 
 
 @dataclass(frozen=True)
-class AskedError:
+class RequestedError:
     """How error and cost of a node with a parameter `error` are measured.
 
     `of` and `cost` describe the error, and what is timed. The module `measured_by`, imported only when needed, has
-    `work(values)`, which prepares the work and returns a function that does it once, and `error_found(values)`, the
-    error compared with a tight solution.
+    `timed_work(values)`, which prepares the work and returns a function that does it once, and
+    `measured_error(values)`, the error compared with a tight solution.
     """
 
     of: str
@@ -107,7 +107,7 @@ class NodeType:
     doc: str
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
-    hosts: tuple[str, ...]
+    engine_signals: tuple[str, ...]
     """Names of the signals that the engine supplies."""
     parameters: Mapping[str, Parameter]
     binding: Binding
@@ -121,12 +121,12 @@ class NodeType:
     """Whether its inputs are added, so that solo silences those without a soloed source."""
     accuracy: str = ""
     """Accuracy, with the bound that is tested; or the quantity whose error a parameter asks for."""
-    laws: Callable[[Values], tuple[Drawing, ...]] | None = None
+    distributions: Callable[[Values], tuple[Drawing, ...]] | None = None
     """Draws the distributions or curves for an instance's values; None if there are none."""
-    asked: AskedError | None = None
+    requested_error: RequestedError | None = None
     """How run time and error are measured, for a node with a parameter `error`."""
     missing: str = ""
-    """Why this is a stand-in for a node whose file was not run (`underfoot.patch.own_nodes`); "" for a real node."""
+    """Why this is a stand-in for a node whose file was not run (`underfoot.patch.custom_nodes`); "" for a real node."""
 
     @cached_property
     def signal_parameters(self) -> tuple[Number, ...]:
@@ -191,8 +191,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     Besides ports, parameters and functions a class may have: `state` and `coefficients`, layouts, and
     `sizes(values, rate)`, the values of their symbols; prepared tables; `muted_by`, signals any of which at exactly
     zero makes the output exactly zero; `is_sink`, if its output is played: by the tile, or with `to_sound` as sound;
-    `is_sum`, if its inputs are added; `accuracy`; `asked`, how error and cost are measured for a parameter `error`; and
-    `laws(values)`, which draws distributions. `BadValue` for a function with an unknown argument.
+    `is_sum`, if its inputs are added; `accuracy`; `requested_error`, how error and cost are measured for a parameter
+    `error`; and `distributions(values)`, which draws distributions. `BadValue` for a function with an unknown argument.
     """
 
     def declare(cls: Any) -> NodeType:
@@ -200,17 +200,17 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
         tables = {name: value for name, value in body.items() if isinstance(value, Prepared)}
-        inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.is_brought}
-        brought = {name: port for name, port in ports.items() if isinstance(port, Input) and port.is_brought}
+        inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
+        from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
         outputs = {name: port for name, port in ports.items() if isinstance(port, Output)}
         names = Names(
             signals_in=(
-                *_of("signal", brought),
+                *_of("signal", from_engine),
                 *_of("signal", inputs),
                 *(p.name for p in _signal_parameters(parameters)),
             ),
             signals_out=_of("signal", outputs),
-            events_in=(*_of("event", inputs), *_of("event", brought)),
+            events_in=(*_of("event", inputs), *_of("event", from_engine)),
             events_out=_of("event", outputs),
             controls={parameter.name: parameter.kind != "number" for parameter in _controls(parameters)},
             tables={name: table.dimensions for name, table in tables.items()},
@@ -222,17 +222,17 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             doc=inspect.cleandoc(cls.__doc__),
             inputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in inputs.items()),
             outputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in outputs.items()),
-            hosts=_of("signal", brought),
+            engine_signals=_of("signal", from_engine),
             parameters=parameters,
             binding=Binding(cls, names, tables),
             muted_by=body.get("muted_by", ()),
             is_sink=body.get("is_sink", False),
             to_sound=body.get("to_sound", False),
-            is_struck=any(port.kind == "event" for port in brought.values()),
+            is_struck=any(port.kind == "event" for port in from_engine.values()),
             is_sum=body.get("is_sum", False),
             accuracy=body.get("accuracy", ""),
-            laws=body.get("laws"),
-            asked=body.get("asked"),
+            distributions=body.get("distributions"),
+            requested_error=body.get("requested_error"),
         )
 
     return declare

@@ -35,7 +35,7 @@ class NodeFile:
 
 
 RUNNING: dict[str, NodeFile] = {}
-"""Files that this process has run, by type (`underfoot.patch.own_nodes`)."""
+"""Files that this process has run, by type (`underfoot.patch.custom_nodes`)."""
 
 
 def running() -> tuple[NodeFile, ...]:

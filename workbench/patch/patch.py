@@ -10,6 +10,7 @@ from underfoot.documents import parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
+from underfoot.patch.custom_nodes import run_needed
 from underfoot.patch.groups import (
     FURTHEST,
     Group,
@@ -22,7 +23,6 @@ from underfoot.patch.groups import (
 )
 from underfoot.patch.node import NodeType, Registry, installed_nodes
 from underfoot.patch.node_files import has_nodes
-from underfoot.patch.own_nodes import run_needed
 
 FORMAT = "underfoot-patch"
 VERSION = 1
@@ -31,11 +31,11 @@ __all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
 
 
 LEAST_SCALE, MOST_SCALE = 0.01, 100.0
-"""Range of the factor on all asked errors."""
+"""Range of the factor on all requested errors."""
 _LEFT_OUT = ("notes", "groups", "author", "tags")
 """Fields that are omitted in the file when empty."""
 MARKS = ("muted", "bypassed", "soloed")
-"""Marks that take a node, or everything else, out of the output (`underfoot.patch.heard`)."""
+"""Marks that take a node, or everything else, out of the output (`underfoot.patch.effective`)."""
 
 
 class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -60,7 +60,7 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return tuple(name for name in MARKS if getattr(self, name))
 
 
-Thing = TypeVar("Thing", PlacedNode, Note, Group)
+CanvasItem = TypeVar("CanvasItem", PlacedNode, Note, Group)
 
 Wire = tuple[str, str]
 """Wire from "node.port" to "node.port"."""
@@ -91,7 +91,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     author: str = ""
     tags: tuple[str, ...] = ()
     error_scale: float = 1.0
-    """Factor on the asked errors of its nodes (`underfoot.patch.heard`)."""
+    """Factor on the requested errors of its nodes (`underfoot.patch.effective`)."""
 
     def __repr__(self) -> str:
         nodes, wires = len(self.nodes), len(self.wires)
@@ -118,13 +118,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 return group
         raise BadValue(f"there is no group {id!r}; allowed: {', '.join(g.id for g in self.groups) or 'none'}")
 
-    def things(self) -> "tuple[PlacedNode | Note, ...]":
+    def canvas_items(self) -> "tuple[PlacedNode | Note, ...]":
         """Return everything on the canvas: the nodes, then the notes."""
         return *self.nodes, *self.notes
 
     def ids(self) -> set[str]:
         """Return all ids in use: of nodes, notes and groups."""
-        return {one.id for one in self.things()} | {group.id for group in self.groups}
+        return {one.id for one in self.canvas_items()} | {group.id for group in self.groups}
 
     def free_id(self, stem: str) -> str:
         """Return `stem`, or `stem` with the first free number."""
@@ -194,7 +194,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 by = (to[group.id][0] - group.at[0], to[group.id][1] - group.at[1])
                 groups[i] = msgspec.structs.replace(group, at=to[group.id])
                 inside = set(group.members)
-                stands = {one.id: one.at for one in self.things() if one.id in inside}
+                stands = {one.id: one.at for one in self.canvas_items() if one.id in inside}
                 stands |= {g.id: g.at for g in groups[i + 1 :] if inside.issuperset(g.members)}
                 to = {id: (x + by[0], y + by[1]) for id, (x, y) in stands.items()} | to
         for kind, ids in (
@@ -215,14 +215,14 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Add the contents of `other`, with new ids where needed, shifted by `by`."""
         taken = self.ids()
         names: dict[str, str] = {}
-        theirs = [*(one.id for one in other.things()), *(group.id for group in other.groups)]
+        theirs = [*(one.id for one in other.canvas_items()), *(group.id for group in other.groups)]
         for id in theirs:
             stem = id.rstrip("0123456789") or id
             candidates = (id, *(f"{stem}{i}" for i in range(1, len(taken) + len(theirs) + 2)))
             names[id] = next(name for name in candidates if name not in taken)
             taken.add(names[id])
 
-        def moved(one: Thing) -> Thing:
+        def moved(one: CanvasItem) -> CanvasItem:
             return msgspec.structs.replace(one, id=names[one.id], at=(one.at[0] + by[0], one.at[1] + by[1]))
 
         wires = tuple((_rename(a, names), _rename(b, names)) for a, b in other.wires)
@@ -239,7 +239,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         copying."""
         kept = set(ids)
         cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
-        return self.remove(({one.id for one in self.things()} - kept) | cut)
+        return self.remove(({one.id for one in self.canvas_items()} - kept) | cut)
 
     def _with(self, changed: PlacedNode) -> "Patch":
         return msgspec.structs.replace(self, nodes=tuple(changed if n.id == changed.id else n for n in self.nodes))
@@ -315,8 +315,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 del node["label"]
         if fields["error_scale"] == 1.0:
             del fields["error_scale"]
-        lean = {name: value for name, value in fields.items() if value or name not in _LEFT_OUT}
-        return msgspec.json.format(msgspec.json.encode(lean), indent=1) + b"\n"
+        fields_set = {name: value for name, value in fields.items() if value or name not in _LEFT_OUT}
+        return msgspec.json.format(msgspec.json.encode(fields_set), indent=1) + b"\n"
 
     @staticmethod
     def loads(text: bytes | str, registry: Registry | None = None, source: str = "patch") -> "Patch":

@@ -76,7 +76,7 @@ class Preset:
     tags: tuple[str, ...] = ()
 
     @property
-    def is_own(self) -> bool:
+    def is_user_preset(self) -> bool:
         """Whether it is the user's own, which can be deleted."""
         return self.family == OWN
 
@@ -95,8 +95,8 @@ class Preset:
         return -1 if -1 in ranks else sum(ranks)
 
 
-def all_presets(own: Path | None = None) -> list[Preset]:
-    """Return the program's presets, and those in the folder `own`, by family and name. Other files are skipped.
+def all_presets(user_folder: Path | None = None) -> list[Preset]:
+    """Return the program's presets, and those in the folder `user_folder`, by family and name. Other files are skipped.
 
     >>> next(preset.title for preset in all_presets() if preset.name == "Ice")
     'Ice'
@@ -106,7 +106,7 @@ def all_presets(own: Path | None = None) -> list[Preset]:
         first, _, rest = name.partition("-")
         family = FAMILIES.get(first, "")
         found.append(_preset(path, family, _words(rest if family else name)))
-    mine = sorted(own.glob("*.json")) if own is not None else []
+    mine = sorted(user_folder.glob("*.json")) if user_folder is not None else []
     found += [_preset(path, OWN, "") for path in mine]
     order = ["", OWN, *FAMILIES.values()]
     there = (preset for preset in found if preset is not None)
@@ -125,13 +125,13 @@ def families() -> dict[str, dict[str, Path]]:
     return found
 
 
-def file_of(title: str, own: Path) -> Path:
+def file_of(title: str, user_folder: Path) -> Path:
     """Return the file for the user's own preset with this title.
 
     >>> file_of("Ice, thin!", Path("mine")).as_posix()
     'mine/ice-thin.json'
     """
-    return own / f"{re.sub(r'[^a-z0-9]+', '-', title.lower()).strip('-') or 'preset'}.json"
+    return user_folder / f"{re.sub(r'[^a-z0-9]+', '-', title.lower()).strip('-') or 'preset'}.json"
 
 
 def ranked(presets: Iterable[Preset], text: str) -> list[Preset]:

@@ -13,10 +13,10 @@ from underfoot.layouts import Memory
 from underfoot.models.signals.events import EVENTS, append
 from underfoot.parameters import Number
 from underfoot.patch import driver
-from underfoot.patch.building import HOSTS, Builder, Part
+from underfoot.patch.building import ENGINE_SIGNALS, Builder, Part
 from underfoot.patch.controls import on_ramp
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.guards import guarded
-from underfoot.patch.heard import as_heard
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import ALL
@@ -28,11 +28,11 @@ _COUNT = list(EVENTS.parts).index("count")
 class Program:
     """Compiled `patch` for each of `tiles`, ready to run in blocks of up to `block` frames.
 
-    Marks are applied first (`underfoot.patch.heard`). Only nodes that reach a sink, or an output named in `scopes`
+    Marks are applied first (`underfoot.patch.effective`). Only nodes that reach a sink, or an output named in `scopes`
     ("node.port"), are built; the others are in `left_out`. `output` is float64 [tiles, block] in m/s^2. `sound` is
-    float64 [1, block], the sum of all tiles' sound in full scale, if the patch `has_sound`. `hosts[name]` is filled by
-    the engine before each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and reads files;
-    running does none of these.
+    float64 [1, block], the sum of all tiles' sound in full scale, if the patch `has_sound`. `engine_signals[name]` is
+    filled by the engine before each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and
+    reads files; running does none of these.
     """
 
     def __init__(
@@ -49,12 +49,12 @@ class Program:
     ) -> None:
         patch.check(registry)
         self.patch, self.tiles, self.rate, self.block = patch, tuple(tiles), rate, block
-        patch = as_heard(patch, registry)
+        patch = effective_patch(patch, registry)
         kinds = {f"{node.id}.{n}": p.kind for node in patch.nodes for n, p in registry[node.type].output_ports.items()}
         self.scope_names = tuple(scope for scope in scopes if kinds.get(scope) == "signal")
-        alive = _alive(patch, registry, scopes)
-        self.node_ids, guards = guarded(patch, registry, alive, scopes)
-        self.left_out = tuple(node.id for node in patch.nodes if node.id not in alive)
+        needed = _nodes_to_outputs(patch, registry, scopes)
+        self.node_ids, guards = guarded(patch, registry, needed, scopes)
+        self.left_out = tuple(node.id for node in patch.nodes if node.id not in needed)
         self.index = {id: k for k, id in enumerate(self.node_ids)}
         """Index of each node in the tables, by its id."""
         self._types = [registry[patch.node(id).type] for id in self.node_ids]
@@ -63,7 +63,7 @@ class Program:
             for id, type in zip(self.node_ids, self._types, strict=True)
         ]
         self._pending: list[tuple[int, int, float, float, float]] = []
-        self._brought: list[int] = []
+        self._struck_rows: list[int] = []
         parts = [
             Part(id, type, values, guards.get(id, ()))
             for id, type, values in zip(self.node_ids, self._types, self._values, strict=True)
@@ -71,17 +71,19 @@ class Program:
         seed = patch.seed if seed is None else seed
         made = Builder(patch, parts, self.tiles, self.scope_names, rate=rate, block=block, seed=seed).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
-        self._struck, self._lists, self.hosts = made.struck, made.lists, made.hosts
+        self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
         self._where = addresses(self.tables)
         nodes = self.tables.nodes
-        self._stirred = set(np.flatnonzero((nodes["sleep_rule"] == ALL) & (nodes["tail"] != 0)).tolist())
+        self._nonzero_inputs = set(np.flatnonzero((nodes["sleep_rule"] == ALL) & (nodes["tail"] != 0)).tolist())
         """Nodes that a changed number wakes, because it may produce output without input."""
         for k in np.flatnonzero(nodes["sleep_rule"] == ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
         # An empty block and an event without a receiver load the kernels, so that the first block and strike need not.
         driver.run_block(self._where, 0, 0)
-        driver.bring(self._where, np.zeros((len(HOSTS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8), 0)
+        driver.set_engine_signals(
+            self._where, np.zeros((len(ENGINE_SIGNALS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8), 0
+        )
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
         self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
@@ -94,22 +96,23 @@ class Program:
 
     # --- running ---
 
-    def bring(self, signals: np.ndarray, zero_rows: np.ndarray, n: int) -> None:
-        """Fill `hosts` with `n` frames of the engine's signals, float64 [signal, row, frame].
+    def set_engine_signals(self, signals: np.ndarray, zero_rows: np.ndarray, n: int) -> None:
+        """Fill `engine_signals` with `n` frames of the engine's signals, float64 [signal, row, frame].
 
-        `zero_rows` marks rows in which all of these are zero. Callers of this do not write to `hosts` themselves.
+        `zero_rows` marks rows in which all of these are zero. Callers of this do not write to `engine_signals`
+        themselves.
         """
-        driver.bring(self._where, signals, zero_rows, n)
+        driver.set_engine_signals(self._where, signals, zero_rows, n)
 
     def run(self, frame: int, n: int) -> None:
         """Run `n` frames, at most `block`, from session frame `frame` on."""
         if self._pending:
-            self._bring(frame + n)
+            self._put_strikes(frame + n)
         driver.run_block(self._where, frame, n)
-        if self._brought:
-            for row in self._brought:
+        if self._struck_rows:
+            for row in self._struck_rows:
                 self.tables.events[row, _COUNT] = 0.0
-            self._brought.clear()
+            self._struck_rows.clear()
 
     def set(self, id: str, name: str, value: float, frame: int) -> None:
         """Ramp a number of a node to `value`, beginning at `frame`, a span edge that was not run yet."""
@@ -124,7 +127,7 @@ class Program:
         p = self.tables
         if (k, name) in self._controls:
             q = self._controls[k, name]
-            if k in self._stirred:
+            if k in self._nonzero_inputs:
                 p.asleep[k], p.idle[:] = 0, 0
             p.ramp[q, 0] = on_ramp(p.ramp[q, 0], p.ramp[q, 1], frame - p.ramp_start[q])
             p.ramp[q, 1], p.ramp_start[q] = value, frame
@@ -210,7 +213,7 @@ class Program:
         """Return the last value set for a parameter."""
         return self._values[self.index[id]][name]
 
-    def _bring(self, end: float) -> None:
+    def _put_strikes(self, end: float) -> None:
         """Put the strikes before `end` into the tables."""
         while self._pending and self._pending[0][2] < end:
             k, row, time, strength, duration = self._pending.pop(0)
@@ -218,7 +221,7 @@ class Program:
             if len(events) < events.room:
                 append(events, time, strength, duration)
                 self.tables.idle[row] = 0
-                self._brought.append(self._struck[k] + row)
+                self._struck_rows.append(self._struck[k] + row)
 
     def _events(self, index: int) -> Memory:
         """Return one of the event lists of the present block."""
@@ -227,7 +230,7 @@ class Program:
     def _same_memory(self, k: int, old: "Program", j: int) -> bool:
         here, there = self.tables.nodes[k], old.tables.nodes[j]
         same = all(here[size] == there[size] for size in ("state_size", "coefficients_size"))
-        structural = [n for n, p in self._types[k].parameters.items() if not p.moves and p.kind != "tiles"]
+        structural = [n for n, p in self._types[k].parameters.items() if not p.is_ramped and p.kind != "tiles"]
         return same and all(self._values[k][n] == old._values[j][n] for n in structural)
 
     def _take_control(self, old: "Program", k: int, j: int, name: str, frame: int) -> None:
@@ -247,29 +250,29 @@ class Program:
                     self.set(id=self.node_ids[k], name=name, value=target, frame=frame)
 
 
-def _alive(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
+def _nodes_to_outputs(patch: Patch, registry: Registry, scopes: Sequence[str]) -> set[str]:
     """Return the nodes from which a path leads to a sink or a scope."""
     types = {node.id: registry[node.type] for node in patch.nodes}
     known = [f"{id}.{port}" for id, type in types.items() for port in type.output_ports]
     for scope in scopes:
         if scope not in known:
             raise BadValue(f"scope is {scope!r}; allowed: {', '.join(known) or 'none'}")
-    alive = {id for id, type in types.items() if type.is_sink} | {scope.partition(".")[0] for scope in scopes}
-    frontier = list(alive)
+    needed = {id for id, type in types.items() if type.is_sink} | {scope.partition(".")[0] for scope in scopes}
+    frontier = list(needed)
     sources: dict[str, list[str]] = {}
     for source, target in patch.wires:
         sources.setdefault(target.partition(".")[0], []).append(source.partition(".")[0])
     while frontier:
         for source in sources.get(frontier.pop(), []):
-            if source not in alive:
-                alive.add(source)
+            if source not in needed:
+                needed.add(source)
                 frontier.append(source)
-    return alive
+    return needed
 
 
 def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
     """Return the nodes that read signals of the floor, and those that depend on them."""
-    found = {node.id for node in patch.nodes if registry[node.type].hosts}
+    found = {node.id for node in patch.nodes if registry[node.type].engine_signals}
     into: dict[str, set[str]] = {}
     for source, target in patch.wires:
         into.setdefault(target.partition(".")[0], set()).add(source.partition(".")[0])

@@ -47,9 +47,9 @@ class Tables(NamedTuple):
     is_zero: B1  # [buffer]: all frames are known to be zero
     nonzero: B2  # [buffer, interval]: some frame of the sleep interval so far is not zero
     was_nonzero: B2  # [buffer, row]: the part of this interval before the block had nonzero frames
-    hosts: I1  # buffers that the engine fills and a node reads
-    brought: I1  # [signal of the engine]: its buffer, or -1
-    unfed: B1  # [row]: the engine's signals are known to be zero
+    read_engine_buffers: I1  # buffers that the engine fills and a node reads
+    engine_buffers: I1  # [signal of the engine]: its buffer, or -1
+    engine_zero: B1  # [row]: the engine's signals are known to be zero
     events: F2  # [list, EVENTS with room for a block]
     event_stride: I1  # [list]: 1 where the list has a row for each tile
     staged: F2  # [input, EVENTS with room for a block]: the events of one stretch

@@ -20,7 +20,7 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import drawn_people
-from underfoot.floor.step_finder import Found, found_in
+from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.patch.preset_files import walks
 from underfoot.records.force_files import read_force_file
 from underfoot.records.tables import Table, force_table, to_dataframe
@@ -97,8 +97,8 @@ class Forces(ForceSeries):
         }
         return {"time_s": self.time_s, **sensors}
 
-    def _found(self) -> Iterator[Found]:
-        return found_in([(self.time_s, self.force_n)], self.floor, self.rate_hz)
+    def _found(self) -> Iterator[Detections]:
+        return find_steps([(self.time_s, self.force_n)], self.floor, self.rate_hz)
 
     def _loads(self) -> Drawing:
         loads = self.force_n.sum(axis=2)

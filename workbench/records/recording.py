@@ -88,7 +88,7 @@ class Writer:
         """A command and the frame on which it took effect."""
         self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
 
-    def say(self, key: str, value: str) -> None:
+    def set_about(self, key: str, value: str) -> None:
         """Something about the session, in the place of what was said before."""
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
@@ -355,7 +355,7 @@ class Recording:
             done = self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
         return Mark(done.lastrowid or 0, frame, text)
 
-    def say_mark(self, id: int, text: str) -> None:
+    def rename_mark(self, id: int, text: str) -> None:
         """Give a mark other words."""
         with self._written():
             self._base.execute("update mark set text = ? where id = ?", (text, id))

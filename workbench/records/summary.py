@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from underfoot.floor.layout import Floor
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
-from underfoot.records.survey import cached_survey
+from underfoot.records.survey import load_cached_survey
 
 POINTS = 72
 """Values in the small picture."""
@@ -34,7 +34,7 @@ def summary_of(path: Path) -> Summary:
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
         first, end = recording.span
-        found = cached_survey(recording)
+        found = load_cached_survey(recording)
         return Summary(
             path,
             _begun(recording),

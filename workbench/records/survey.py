@@ -20,7 +20,7 @@ from underfoot.files import cache_folder, make_folder, write_file
 from underfoot.floor.contacts import Contact
 from underfoot.floor.footsteps import Step, is_step
 from underfoot.floor.layout import Floor
-from underfoot.floor.step_finder import Found, found_in
+from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
 
@@ -100,13 +100,13 @@ class RecordedForces:
         for _, rows in self._recording.blocks("force"):
             yield (rows[:, 0] - self.first) / self.rate, rows[:, 2:].reshape(len(rows), -1, 4)
 
-    def found(self) -> Iterator[Found]:
+    def found(self) -> Iterator[Detections]:
         """Contacts and footsteps, piece by piece."""
-        return found_in(self.pieces(), self.floor, self.rate_hz)
+        return find_steps(self.pieces(), self.floor, self.rate_hz)
 
 
-def survey(recording: Recording, tell: Callable[[Survey], bool]) -> Survey:
-    """Find contacts and footsteps; `tell` is given what there is so far, and says whether to go on."""
+def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
+    """Find contacts and footsteps; `progress` is given what there is so far, and says whether to go on."""
     forces = RecordedForces(recording)
     made = Survey()
     curves: dict[int, tuple[float, ...]] = {}
@@ -118,7 +118,7 @@ def survey(recording: Recording, tell: Callable[[Survey], bool]) -> Survey:
         made.steps += [Stance(step, curves.pop(step.contact, ())) for step in found.steps]
         if len(found.rows):
             made.until_s = float(found.rows.time_s[-1])
-        if not tell(made):
+        if not progress(made):
             return made
     made.until_s, made.whole = forces.length_s, True
     return made
@@ -148,7 +148,7 @@ def _span(contact: Contact) -> ContactSpan:
 # --- the cache ---
 
 
-def cached_survey(recording: Recording) -> Survey | None:
+def load_cached_survey(recording: Recording) -> Survey | None:
     """The survey that was made of a recording as it is now; None where there is none."""
     with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
         raw = msgspec.json.decode(_place(recording, "json").read_bytes())
@@ -158,7 +158,7 @@ def cached_survey(recording: Recording) -> Survey | None:
     return None
 
 
-def keep_survey(recording: Recording, made: Survey) -> None:
+def cache_survey(recording: Recording, made: Survey) -> None:
     """Keep a survey for the next time; a cache that cannot be written to is left alone."""
     with suppress(BadFile, OSError):
         path = _place(recording, "json")
@@ -174,10 +174,11 @@ def envelope_file(recording: Recording) -> Path:
     return _place(recording, "envelopes")
 
 
-def make_envelopes(recording: Recording, tell: Callable[[float], bool]) -> None:
+def make_envelopes(recording: Recording, progress: Callable[[float], bool]) -> None:
     """Make the envelopes of a recording that has none, in the cache; goes on where it was left.
 
-    `tell` is given the share that is done, and says whether to go on. `BadFile` where the cache cannot be written to.
+    `progress` is given the share that is done, and says whether to go on. `BadFile` where the cache cannot be written
+    to.
     """
     path = envelope_file(recording)
     make_folder(path.parent)
@@ -189,7 +190,7 @@ def make_envelopes(recording: Recording, tell: Callable[[float], bool]) -> None:
             base.executescript(envelopes.TABLE)
             for number, source in enumerate(envelopes.SOURCES):
                 for share in _make_of(base, recording, source, frames):
-                    if not tell((number + (share - first) / max(end - first, 1)) / len(envelopes.SOURCES)):
+                    if not progress((number + (share - first) / max(end - first, 1)) / len(envelopes.SOURCES)):
                         return
             base.execute("pragma user_version = 1")
             base.execute("pragma journal_mode = delete")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from underfoot.floor.contacts import ContactTracker, OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
-from underfoot.floor.walks import StepCounter
+from underfoot.floor.walks import WalkTracker
 
 MOMENT_S = 0.01
 MOST_CONTACTS = 12
@@ -54,7 +54,7 @@ class Moments:
 
     def _begin(self) -> None:
         self._tracker = ContactTracker(self.floor, self._force_hz)
-        self._counter = StepCounter(self.floor)
+        self._counter = WalkTracker(self.floor)
         self._known: dict[int, OngoingContact] = {}
         self._ids = 0
         self._before_s = -math.inf  # the last sample of the moment before

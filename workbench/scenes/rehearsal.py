@@ -12,7 +12,7 @@ from underfoot.scenes.cues import Cue, Say, Strike, delay_of
 from underfoot.scenes.moments import MOMENT_S, Moment, Moments
 from underfoot.scenes.scene import Scene
 
-Hand = tuple[float, str, float, float, float]
+TimedPress = tuple[float, str, float, float, float]
 """When a hand presses: second, tile, x and y in metres of the tile's frame, and newtons; 0 lets go."""
 
 
@@ -64,7 +64,9 @@ def rehearse(scene: Scene, source: ForceSource, seconds: float, seen: Callable[[
     return done
 
 
-def pressed(scene: Scene, hands: "list[Hand]", seconds: float, seen: Callable[[Moment], object] = id) -> Rehearsed:
+def rehearse_presses(
+    scene: Scene, hands: "list[TimedPress]", seconds: float, seen: Callable[[Moment], object] = id
+) -> Rehearsed:
     """The same under hands that press the simulated tiles and let go at given times, in order."""
     return rehearse(scene, _Hands(scene.floor, hands), seconds, seen)
 
@@ -72,7 +74,7 @@ def pressed(scene: Scene, hands: "list[Hand]", seconds: float, seen: Callable[[M
 class _Hands(SimulatedFloor):
     """A simulated floor that nobody walks on, with hands that press at their time."""
 
-    def __init__(self, floor: Floor, hands: list[Hand]) -> None:
+    def __init__(self, floor: Floor, hands: list[TimedPress]) -> None:
         super().__init__(floor, walking=False)
         self._due = sorted(hands, key=lambda hand: hand[0])
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.floor.layout import Floor
 from underfoot.parameters import Parameter
 from underfoot.patch.node import Registry
@@ -42,7 +42,7 @@ class Scene(ABC):
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
         """`BadValue` for parameters that cannot be."""
         self.floor, self.seed = floor, seed
-        self.draws = Draws(seed, self.name or type(self).__name__)
+        self.draws = SeededRandom(seed, self.name or type(self).__name__)
         self.given: dict[str, Any] = {name: p.check(p.default) for name, p in self.parameters.items()}
         for name, value in (given or {}).items():
             self.change(name, value)

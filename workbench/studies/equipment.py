@@ -12,7 +12,7 @@ from underfoot.devices.plate import Plate, PlateCalibration, plate_of, split_pla
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import Floor
 from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger, lsl_library
-from underfoot.studies.masking import Masking, is_heard
+from underfoot.studies.masking import Masking, is_audible
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
             plate = plate_of(self.plate) if self.plate else None
             if plate is not None:
                 unless_all.callback(plate.close)
-            masking = Masking(sounds, self.masking) if self.masking is not None and is_heard(sounds) else None
+            masking = Masking(sounds, self.masking) if self.masking is not None and is_audible(sounds) else None
             if masking is not None:
                 unless_all.callback(masking.close)
             markers: list[Markers] = []

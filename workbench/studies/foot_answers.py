@@ -49,7 +49,7 @@ class FootField:
         return bool(self.low_m <= x <= self.high_m and abs(y) <= 0.5 * self.tile.size_m[1])
 
 
-def fields_on(foot: FootAnswer, one: Parameter, floor: Floor) -> tuple[FootField, ...]:
+def fields_on(foot: FootAnswer, question: Parameter, floor: Floor) -> tuple[FootField, ...]:
     """The fields of a floor for what is asked; `BadValue` where it has too few tiles, or not those that are named."""
     known = {tile.id: tile for tile in floor.tiles}
     for name in foot.tiles:
@@ -57,13 +57,13 @@ def fields_on(foot: FootAnswer, one: Parameter, floor: Floor) -> tuple[FootField
     tiles = [known[name] for name in foot.tiles] or list(floor.tiles)
     if foot.by == "halves":
         edge = 0.5 * tiles[0].size_m[0]
-        left, right = values_of(one, 2)
+        left, right = values_of(question, 2)
         return (FootField(left, tiles[0], -edge, -BETWEEN_M), FootField(right, tiles[0], BETWEEN_M, edge))
-    least = least_fields((one,))
+    least = least_fields((question,))
     if len(tiles) < least:
         raise BadValue(f"{least} answers by foot need {least} tiles, and there are {len(tiles)}; take a larger floor")
     edges = [0.5 * tile.size_m[0] for tile in tiles]
-    values = values_of(one, len(tiles))
+    values = values_of(question, len(tiles))
     return tuple(FootField(value, tile, -x, x) for value, tile, x in zip(values, tiles, edges, strict=False))
 
 
@@ -74,7 +74,7 @@ def require_fields(protocol: Protocol, floor: Floor) -> None:
             method = METHODS[stage.method.kind]
             given = method.checked(stage.method.parameters, protocol.stimuli)
             try:
-                fields_on(stage.foot, method.asked(given)[0], floor)
+                fields_on(stage.foot, method.questions_for(given)[0], floor)
             except BadValue as error:
                 raise BadValue(f"stage {stage.id!r}: {error}") from None
 
@@ -92,9 +92,9 @@ class FootAnswers:
     (None, {'felt': 'yes'})
     """
 
-    def __init__(self, foot: FootAnswer, one: Parameter, floor: Floor, asked_s: float) -> None:
-        self.foot, self.one, self.asked_s = foot, one, asked_s
-        self.fields = fields_on(foot, one, floor)
+    def __init__(self, foot: FootAnswer, question: Parameter, floor: Floor, asked_s: float) -> None:
+        self.foot, self.question, self.asked_s = foot, question, asked_s
+        self.fields = fields_on(foot, question, floor)
         self._since_s = math.nan
         self.on: FootField | None = None
         """The field that is stepped on."""
@@ -108,18 +108,22 @@ class FootAnswers:
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float) -> dict[str, Any] | None:
         """The answer, once there is one."""
-        pressing = [one for one in contacts if one.start_s >= self.asked_s and one.force_n >= self.foot.force_n]
-        fields = [field for field in self.fields if any(field.has(one.x_m, one.y_m) for one in pressing)]
+        pressing = [
+            question
+            for question in contacts
+            if question.start_s >= self.asked_s and question.force_n >= self.foot.force_n
+        ]
+        fields = [field for field in self.fields if any(field.has(question.x_m, question.y_m) for question in pressing)]
         field = fields[0] if len(fields) == 1 else None
         is_left = not pressing and self.foot.rule == "release" and self.share >= 1.0
         if is_left and self.on is not None:
-            return {self.one.name: self.on.value}
+            return {self.question.name: self.on.value}
         if field is not self.on:
             self.on, self._since_s, self.share = field, now_s, 0.0
         if field is None:
             return None
         self.share = min((now_s - self._since_s) / self.foot.dwell_s, 1.0)
-        return {self.one.name: field.value} if self.share >= 1.0 and self.foot.rule == "dwell" else None
+        return {self.question.name: field.value} if self.share >= 1.0 and self.foot.rule == "dwell" else None
 
     @property
     def hint(self) -> str:

@@ -20,10 +20,10 @@ CLICK_S, CLICK_HZ = 0.02, 1000.0
 FADE_S = 0.5
 
 
-def is_heard(sounds: Sounds) -> bool:
+def is_audible(sounds: Sounds) -> bool:
     """Whether there is anything to play.
 
-    >>> is_heard(Sounds()), is_heard(Sounds(noise="pink"))
+    >>> is_audible(Sounds()), is_audible(Sounds(noise="pink"))
     (False, True)
     """
     return sounds.noise != "none" or sounds.metronome_hz > 0.0

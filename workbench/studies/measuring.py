@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.experiments.store import Stretch
+from underfoot.experiments.store import Excerpt
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.presenter import AUDIBLE, Presenter
 
@@ -16,8 +16,8 @@ BEFORE_S = 0.2
 
 
 @dataclass
-class Presented:
-    """What is known of the presentations of a trial so far. `facts` and `stretches` are kept with its answer."""
+class TrialRecord:
+    """What is known of the presentations of a trial so far. `facts` and `excerpts` are kept with its answer."""
 
     started_at: str = ""
     plays: int = 0
@@ -28,14 +28,14 @@ class Presented:
     onset_s: float = math.nan
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)
-    stretches: list[Stretch] = field(default_factory=list)
+    excerpts: list[Excerpt] = field(default_factory=list)
     _awaited: list[tuple[int, tuple[int, int, int], NDArray[np.intp]]] = field(default_factory=list)
     """Intervals, frames and tiles of which accelerometers have not said all: a card's come up to a second late."""
 
     def begin_anew(self) -> None:
         """The trial is presented again, or for the first time: what was measured before gives way."""
         self.plays += 1
-        self.facts, self.stretches, self._awaited = {}, [], []
+        self.facts, self.excerpts, self._awaited = {}, [], []
 
     def measure(self, presenter: Presenter, watch: FloorWatch, interval: int, by_foot: bool) -> None:
         """Take down an interval that has just ended; `by_foot`: its time counts from the first force of a step."""
@@ -58,9 +58,9 @@ class Presented:
         tiles = [tile.id for tile in session.target.floor.tiles]
         corners = tuple(f"{tile}.{k}" for tile in tiles for k in (1, 2, 3, 4))
         flat = forces.reshape(len(forces), len(corners))
-        self.stretches.append(Stretch("force", interval, force_s, watch.force_hz, corners, flat))
-        names, heard = tuple(tiles[k] for k in sounding), played[:, sounding]
-        self.stretches.append(Stretch("vibration", interval, first / rate, float(rate), names, heard))
+        self.excerpts.append(Excerpt("force", interval, force_s, watch.force_hz, corners, flat))
+        names, samples = tuple(tiles[k] for k in sounding), played[:, sounding]
+        self.excerpts.append(Excerpt("vibration", interval, first / rate, float(rate), names, samples))
         loaded = np.argmax(np.nan_to_num(forces.sum(axis=2)).max(axis=0)) if most > 0.0 else 0
         frames = round(begin_s * rate), round(self.first_s * rate), end
         self._awaited.append((interval, frames, np.union1d(sounding, loaded)))
@@ -82,12 +82,12 @@ class Presented:
         there = [k for k in tiles if len(measured) and np.isfinite(measured[:, k]).all()]
         if not there:
             return
-        heard = measured[:, there]
+        samples = measured[:, there]
         begin = max(frames[1] - first, 0)
-        peak = float(np.abs(heard[begin:]).max(initial=0.0))
+        peak = float(np.abs(samples[begin:]).max(initial=0.0))
         self.facts["measured_m_s2"] = max(float(f"{peak:.5g}"), self.facts.get("measured_m_s2", 0.0))
         names = tuple(target.floor.tiles[k].id for k in there)
-        self.stretches.append(Stretch("measured", interval, first / target.rate, float(target.rate), names, heard))
+        self.excerpts.append(Excerpt("measured", interval, first / target.rate, float(target.rate), names, samples))
 
     def _note_onset(self, frame: int | None, rate: int, by_foot: bool) -> None:
         """Of the first interval that vibrates."""

@@ -41,10 +41,10 @@ class Presenter:
             ]
         )
         """What full scale of each tile is, m/s^2."""
-        self._wanted: Patch = session.patch
+        self._requested: Patch = session.patch
         self.since_frame: int | None = 0
         """The frame from which the wanted patch plays; None until it does."""
-        self.trouble = ""
+        self.problem = ""
         """Why a patch is not played; "" where all is well."""
 
     def begin(self) -> None:
@@ -52,13 +52,13 @@ class Presenter:
         self.session.send(Level(0.0))
         self.session.play()
 
-    def want(self, patch: Patch) -> None:
+    def request(self, patch: Patch) -> None:
         """Let this patch play as soon as may be."""
-        self.trouble = ""
-        if patch == self._wanted:
+        self.problem = ""
+        if patch == self._requested:
             return
         is_swapped = moved_numbers(self.session.patch, patch, self.session.registry) is None
-        self._wanted, self.since_frame = patch, None if is_swapped else self.session.health.frame
+        self._requested, self.since_frame = patch, None if is_swapped else self.session.health.frame
         self.session.edit(patch)
 
     def has_played(self, seconds: float) -> bool:
@@ -72,13 +72,13 @@ class Presenter:
 
     def take(self, reports: Iterable[Report]) -> None:
         """Hear what the session reports."""
-        text = self._wanted.dumps()
+        text = self._requested.dumps()
         for report in reports:
             match report:
                 case CommandApplied(frame, Swap(patch)) if patch == text:
                     self.since_frame = frame
                 case Notice(said) if "not played" in said:
-                    self.trouble = said
+                    self.problem = said
 
     def read(self, keep_s: float = PRESENTED_S) -> None:
         """Take what was played and measured since the last call; the last `keep_s` of it stay."""

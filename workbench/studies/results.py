@@ -9,11 +9,11 @@ from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.analysis.report import write_page
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.exchange import read_csv, write_bids, write_csv
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import Row, rows_of
+from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
 from underfoot.records.recording import is_recording
 
 FORMS = ("CSV", "BIDS", "report")

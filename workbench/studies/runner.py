@@ -30,7 +30,7 @@ from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.foot_answers import FootAnswers, require_fields
 from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
-from underfoot.studies.measuring import Presented
+from underfoot.studies.measuring import TrialRecord
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
 from underfoot.studies.stimulus_patches import StimulusPatches
@@ -69,13 +69,13 @@ class Runner:
         self.phase = Phase.PREPARING
         self.hint = ""
         """What is waited for, in a sentence for the participant."""
-        self.news: list[str] = []
+        self.messages: list[str] = []
         """What the experimenter should know, the newest last."""
         self._before = (session.patch, session.level_db, session.playing)
         self._unprepared = self._stimuli.kinds()
         self._interval, self._due = 0, 0.0
         self._armed_s = math.inf
-        self._presented = Presented()
+        self._presented = TrialRecord()
         self._playing_until = math.inf
         self._stood = False
         self._floor_target: FloorTarget | None = None
@@ -139,10 +139,10 @@ class Runner:
             if isinstance(report, ProcessDied) and report.process == "engine":
                 self._lost(f"the engine was lost: {report.reason}")
             elif isinstance(report, Notice):
-                self.news.append(report.text)
-        if self.presenter.trouble:
-            self.news.append(self.presenter.trouble)
-            self.presenter.trouble = ""
+                self.messages.append(report.text)
+        if self.presenter.problem:
+            self.messages.append(self.presenter.problem)
+            self.presenter.problem = ""
             self.stop("a stimulus cannot be played")
         _STEPS[self.phase](self)
 
@@ -159,14 +159,14 @@ class Runner:
             self.phase is Phase.PAGE and kind in ("learn", "level"), "page", kind, "one of learning, or of the level"
         )
         require(stimulus in self.protocol.stimuli, "stimulus", stimulus, ", ".join(self.protocol.stimuli))
-        self.presenter.want(self._patch(Presentation(stimulus)))
+        self.presenter.request(self._patch(Presentation(stimulus)))
         self._playing_until = math.inf
 
     def set_level(self, gain_db: float) -> None:
         """On the page of the level: let its stimulus go to so many dB re the protocol's, at once."""
         stage = self.protocol.stage(self.page.stage)
         require(stage.kind == "level", "page", stage.kind, "that of the level")
-        self.presenter.want(self._stimuli.at(stage.stimulus, min(gain_db, 0.0)))
+        self.presenter.request(self._stimuli.at(stage.stimulus, min(gain_db, 0.0)))
         self._playing_until = math.inf
 
     def answer(self, values: Answers) -> None:
@@ -221,7 +221,7 @@ class Runner:
             self.session.panic()
             self.phase = Phase.PREPARING
             return
-        self.presenter.want(IDLE)
+        self.presenter.request(IDLE)
         self.presenter.begin()
         self._open_page()
 
@@ -249,9 +249,9 @@ class Runner:
             return
         if self._unprepared:
             self.hint = f"Preparing: {len(self._unprepared)} left"
-            self.presenter.want(self._unprepared.pop())
+            self.presenter.request(self._unprepared.pop())
             return
-        self.presenter.want(IDLE)
+        self.presenter.request(IDLE)
         self.presenter.begin()
         if self._equipment.masking is not None:
             self._equipment.masking.start()
@@ -261,9 +261,9 @@ class Runner:
         """Begin what the page is."""
         page = self.study.page
         self.hint, self._interval = "", 0
-        self._presented, self._floor_target, self.foot = Presented(started_at=time_of_day()), None, None
+        self._presented, self._floor_target, self.foot = TrialRecord(started_at=time_of_day()), None, None
         self._playing_until = math.inf
-        self.presenter.want(IDLE)
+        self.presenter.request(IDLE)
         now = self._clock()
         if page.kind == "end":
             self.phase = Phase.END
@@ -284,7 +284,7 @@ class Runner:
             stimulus = self._intervals[self._interval].stimulus
             stiffness = self.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
             if stiffness > 0.0:
-                self._equipment.plate.want(stiffness)
+                self._equipment.plate.request_stiffness(stiffness)
 
     def _waiting(self) -> None:
         plate = self._equipment.plate
@@ -307,7 +307,7 @@ class Runner:
 
     def _arm(self) -> None:
         """Let the stimulus wait for a foot."""
-        self.presenter.want(self._patch(self._intervals[self._interval]))
+        self.presenter.request(self._patch(self._intervals[self._interval]))
         if self.presenter.since_frame is not None:
             self._armed_s = self.watch.now_s
             self.phase = Phase.READY
@@ -323,7 +323,7 @@ class Runner:
     def _begin_by_key(self) -> None:
         self._begin(self.session.health.frame / self.session.target.rate)
         self._stood = self.watch.is_on
-        self.presenter.want(self._patch(self._intervals[self._interval]))
+        self.presenter.request(self._patch(self._intervals[self._interval]))
         self._playing_until = math.inf
 
     def _begin(self, first_s: float) -> None:
@@ -366,7 +366,7 @@ class Runner:
     def _end_interval(self) -> None:
         """Keep what this interval was, and go on to the next, or to the answer."""
         self._measure()
-        self.presenter.want(IDLE)
+        self.presenter.request(IDLE)
         self._presented.ended = self._clock()
         if self._interval + 1 < len(self._intervals):
             self._interval += 1
@@ -375,7 +375,7 @@ class Runner:
             self.phase = Phase.ANSWERING
             foot = self.protocol.stage(self.page.stage).foot
             if foot is not None:
-                self.foot = FootAnswers(foot, self.page.asks[0], self.session.target.floor, self.watch.now_s)
+                self.foot = FootAnswers(foot, self.page.questions[0], self.session.target.floor, self.watch.now_s)
                 self.hint = self.foot.hint
 
     def _answering(self) -> None:
@@ -392,7 +392,7 @@ class Runner:
         if kind == "learn" and self.page.seconds and self._clock() >= self._due:
             self._keep({}, {})
         elif kind == "learn":
-            self._timed(self.protocol.present_s, lambda: self.presenter.want(IDLE))
+            self._timed(self.protocol.present_s, lambda: self.presenter.request(IDLE))
         elif kind == "level":
             self._timed(math.inf, lambda: None)
 
@@ -446,7 +446,7 @@ class Runner:
     def _store(self, entry: Entry) -> None:
         """Write an entry; while the disk refuses it, it waits and the study is stopped."""
         try:
-            self.file.add(entry, self._presented.stretches)
+            self.file.add(entry, self._presented.excerpts)
         except BadFile:
             with suppress(BadFile):
                 self.stop("the disk refuses the answer, which is kept until you go on; make room first")
@@ -454,9 +454,9 @@ class Runner:
 
     def _measure(self) -> None:
         """Take down what this interval was, and tell those who want marks."""
-        before = len(self._presented.stretches)
+        before = len(self._presented.excerpts)
         self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
-        self.file.begin_packing(self._presented.stretches[before:])
+        self.file.begin_packing(self._presented.excerpts[before:])
         now_s = self.session.health.frame / self.session.target.rate
         if math.isfinite(self._presented.onset_s):
             self._mark(ONSET, now_s - self._presented.onset_s)
@@ -469,7 +469,7 @@ class Runner:
 
     def _lost(self, why: str) -> None:
         """A presentation that was on when the engine died does not count."""
-        self.news.append(why)
+        self.messages.append(why)
         if self.page.trial is not None and self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING):
             if self.phase is Phase.PRESENTING:
                 self.spoil(why)

@@ -21,21 +21,21 @@ FOOT_M, FEET_APART_M = (0.11, 0.29), 0.24
 
 
 @dataclass(frozen=True)
-class Stand:
+class StandingPlace:
     """Where a participant stands to select targets: `origin_m` is between the toes, buttons reach `reach_m` at most."""
 
     origin_m: tuple[float, float]
     reach_m: float
 
     @staticmethod
-    def of(protocol: Protocol) -> "Stand":
+    def of(protocol: Protocol) -> "StandingPlace":
         """Of the first stage in which targets are selected; around (0, 0) where there is none."""
         for stage in protocol.stages:
             if stage.method is not None and stage.method.kind == TargetSelection.kind:
                 given = TargetSelection.checked(stage.method.parameters, protocol.stimuli)
                 x_m, y_m = given["origin_m"]
-                return Stand((float(x_m), float(y_m)), max(given["distances_m"]) + 0.5 * max(given["widths_m"]))
-        return Stand((0.0, 0.0), 1.0)
+                return StandingPlace((float(x_m), float(y_m)), max(given["distances_m"]) + 0.5 * max(given["widths_m"]))
+        return StandingPlace((0.0, 0.0), 1.0)
 
 
 @dataclass(frozen=True)

@@ -97,10 +97,12 @@ def test_thirty_six_tiles_at_a_thousand_samples_lose_nothing(scheme, until):
     floor = default_floor(6, 6)
     with emulated(scheme, until, floor, seconds=1.2) as (emulator, listener, hardware):
         until(
-            lambda: listener.poll() == 0 and emulator.over and hardware.counts.accepted == 36 * 1200, "all came", 30.0
+            lambda: listener.poll() == 0 and emulator.is_finished and hardware.counts.accepted == 36 * 1200,
+            "all came",
+            30.0,
         )
         until(lambda: listener.poll() == 0 and sum(map(len, listener.stamps)) == 1200, "all rows are there")
-        assert emulator.unheard == 0
+        assert emulator.undelivered == 0
         counts = hardware.counts
         assert (counts.lost, counts.corrupted, counts.doubled, counts.reordered) == (0, 0, 0, 0)
     stamps, forces = listener.samples
@@ -113,11 +115,11 @@ def test_thirty_six_tiles_at_a_thousand_samples_lose_nothing(scheme, until):
 def test_with_faults_no_wrong_sample_is_taken_and_losses_are_counted_exactly(scheme, until):
     floor = default_floor()
     with emulated(scheme, until, floor, Faults(*[0.05] * 5), seconds=1.2, seed=9) as (emulator, listener, hardware):
-        until(lambda: listener.poll() == 0 and emulator.over, "it sends all")
+        until(lambda: listener.poll() == 0 and emulator.is_finished, "it sends all")
         counts = expected_counts(np.concatenate(emulator.injector.sent))
         until(lambda: listener.poll() == 0 and hardware.counts.accepted == counts["accepted"], "all came")
         assert {name: getattr(hardware.counts, name) for name in counts} == counts
-        assert emulator.unheard == 0
+        assert emulator.undelivered == 0
     true = walked(floor, 1.2)
     _, forces = listener.samples
     # Every sample that was handed over is one that was sent, in order.

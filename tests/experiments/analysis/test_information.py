@@ -5,7 +5,7 @@ import pytest
 
 from underfoot.errors import BadValue
 from underfoot.experiments.analysis.information import information, transmitted_bits
-from underfoot.experiments.observers import uniform_bits
+from underfoot.experiments.observers import uniform_guess_bits
 
 
 def confusions(rate, stimuli=8):
@@ -34,13 +34,13 @@ def test_twelve_trials_a_stimulus_are_enough_within_a_twentieth_of_a_bit(chances
 
 def test_the_plug_in_estimate_of_very_many_trials_is_the_closed_form():
     assert transmitted_bits(np.round(confusions(0.61) * 1e9), corrected=False) == pytest.approx(0.940, abs=1e-3)
-    assert uniform_bits(0.61, 8) == pytest.approx(0.940, abs=1e-3)
-    assert uniform_bits(1.0, 8) == 3.0
+    assert uniform_guess_bits(0.61, 8) == pytest.approx(0.940, abs=1e-3)
+    assert uniform_guess_bits(1.0, 8) == 3.0
 
 
 def test_its_interval_holds_the_truth_as_often_as_it_says():
     random = np.random.default_rng(2)
-    held = [information(drawn(confusions(0.61), 12, random)).covers(uniform_bits(0.61, 8)) for _ in range(300)]
+    held = [information(drawn(confusions(0.61), 12, random)).covers(uniform_guess_bits(0.61, 8)) for _ in range(300)]
     assert np.mean(held) == pytest.approx(0.95, abs=0.035)
 
 

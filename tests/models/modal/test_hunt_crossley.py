@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate
 
 from underfoot.errors import BadValue
-from underfoot.models.modal.hunt_crossley import blow
+from underfoot.models.modal.hunt_crossley import wall_impact
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def test_a_blow_is_what_a_solver_makes_of_it(mass, velocity, stiffness, exponent
     solved = integrate.solve_ivp(
         rates, (0.0, 1.0), (0.0, velocity), "DOP853", events=(parted, turned), rtol=1e-11, atol=1e-15
     )
-    found = blow(mass, velocity, stiffness, exponent, damping, 2001)
+    found = wall_impact(mass, velocity, stiffness, exponent, damping, 2001)
     assert found.restitution == pytest.approx(-solved.y[1, -1] / velocity, rel=1e-6)
     assert found.penetration_m.max() == pytest.approx(solved.y_events[1][0][0], rel=1e-5)
     work = np.trapezoid(found.force_n, found.penetration_m)
@@ -36,4 +36,4 @@ def test_a_blow_is_what_a_solver_makes_of_it(mass, velocity, stiffness, exponent
 
 def test_what_is_not_above_0_is_refused():
     with pytest.raises(BadValue, match="mass_kg"):
-        blow(0.0, 1.0, 1e5, 1.5, 0.3)
+        wall_impact(0.0, 1.0, 1e5, 1.5, 0.3)

@@ -1,4 +1,4 @@
-"""The table of slips holds the joint distribution to the asked error, also where slips do not end."""
+"""The table of slips holds the joint distribution to the requested error, also where slips do not end."""
 
 import math
 from functools import cache

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot import nodes
 from underfoot.drawing import Drawing, Series
-from underfoot.engine.reports import Costs, Fault, Laws, Outlines, Preview
+from underfoot.engine.reports import Costs, Distributions, Fault, Outlines, Preview
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
@@ -210,7 +210,7 @@ def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot
         QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
     assert workspace.preview.wants_laws
     drawing = Drawing("How long", "duration, ms", "density", (Series("exact", np.arange(3.0), np.arange(3.0)),))
-    workspace.preview.show_laws(Laws(1, (drawing,)))
+    workspace.preview.show_laws(Distributions(1, (drawing,)))
     assert workspace.preview.law_plots[0].isVisible()
     assert workspace.preview.law_plots[0].drawing is drawing
     assert not workspace.preview.law_plots[1].isVisible()

@@ -63,7 +63,7 @@ def test_each_driver_stands_beside_and_moves_by_a_tenth_in_one_step_of_undo(qtbo
     program = Program(after, REGISTRY, ("t1",), scopes=(f"{driver.id}.out",))
     out = []
     for at in range(0, 96_000, 960):
-        for name, signal in program.hosts.items():
+        for name, signal in program.engine_signals.items():
             signal[:] = 500.0 if name == "force_n" else 0.0
         program.run(at, 960)
         out.append(program.scope[f"{driver.id}.out"][0, :960].copy())

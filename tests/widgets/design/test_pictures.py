@@ -9,7 +9,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from underfoot.engine.reports import Laws
+from underfoot.engine.reports import Distributions
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.workspace import DesignWorkspace
@@ -199,6 +199,8 @@ def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbo
     desk = selected("poisson")
     with qtbot.waitSignal(desk.preview_wanted, check_params_cb=lambda node, tile, laws: laws):
         desk._set("poisson", "interval", 0.05, "")
-    desk.show_laws(Laws(0, REGISTRY["poisson"].laws({"interval": 0.05})))
+    desk.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
     assert not desk.inspector.law.grab().isNull()
-    assert [series.name for series in REGISTRY["poisson"].laws({"interval": 0.05})[-1].series][1] == "exponential law"
+    assert [series.name for series in REGISTRY["poisson"].distributions({"interval": 0.05})[-1].series][
+        1
+    ] == "exponential law"

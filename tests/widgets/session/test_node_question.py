@@ -8,7 +8,7 @@ from windows import LONG_MS, choose_file, design, dialog_of, hiss, quiet_window
 
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
-from underfoot.patch.heard import without_missing
+from underfoot.patch.effective import without_missing
 from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import OWN, Preset
 from underfoot.widgets.session.settings import Settings
@@ -150,7 +150,7 @@ def test_a_study_is_asked_about_and_a_copy_of_it_takes_the_node_along(qtbot, bes
     desk.make_own()
     copied = beside.folder / "kept" / "protocols" / "patches" / "nodes" / beside.file.name
     assert copied.read_bytes() == beside.file.read_bytes()
-    assert desk.maker.draft.trouble() == ""
+    assert desk.maker.draft.first_mistake() == ""
 
 
 def test_a_study_of_ones_own_waits_for_the_answer_when_its_page_is_opened(qtbot, beside):

@@ -40,12 +40,12 @@ FIGURES: tuple[Callable[[bool], Figure], ...] = (
 """In the order of the thesis."""
 
 
-def run(quick: bool = False, tell: Callable[[str], None] = lambda line: None) -> list[Figure]:
+def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> list[Figure]:
     """Draw every figure. Quick: fewer simulations each."""
     found = []
     for make in FIGURES:
         found.append(make(quick))
-        tell(f"figure {found[-1].number}: {found[-1].title}")
+        progress(f"figure {found[-1].number}: {found[-1].title}")
     return found
 
 

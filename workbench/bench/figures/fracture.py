@@ -149,7 +149,7 @@ def played(quick: bool) -> Figure:
     draw = np.random.default_rng(4)
     frequencies = np.sort(draw.uniform(150.0, 2_500.0, 10))
     modes = frequencies, 0.15 * frequencies, (frequencies / 150.0) ** -0.5
-    heard = bank.ring(*modes, np.sqrt(result.energy), RATE)
+    ringing = bank.ring(*modes, np.sqrt(result.energy), RATE)
     bands = (150.0, 300.0, 600.0, 1200.0, 2500.0)
     events = result.event_s
     first = int(events[0] * RATE)
@@ -173,12 +173,12 @@ def played(quick: bool) -> Figure:
                     series("strain", _TIME_S, result.strain, colour="force"),
                 ),
             ),
-            Drawing("Level in octaves", "time, s", "level, dB", tuple(_levels(heard, bands))),
+            Drawing("Level in octaves", "time, s", "level, dB", tuple(_levels(ringing, bands))),
             Drawing(
                 "The first failure",
                 "time, ms",
                 "vibration",
-                (series("", 1e3 * (_TIME_S[part] - _TIME_S[part][0]), heard[part]),),
+                (series("", 1e3 * (_TIME_S[part] - _TIME_S[part][0]), ringing[part]),),
             ),
         ),
         (
@@ -229,10 +229,10 @@ def _critical(model: str, count: int) -> float:
     return high
 
 
-def _levels(heard: NDArray[np.float64], edges: Sequence[float]) -> Iterator[Series]:
+def _levels(ringing: NDArray[np.float64], edges: Sequence[float]) -> Iterator[Series]:
     """Yield levels in bands, in windows of 10 ms, relative to the loudest."""
     frames = RATE // 100
-    parts = heard[: heard.size // frames * frames].reshape(-1, frames) * np.hanning(frames)
+    parts = ringing[: ringing.size // frames * frames].reshape(-1, frames) * np.hanning(frames)
     power = np.abs(np.fft.rfft(parts, axis=1)) ** 2
     hz = np.fft.rfftfreq(frames, 1.0 / RATE)
     time_s = (np.arange(len(parts)) + 0.5) * frames / RATE

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.stress.damaged import of_bytes, of_database
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import KINDS, Kind, refusal
+from underfoot.bench.stress.corruption import corrupt_bytes, corrupt_database
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
+from underfoot.bench.stress.valid_files import KINDS, Kind, read_error
 
 TIMES = 300
 LONGEST_S = 2.0
@@ -25,31 +25,31 @@ SHARE = 500
 """Files that a process tries at a stretch."""
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for each kind; a file that goes wrong is told with how it goes wrong.
 
     Of more than `SHARE` files every core takes its shares. After `seconds` none is begun any more.
     """
-    times = scale.count(TIMES)
+    times = effort.count(TIMES)
     if times <= SHARE:
         for name in KINDS:
-            tell(f"stress: damaged files, {name}")
-            yield _line(name, [_tried(name, times, (scale.seed, 0))], tell)
+            progress(f"stress: damaged files, {name}")
+            yield _line(name, [_damage_and_read(name, times, (effort.seed, 0))], progress)
         return
     counts = [min(SHARE, times - at) for at in range(0, times, SHARE)]
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         for place, name in enumerate(KINDS):
-            tell(f"stress: damaged files, {name}")
+            progress(f"stress: damaged files, {name}")
             began = time.monotonic()
-            shares = [pool.submit(_tried, name, count, (scale.seed, k)) for k, count in enumerate(counts)]
-            wait(shares, None if scale.seconds is None else scale.seconds / len(KINDS))
+            shares = [pool.submit(_damage_and_read, name, count, (effort.seed, k)) for k, count in enumerate(counts)]
+            wait(shares, None if effort.seconds is None else effort.seconds / len(KINDS))
             done = [share.result() for share in shares if not share.cancel()]
-            yield _line(name, done, tell)
-            tell(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
+            yield _line(name, done, progress)
+            progress(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
 
 
 @dataclass(frozen=True)
-class _Found:
+class _DamageResult:
     """What came of so many files: how many were refused and went wrong, and in what ways."""
 
     times: int
@@ -60,32 +60,32 @@ class _Found:
     lines: tuple[str, ...]
 
 
-def _line(name: str, found: Sequence[_Found], tell: Tell) -> Tried:
+def _line(name: str, found: Sequence[_DamageResult], progress: Progress) -> Outcome:
     times, refused, wrong, left = (
         sum(getattr(one, of) for one in found) for of in ("times", "refused", "wrong", "left")
     )
     for line in sorted({line for one in found for line in one.lines}):
-        tell(f"stress: damaged {name}: {line}")
+        progress(f"stress: damaged {name}: {line}")
     longest_s = max((one.longest_s for one in found), default=0.0)
     text = f"{refused} refused in one line, {times - refused - wrong} read, {wrong} otherwise; "
     text += f"{longest_s:.2f} s at most, {left} handles left"
-    return Tried(name, times, text, times > 0 and wrong == 0 and left <= 0)
+    return Outcome(name, times, text, times > 0 and wrong == 0 and left <= 0)
 
 
-def _tried(name: str, times: int, seed: tuple[int, int]) -> _Found:
+def _damage_and_read(name: str, times: int, seed: tuple[int, int]) -> _DamageResult:
     """Damage a whole file so many times, as this seed draws, and read what comes of it."""
-    kind, draw = KINDS[name], np.random.default_rng(seed)
+    kind, rng = KINDS[name], np.random.default_rng(seed)
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder, "whole")
         kind.write(whole)
-        text = refusal(kind, whole)
+        text = read_error(kind, whole)
         if text is not None:
-            return _Found(1, 0, 1, 0.0, 0, (f"a whole file is refused: {text}",))
-        data, before, path = whole.read_bytes(), handles(), Path(folder, "damaged")
+            return _DamageResult(1, 0, 1, 0.0, 0, (f"a whole file is refused: {text}",))
+        data, before, path = whole.read_bytes(), open_file_count(), Path(folder, "damaged")
         refused, wrong, longest_s = 0, 0, 0.0
         lines: dict[str, str] = {}
         for number in range(times):
-            path.write_bytes(_damaged(kind, data, path, draw))
+            path.write_bytes(_damaged(kind, data, path, rng))
             said, fault, spent_s = _read(kind, path)
             refused += said is not None and not fault
             wrong += bool(fault)
@@ -95,7 +95,7 @@ def _tried(name: str, times: int, seed: tuple[int, int]) -> _Found:
             for beside in path.parent.glob(f"{path.name}*"):
                 beside.unlink()
         gc.collect()
-        return _Found(times, refused, wrong, longest_s, handles() - before, tuple(lines.values()))
+        return _DamageResult(times, refused, wrong, longest_s, open_file_count() - before, tuple(lines.values()))
 
 
 def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
@@ -104,30 +104,30 @@ def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            said = refusal(kind, path)
+            said = read_error(kind, path)
     except Exception as error:  # the point of the row: nothing but a refusal may come
         where = traceback.extract_tb(error.__traceback__)[-1]
         fault = f"{type(error).__name__} in {Path(where.filename).name}, line {where.lineno}: {str(error)[:80]!r}"
     else:
-        fault = _fault_of(said)
+        fault = _message_fault(said)
     spent_s = time.process_time() - began
     if spent_s > LONGEST_S:
         fault = fault or f"took {spent_s:.1f} s"
     return said, fault, spent_s
 
 
-def _damaged(kind: Kind, data: bytes, path: Path, draw: np.random.Generator) -> bytes:
+def _damaged(kind: Kind, data: bytes, path: Path, rng: np.random.Generator) -> bytes:
     """A third are damaged byte by byte, the others as their form allows."""
-    if draw.random() < 0.33:
-        return of_bytes(data, draw)
+    if rng.random() < 0.33:
+        return corrupt_bytes(data, rng)
     if kind.damage is not None:
-        return kind.damage(data, draw)
+        return kind.damage(data, rng)
     path.write_bytes(data)
-    of_database(path, draw)
+    corrupt_database(path, rng)
     return path.read_bytes()
 
 
-def _fault_of(said: str | None) -> str:
+def _message_fault(said: str | None) -> str:
     """What is wrong with a refusal: more than a line, or what no terminal can print."""
     if said is None:
         return ""
@@ -138,7 +138,7 @@ def _fault_of(said: str | None) -> str:
     return f"says more than a line: {said[:80]!r}" if len(said.splitlines()) > 1 else ""
 
 
-def handles() -> int:
+def open_file_count() -> int:
     """How many files this process has open; 0 where the system does not tell."""
     folder = Path("/proc/self/fd")
     return len(os.listdir(folder)) if folder.is_dir() else 0

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.stress.endurance import MORE_MB, resident_mb
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import FLOOR
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
+from underfoot.bench.stress.valid_files import FLOOR
 from underfoot.clock import RATE_HZ
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.framing.parser import HELD_S, Parser
@@ -24,14 +24,14 @@ _LOST_AT_JUMP = 2
 """Samples that may go when a tile's clock steps; and one in fifty, where it stands still or what came last waits."""
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for each kind of datagram, of which `times` come."""
-    times = scale.count(TIMES)
+    times = effort.count(TIMES)
     yield _forged(times)
     yield _taken_over()
-    yield _flooded(times, tell)
-    yield _noise(times, scale.seed)
-    yield _clocks(scale.seed)
+    yield _flooded(times, progress)
+    yield _noise(times, effort.seed)
+    yield _clocks(effort.seed)
 
 
 class _Link:
@@ -66,7 +66,7 @@ def _frame(number: int, tile: int, reading: int) -> bytes:
     return encode([tile, number & 0xFFFF, (1000 * number) & 0xFFFF_FFFF, *[reading] * 4])
 
 
-def _forged(times: int) -> Tried:
+def _forged(times: int) -> Outcome:
     """A tile sends at 1 kHz, and another address as many valid frames of the same tile, each the next in sequence."""
     taken = forged = 0
     with _Link() as link:
@@ -80,10 +80,10 @@ def _forged(times: int) -> Tried:
         named = link.transport.sender_name(link.parser.senders_of(0)[1])
         named_right = named == f"127.0.0.1:{link.sockets[1].getsockname()[1]}"
     found = f"{forged} of {times} taken; {taken} of the tile's own taken; the stranger is named"
-    return Tried("forged frames with valid checksums", times, found, forged == 0 and taken >= times and named_right)
+    return Outcome("forged frames with valid checksums", times, found, forged == 0 and taken >= times and named_right)
 
 
-def _taken_over() -> Tried:
+def _taken_over() -> Outcome:
     """A tile that has got another address, as one has that was started again, once it has been silent."""
     with _Link() as link:
         link.send(0, _frame(1, 0, 1000))
@@ -93,14 +93,14 @@ def _taken_over() -> Tried:
         link.send(1, _frame(3, 0, 2000))
         later = len(link.read(1.5 * HELD_S))
     found = f"left out after {0.5 * HELD_S:g} s of silence, taken after {1.5 * HELD_S:g} s"
-    return Tried("a tile that comes back from another address", 1, found, (first, at_once, later) == (1, 0, 1))
+    return Outcome("a tile that comes back from another address", 1, found, (first, at_once, later) == (1, 0, 1))
 
 
-def _flooded(times: int, tell: Tell) -> Tried:
+def _flooded(times: int, progress: Progress) -> Outcome:
     """Frames of every tile number there is, from one address, as fast as they go."""
-    draw = np.random.default_rng(3)
+    rng = np.random.default_rng(3)
     datagrams = [
-        encode(np.column_stack([draw.integers(0, 0x10000, 40), *draw.integers(0, 0x10000, (6, 40))]))
+        encode(np.column_stack([rng.integers(0, 0x10000, 40), *rng.integers(0, 0x10000, (6, 40))]))
         for _ in range(_BATCH)
     ]
     with _Link() as link:
@@ -116,37 +116,37 @@ def _flooded(times: int, tell: Tell) -> Tried:
                 link.read(time.monotonic() - began)
         spent_s, grown = time.monotonic() - began, resident_mb() - before
         read = link.parser.bytes
-    tell(f"stress: {times} datagrams in {spent_s:.0f} s")
+    progress(f"stress: {times} datagrams in {spent_s:.0f} s")
     found = f"{times / spent_s:.0f} a second, {read / bytes_sent:.0%} of their bytes read; memory {grown:+.1f} MB"
-    return Tried("a flood of frames of all tile numbers", times, found, grown <= MORE_MB)
+    return Outcome("a flood of frames of all tile numbers", times, found, grown <= MORE_MB)
 
 
-def _noise(times: int, seed: int) -> Tried:
+def _noise(times: int, seed: int) -> Outcome:
     """Random bytes: only what passes the checksum by chance is taken."""
-    draw, taken = np.random.default_rng(seed), 0
+    rng, taken = np.random.default_rng(seed), 0
     with _Link() as link:
         for number in range(times):
-            link.send(number % 2, draw.bytes(int(draw.integers(0, 1400))))
+            link.send(number % 2, rng.bytes(int(rng.integers(0, 1400))))
             if number % _BATCH == _BATCH - 1:
                 taken += len(link.read(1e-3 * number))
-    return Tried("datagrams of noise", times, f"{taken} taken for frames", taken <= 1 + times // 1000)
+    return Outcome("datagrams of noise", times, f"{taken} taken for frames", taken <= 1 + times // 1000)
 
 
-def _clocks(seed: int) -> Tried:
+def _clocks(seed: int) -> Outcome:
     """A tile whose microseconds run back, jump or stand still; what the engine gets must not run back."""
-    draw = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     source = DeviceFloor(UdpTransport("127.0.0.1", 9), FLOOR, float(RATE_HZ))
     parser, stamps, wild = Parser(), [], 6000
     began_s, time_us, jumps = time.monotonic(), 0, 0
     for number in range(wild):
         time_us += 1000
-        kind = int(draw.integers(0, 200))
+        kind = int(rng.integers(0, 200))
         jumps += kind < 2
         match kind:
             case 0:
-                time_us -= int(draw.integers(0, 10_000_000))
+                time_us -= int(rng.integers(0, 10_000_000))
             case 1:
-                time_us += int(draw.integers(0, 1 << 31))
+                time_us += int(rng.integers(0, 1 << 31))
             case 2:
                 time_us -= 1000
         rows = [[tile, number & 0xFFFF, time_us & 0xFFFF_FFFF, 100, 100, 100, 100] for tile in (0, 1)]
@@ -162,4 +162,4 @@ def _clocks(seed: int) -> Tried:
     found = f"{missing} of {wild} samples are not handed over at {jumps} jumps, {back} before the one before; "
     found += f"{counts.restarts} taken for restarts, {counts.stale} left out"
     passed = back == 0 and finite and missing <= _LOST_AT_JUMP * jumps + wild // 50
-    return Tried("a tile's clock that runs back, jumps, stands", wild, found, passed)
+    return Outcome("a tile's clock that runs back, jumps, stands", wild, found, passed)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.stress.damage import handles
-from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.damage import open_file_count
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.clock import RATE_HZ
 from underfoot.devices.device_clock import DeviceClocks, arrival_frame, observe
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -28,13 +28,13 @@ _PPM, _JITTER = 100.0, 0.001
 _CLOCK_DAYS = 1.0
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A walker on four tiles for `seconds` of the session; a device's clock for a day."""
-    yield _walked(scale.length_s(120.0), tell)
-    yield _clock(tell)
+    yield _walked(effort.length_s(120.0), progress)
+    yield _clock(progress)
 
 
-def _walked(seconds: float, tell: Tell) -> Tried:
+def _walked(seconds: float, progress: Progress) -> Outcome:
     loop = Loop(
         Patch.load(preset_files.patches()["gravel"], REGISTRY),
         REGISTRY,
@@ -49,17 +49,17 @@ def _walked(seconds: float, tell: Tell) -> Tried:
             loop.run(_BLOCK)
             finite = finite and bool(np.isfinite(loop.out).all())
         memory.append(resident_mb())
-        opened.append(handles())
-        tell(f"stress: {(part + 1) * seconds / _PARTS:.0f} s simulated, {memory[-1]:.1f} MB")
+        opened.append(open_file_count())
+        progress(f"stress: {(part + 1) * seconds / _PARTS:.0f} s simulated, {memory[-1]:.1f} MB")
     speed = loop.frame / RATE_HZ / max(time.process_time() - began, 1e-9)
     grown, left = memory[-1] - memory[0], opened[-1] - opened[0]
     found = f"{loop.frame / RATE_HZ / 3600.0:.2f} h at {speed:.0f} times real time; memory {memory[-1]:.0f} MB, "
     found += f"{grown:+.1f} MB; handles {left:+d}"
     good = finite and grown <= MORE_MB and left <= 0
-    return Tried("a walker on 4 tiles, simulated time", loop.frame, found, good)
+    return Outcome("a walker on 4 tiles, simulated time", loop.frame, found, good)
 
 
-def _clock(tell: Tell) -> Tried:
+def _clock(progress: Progress) -> Outcome:
     """A device whose second lasts 100 ppm longer, with 1 ms of jitter on its way, for a day at 1 kHz."""
     clocks = DeviceClocks(1, float(RATE_HZ))
     hours = round(24 * _CLOCK_DAYS)
@@ -70,11 +70,11 @@ def _clock(tell: Tell) -> Tried:
         fit = clocks.fit(0)
         drifts.append(fit.drift_ppm if fit is not None else np.inf)
         errors_ms.append(1e3 * late / RATE_HZ)
-    tell(f"stress: drift by the hour {min(drifts):+.2f} to {max(drifts):+.2f} ppm")
+    progress(f"stress: drift by the hour {min(drifts):+.2f} to {max(drifts):+.2f} ppm")
     found = f"{_PPM:.0f} ppm is told as {min(drifts):.2f} to {max(drifts):.2f}, each hour; "
     found += f"time is wrong by at most {max(errors_ms):.3f} ms at an hour's end"
     good = max(abs(drift - _PPM) for drift in drifts) < 5.0 and max(errors_ms) < 0.5
-    return Tried("a device's clock for 24 h", hours * 3_600_000, found, good)
+    return Outcome("a device's clock for 24 h", hours * 3_600_000, found, good)
 
 
 @kernel

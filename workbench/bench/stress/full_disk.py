@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import FLOOR, answers_to, tone
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
+from underfoot.bench.stress.valid_files import FLOOR, default_answers, tone
 from underfoot.engine.reports import Notice, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import Excerpt, SessionFile
 from underfoot.experiments.study import Study
 from underfoot.files import write_file
 from underfoot.nodes import REGISTRY
@@ -29,15 +29,15 @@ _ROOM = 16 * _MB
 _START_S = 300.0
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for each thing that writes."""
     with tempfile.TemporaryDirectory() as folder, small_disk(Path(folder)) as how:
-        tell(f"stress: full disk, {how}")
+        progress(f"stress: full disk, {how}")
         for name, trial in (("patch saved", _patch), ("sound rendered", _sound), ("study answered", _study)):
             found, good = trial(Path(folder))
-            yield Tried(f"{name}, {how}", 1, found, good)
+            yield Outcome(f"{name}, {how}", 1, found, good)
         found, good = _recording(Path(folder))
-        yield Tried(f"session recorded, {how}", 1, found, good)
+        yield Outcome(f"session recorded, {how}", 1, found, good)
 
 
 @contextmanager
@@ -115,11 +115,11 @@ def _study(folder: Path) -> tuple[str, bool]:
     path = folder / "p1.session"
     file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study, kept, said = Study(protocol, "P1"), 0, ""
-    draw = np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     try:
         while not said and kept < 400:
-            entry = study.answer(answers_to(study.page))
-            noise = Stretch("vibration", 0, 0.0, 48_000.0, ("t1", "t2"), draw.normal(size=(48_000, 2)))
+            entry = study.answer(default_answers(study.page))
+            noise = Excerpt("vibration", 0, 0.0, 48_000.0, ("t1", "t2"), rng.normal(size=(48_000, 2)))
             said = _refused(lambda entry=entry, noise=noise: file.add(entry, [noise]))  # type: ignore[misc]
             kept += not said
         there = len(file.entries()) == kept
@@ -128,7 +128,7 @@ def _study(folder: Path) -> tuple[str, bool]:
     finally:
         file.close()
     again = SessionFile.open(path)
-    whole = len(again.entries()) == kept and len(again.stretches(kept)) == 1
+    whole = len(again.entries()) == kept and len(again.excerpts(kept)) == 1
     again.close()
     path.unlink()
     return f"{_without(said, folder)}; all {kept} answers before are in it", bool(said) and there and whole

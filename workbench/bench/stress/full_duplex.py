@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.stress.null_sinks import is_possible, null_sinks
-from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.clock import RATE_HZ
 from underfoot.devices.accelerometers import Accelerometer
 from underfoot.engine.commands import Level, Play
@@ -34,10 +34,10 @@ _STRETCH = RATE_HZ // 10
 _SAME = 1e-6
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Five minutes, or `seconds`, of two people on four tiles; nothing where there is no PulseAudio."""
     if not is_possible():
-        tell("stress: full_duplex needs PulseAudio")
+        progress("stress: full_duplex needs PulseAudio")
         return
     with tempfile.TemporaryDirectory() as made:
         path = Path(made) / "session.underfoot"
@@ -45,7 +45,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
             before = dict(os.environ)
             os.environ.update(environment)
             try:
-                health = _played(path, scale.length_s(USUAL_S), tell)
+                health = _played(path, effort.length_s(USUAL_S), progress)
             finally:
                 os.environ.clear()
                 os.environ.update(before)
@@ -53,7 +53,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
             yield _judged(recording, health)
 
 
-def _played(path: Path, seconds: float, tell: Tell) -> Health:
+def _played(path: Path, seconds: float, progress: Progress) -> Health:
     """Let a session play and record; how it was in the end."""
     floor = default_floor()
     inputs = tuple(Accelerometer(name, k, _FULL_SCALE_M_S2) for k, name in enumerate(floor.ids))
@@ -64,13 +64,15 @@ def _played(path: Path, seconds: float, tell: Tell) -> Health:
         session.start()
         for command in (Level(0.0), Play(True)):
             session.send(command)
-        end, told = time.monotonic() + _WAIT_S + 2.0 * seconds, 0.0
+        end, next_report_s = time.monotonic() + _WAIT_S + 2.0 * seconds, 0.0
         while session.health.frame < seconds * RATE_HZ and time.monotonic() < end:
             session.poll()
             time.sleep(_TICK_S)
-            if session.health.frame >= told * RATE_HZ:
-                tell(f"stress: {told:.0f} s played, {session.health.xruns} xruns, {session.health.jumps} jumps")
-                told += 30.0
+            if session.health.frame >= next_report_s * RATE_HZ:
+                progress(
+                    f"stress: {next_report_s:.0f} s played, {session.health.xruns} xruns, {session.health.jumps} jumps"
+                )
+                next_report_s += 30.0
         health = session.health
         session.stop_recording()
     finally:
@@ -78,32 +80,32 @@ def _played(path: Path, seconds: float, tell: Tell) -> Health:
     return health
 
 
-def _judged(recording: Recording, health: Health) -> Tried:
+def _judged(recording: Recording, health: Health) -> Outcome:
     begin, played = recording.vibration()
     first, measured = recording.tiles("measured")
     gaps = recording.gaps("measured")
-    heard = measured / np.float32(_FULL_SCALE_M_S2)
-    asked = played[first - begin : first - begin + len(heard)]
-    heard = heard[: len(asked)]
-    known = np.ones(len(heard), bool)
+    measured_fs = measured / np.float32(_FULL_SCALE_M_S2)
+    commanded_fs = played[first - begin : first - begin + len(measured_fs)]
+    measured_fs = measured_fs[: len(commanded_fs)]
+    known = np.ones(len(measured_fs), bool)
     for gap in gaps:
         known[gap.first - first : gap.first + gap.count - first] = False
-    sounding = known & (np.abs(asked).max(axis=1) > _SAME)
-    same = np.abs(heard - asked).max(axis=1) <= _SAME
+    sounding = known & (np.abs(commanded_fs).max(axis=1) > _SAME)
+    same = np.abs(measured_fs - commanded_fs).max(axis=1) <= _SAME
     share = float(same[sounding].mean()) if sounding.any() else 0.0
     off = [bool((sounding & ~same)[at : at + _STRETCH].sum() > 0.5 * _STRETCH) for at in range(0, len(same), _STRETCH)]
     lost = sum(gap.count for gap in gaps)
     found = (
         f"{100.0 * share:.2f} % of {sounding.sum() / RATE_HZ:.0f} s that sound are at their very frame, "
         f"{sum(off)} tenths of a second are not; aligned anew {health.jumps} times; "
-        f"{len(gaps)} gaps, {lost} frames; {health.xruns} xruns; drift {_drift(asked, heard, sounding)}; "
+        f"{len(gaps)} gaps, {lost} frames; {health.xruns} xruns; drift {_drift(commanded_fs, measured_fs, sounding)}; "
         f"round trip {1e3 * health.round_trip_s:.1f} ms, by the card's clock {1e3 * health.clock_trip_s:.1f} ms, "
         f"of which {1e3 * health.stream_latency_s:.1f} ms are shown"
     )
-    return Tried("commanded and measured, a null sink", len(heard), found, share >= LEAST_ALIGNED)
+    return Outcome("commanded and measured, a null sink", len(measured_fs), found, share >= LEAST_ALIGNED)
 
 
-def _drift(asked: NDArray[np.float32], heard: NDArray[np.float32], sounding: NDArray[np.bool_]) -> str:
+def _drift(commanded_fs: NDArray[np.float32], measured_fs: NDArray[np.float32], sounding: NDArray[np.bool_]) -> str:
     """By how many frames the last tenth of a second that sounds is farther from where it was played than the first."""
     total = sounding.cumsum()
     whole = np.flatnonzero(total[_STRETCH:] - total[:-_STRETCH] == _STRETCH)
@@ -112,8 +114,8 @@ def _drift(asked: NDArray[np.float32], heard: NDArray[np.float32], sounding: NDA
     places = []
     for at in (int(whole[0]) + 1, int(whole[-1]) + 1):
         first = max(at - _STRETCH, 0)
-        around = asked[first : at + 2 * _STRETCH]
-        tile = int(np.argmax((asked[at : at + _STRETCH] ** 2).sum(axis=0)))
-        found = np.correlate(around[:, tile], heard[at : at + _STRETCH, tile], "valid")
+        around = commanded_fs[first : at + 2 * _STRETCH]
+        tile = int(np.argmax((commanded_fs[at : at + _STRETCH] ** 2).sum(axis=0)))
+        found = np.correlate(around[:, tile], measured_fs[at : at + _STRETCH, tile], "valid")
         places.append(int(np.argmax(found)) + first - at)
     return f"{places[1] - places[0]} frames"

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.stress.programs import Program, Stillness
-from underfoot.bench.stress.tried import Scale, Tell, Tried, spread
-from underfoot.bench.stress.whole_files import FLOOR, tone
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress, spread
+from underfoot.bench.stress.programs import CpuIdle, Program
+from underfoot.bench.stress.valid_files import FLOOR, tone
 from underfoot.engine.reports import Notice, Started
 from underfoot.engine.session import MOST_DEATHS, WITHIN_S, Session
 from underfoot.engine.target import Target
@@ -34,24 +34,24 @@ _LOUDER = 1.05
 _APART_S = WITHIN_S / MOST_DEATHS + 0.5
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Engine, compiler, recorder; then the program alone, its whole group, and the window."""
     if not Path("/dev/shm").is_dir():
-        yield Tried("processes killed", 0, "not tried: this system has no /dev/shm to look into", True)
+        yield Outcome("processes killed", 0, "not tried: this system has no /dev/shm to look into", True)
         return
-    draw = np.random.default_rng(scale.seed)
+    rng = np.random.default_rng(effort.seed)
     with tempfile.TemporaryDirectory() as folder:
         for victim in ("engine", "compiler", "recorder"):
-            yield _within(victim, scale.count(5), draw, Path(folder, f"{victim}.underfoot"), tell)
+            yield _kill_processes(victim, effort.count(5), rng, Path(folder, f"{victim}.underfoot"), progress)
         for how, what in (("session", "program"), ("group", "program and all its processes"), ("window", "window")):
-            yield _whole(how, what, scale.count(5), draw, Path(folder), tell)
+            yield _kill_programs(how, what, effort.count(5), rng, Path(folder), progress)
 
 
 # --- a process of a session that is in this one ---
 
 
 @dataclass
-class _Heard:
+class _OutputMonitor:
     """A session that is polled, and what it played, as the stretches in which there was sound."""
 
     session: Session
@@ -63,7 +63,7 @@ class _Heard:
     notices: list[str] = field(default_factory=list)
     _sounded: int = -1  # the frame behind the last that was not silent
 
-    def listen(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
+    def poll_until(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
         """Poll for so long, or until something holds; whether it did."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -84,47 +84,47 @@ class _Heard:
             time.sleep(0.004)
         return False
 
-    def of_a_second(self) -> float:
+    def loudest_of_a_second(self) -> float:
         """The loudest of the next second that is played; 0 where nothing is."""
         self.loudest, self.frames = 0.0, 0
-        self.listen(_START_S, lambda: self.frames >= _RATE)
+        self.poll_until(_START_S, lambda: self.frames >= _RATE)
         return self.loudest
 
 
-def _within(victim: str, times: int, draw: np.random.Generator, record: Path, tell: Tell) -> Tried:
+def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: Path, progress: Progress) -> Outcome:
     """Kill one process of a session again and again, each time once another engine is ready to take over."""
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
-    heard, still = _Heard(session), Stillness()
+    output, idle = _OutputMonitor(session), CpuIdle()
     away_s, wrong = [], []
     try:
         session.record(record)
         session.start()
         ready = {"engine", "standby", "compiler", "recorder"}
-        if not heard.listen(_START_S, lambda: bool(heard.started) and ready <= set(session.pids)):
-            return Tried(victim, 0, "the session did not start", False)
-        before = heard.of_a_second()
+        if not output.poll_until(_START_S, lambda: bool(output.started) and ready <= set(session.pids)):
+            return Outcome(victim, 0, "the session did not start", False)
+        before = output.loudest_of_a_second()
         for number in range(times):
-            heard.listen(_APART_S + float(draw.uniform(0.0, 2.0)))
-            if not heard.listen(_START_S, lambda: still.of(session.pids.get("standby", 0))):
-                return Tried(victim, number, "no other engine was ready to take over", False)
-            before_kill = session.pids[victim], heard.started, session.memory.vibration.kept
-            heard.gaps_s.clear()
-            heard.loudest = 0.0
+            output.poll_until(_APART_S + float(rng.uniform(0.0, 2.0)))
+            if not output.poll_until(_START_S, lambda: idle.of(session.pids.get("standby", 0))):
+                return Outcome(victim, number, "no other engine was ready to take over", False)
+            before_kill = session.pids[victim], output.started, session.memory.vibration.kept
+            output.gaps_s.clear()
+            output.loudest = 0.0
             os.kill(before_kill[0], signal.SIGKILL)
-            back = heard.listen(_START_S, partial(_is_back, victim, heard, before_kill))
+            back = output.poll_until(_START_S, partial(_is_back, victim, output, before_kill))
             if not back:
-                return Tried(victim, number, f"it did not come back within {_START_S:.0f} s", False)
-            heard.listen(_START_S, lambda: heard.loudest > 0.0)
-            heard.frames = 0
-            heard.listen(_START_S, lambda: heard.frames >= _RATE // 2)
-            loudest = heard.loudest
-            after = heard.of_a_second()
-            away_s.append(max(heard.gaps_s, default=np.inf))
+                return Outcome(victim, number, f"it did not come back within {_START_S:.0f} s", False)
+            output.poll_until(_START_S, lambda: output.loudest > 0.0)
+            output.frames = 0
+            output.poll_until(_START_S, lambda: output.frames >= _RATE // 2)
+            loudest = output.loudest
+            after = output.loudest_of_a_second()
+            away_s.append(max(output.gaps_s, default=np.inf))
             if session.patch != tone() or abs(after - before) > 0.02 * before or loudest > _LOUDER * before:
                 wrong.append(f"another sound came back: {after:.4f}, at first {loudest:.4f}, after {before:.4f}")
-            tell(f"stress: {victim} killed, {number + 1} of {times}, away for {away_s[-1]:.2f} s")
+            progress(f"stress: {victim} killed, {number + 1} of {times}, away for {away_s[-1]:.2f} s")
         session.stop_recording()
-        written = heard.end
+        written = output.end
     finally:
         session.close()
     with Recording(record) as recording:
@@ -136,36 +136,38 @@ def _within(victim: str, times: int, draw: np.random.Generator, record: Path, te
         lost_s = max(lost_s, *holes_s, 0.0)
         found += f", {len(holes_s)} holes"
     passed = not wrong and max(away_s) <= BACK_S and lost_s <= LOST_S
-    return Tried(f"{victim} killed while it plays", times, "; ".join([found, *sorted(set(wrong))]), passed)
+    return Outcome(f"{victim} killed while it plays", times, "; ".join([found, *sorted(set(wrong))]), passed)
 
 
-def _is_back(victim: str, heard: _Heard, before: tuple[int, int, int]) -> bool:
+def _is_back(victim: str, output: _OutputMonitor, before: tuple[int, int, int]) -> bool:
     """Whether another process is in the place of the one that was killed, and does its work."""
     pid, started, kept = before
-    if heard.session.pids.get(victim, pid) == pid:
+    if output.session.pids.get(victim, pid) == pid:
         return False
     if victim == "engine":
-        return heard.started > started
-    return victim != "recorder" or heard.session.memory.vibration.kept > kept
+        return output.started > started
+    return victim != "recorder" or output.session.memory.vibration.kept > kept
 
 
 # --- the whole program ---
 
 
-def _whole(how: str, what: str, times: int, draw: np.random.Generator, folder: Path, tell: Tell) -> Tried:
+def _kill_programs(
+    how: str, what: str, times: int, rng: np.random.Generator, folder: Path, progress: Progress
+) -> Outcome:
     """Kill a program of its own at random moments, from its first process on."""
-    went_on_s, lost_s, orphans, blocks, unread = [], [], 0, 0, []
+    played_on_s, lost_s, orphans, blocks, unread = [], [], 0, 0, []
     for number in range(times):
         record = folder / f"{how}-{number}.underfoot"
         program = Program.of_window(folder) if how == "window" else Program.of_session(record)
         try:
-            plays = draw.random() < 0.7
+            plays = rng.random() < 0.7
             if plays and not program.plays(_START_S, None if how == "window" else record):
-                return Tried(f"{what} killed", number, f"it did not play: {program.said()}", False)
-            time.sleep(float(draw.uniform(0.0, 2.0)))
+                return Outcome(f"{what} killed", number, f"it did not play: {program.said()}", False)
+            time.sleep(float(rng.uniform(0.0, 2.0)))
             tail = program.kill(group=how == "group")
             if plays:
-                went_on_s.append(tail.went_on_s)
+                played_on_s.append(tail.played_on_s)
             left = program.left(40.0)
             orphans += len(left)
             if how == "group":
@@ -181,10 +183,10 @@ def _whole(how: str, what: str, times: int, draw: np.random.Generator, folder: P
                     unread.append(str(error))
         finally:
             program.end()
-        tell(f"stress: {what} killed, {number + 1} of {times}")
-    found = f"sound went on: {spread(went_on_s, 's')}; {orphans} processes and {blocks} blocks of memory left"
+        progress(f"stress: {what} killed, {number + 1} of {times}")
+    found = f"sound went on: {spread(played_on_s, 's')}; {orphans} processes and {blocks} blocks of memory left"
     if how != "window":
         found += f"; recording loses {spread(lost_s, 's', 3)}"
     passed = not orphans and not blocks and not unread
-    passed = passed and max(went_on_s, default=0.0) <= SILENT_S and max(lost_s, default=0.0) <= LOST_S
-    return Tried(f"{what} killed", times, "; ".join([found, *unread]), passed)
+    passed = passed and max(played_on_s, default=0.0) <= SILENT_S and max(lost_s, default=0.0) <= LOST_S
+    return Outcome(f"{what} killed", times, "; ".join([found, *unread]), passed)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.stress.whole_files import FLOOR, tone
+from underfoot.bench.stress.valid_files import FLOOR, tone
 from underfoot.engine.rings import HEADER
 from underfoot.engine.session import Session
 from underfoot.engine.shared_blocks import remove_orphans
@@ -26,11 +26,11 @@ _STILL_S = 1.0
 
 
 @dataclass(frozen=True)
-class Tail:
+class OutputAfterKill:
     """The frames that were written in all, and how long sound went on after a kill."""
 
     written: int
-    went_on_s: float
+    played_on_s: float
 
 
 class Program:
@@ -70,7 +70,7 @@ class Program:
             time.sleep(0.02)
         return False
 
-    def kill(self, group: bool) -> Tail:
+    def kill(self, group: bool) -> OutputAfterKill:
         """Kill its first process, or all of them at once, and wait until it plays nothing more."""
         self._find_rings()
         at = max((_written(ring) for ring in self._rings), default=0)
@@ -85,7 +85,7 @@ class Program:
             if now != before:
                 before, still_since = now, time.monotonic()
             time.sleep(0.01)
-        return Tail(before, max(self._sounded() - at, 0) / _RATE)
+        return OutputAfterKill(before, max(self._sounded() - at, 0) / _RATE)
 
     def left(self, within_s: float) -> list[int]:
         """Its processes that still live after so long."""
@@ -146,7 +146,7 @@ class Program:
         return found
 
 
-class Stillness:
+class CpuIdle:
     """Tells whether processes have waited, without running, for a second of looks: what they had to load is loaded."""
 
     def __init__(self) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import FLOOR
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
+from underfoot.bench.stress.valid_files import FLOOR
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.engine.commands import Level, Play
@@ -59,9 +59,9 @@ class Unwanted:
 REGISTRY_HERE: Registry = {**REGISTRY, "unwanted": Unwanted}  # type: ignore[dict-item]
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Each signal into each sink, and each force through a patch that plays force; at full level."""
-    seconds = max(scale.length_s(4.0), 2.0 * _SETTLED_S)
+    seconds = max(effort.length_s(4.0), 2.0 * _SETTLED_S)
     for sink, port in (("tile-output", "acceleration"), ("sound-output", "sound")):
         for signal in SIGNALS:
             patch = Patch().add("unwanted", REGISTRY_HERE, kind=signal).add(sink, REGISTRY_HERE)
@@ -97,7 +97,7 @@ def _forces(force_n: float) -> ForceSource:
     return Replay(ForceSeries(np.arange(1000) / 1000.0, forces, 1000.0), FLOOR, _RATE, repeats=True)
 
 
-def _judged(what: str, patch: Patch, source: ForceSource, seconds: float) -> Tried:
+def _judged(what: str, patch: Patch, source: ForceSource, seconds: float) -> Outcome:
     samples = played(patch, source, seconds).astype(np.float64)
     limits = Limits()
     finite = bool(np.isfinite(samples).all())
@@ -108,4 +108,4 @@ def _judged(what: str, patch: Patch, source: ForceSource, seconds: float) -> Tri
     peak, mean = float(np.abs(samples).max()), float(np.abs(settled[:whole].mean(axis=0)).max())
     found = f"{'finite' if finite else 'NOT FINITE'}, peak {peak:.3f}, mean {mean:.1e}, RMS {rms:.3f}"
     good = finite and peak <= limits.peak + 1e-6 and mean <= _DC_LEFT and rms <= _RMS_MORE * limits.rms
-    return Tried(what, len(samples) * samples.shape[1], found, good)
+    return Outcome(what, len(samples) * samples.shape[1], found, good)

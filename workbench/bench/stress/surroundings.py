@@ -8,15 +8,15 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import tone
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
+from underfoot.bench.stress.valid_files import tone
 from underfoot.files import cache_folder
 
 _NAMES = ("two words", "Füße", "снег и лёд", "雪と氷", "ثلج", "a'b\"c", "-o", "🦶")
 _LONGEST_S = 900.0
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Each renders the same tone, and must come to the same bytes."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
@@ -24,9 +24,9 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
         nowhere = folder / "file"
         nowhere.write_bytes(b"")
         wanted, said = _rendered(folder, {})
-        yield Tried("as usual", 1, said or "renders", bool(wanted))
+        yield Outcome("as usual", 1, said or "renders", bool(wanted))
         homes = {name: str(nowhere / "home") for name in ("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")}
-        tell("stress: no home")
+        progress("stress: no home")
         yield _same("a home that cannot be", _rendered(folder, homes), wanted)
         german = _german(folder / "locales")
         how = "a locale with decimal commas" if "LOCPATH" in german else "the name of a locale that is not installed"
@@ -37,9 +37,9 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
             below.mkdir()
             tone().save(below / f"{name}.json")
             yield _same(f"the name {name!a}", _rendered(below, {}, f"{name}.json"), wanted)
-        tell("stress: two programs at once")
-        yield _together(folder, wanted)
-        tell("stress: no cache; this compiles all kernels anew")
+        progress("stress: two programs at once")
+        yield _at_once(folder, wanted)
+        progress("stress: no cache; this compiles all kernels anew")
         yield _same("a cache that cannot be", _rendered(folder, {"UNDERFOOT_CACHE": str(nowhere)}), wanted)
 
 
@@ -77,12 +77,12 @@ def _rendered(folder: Path, changes: dict[str, str], patch: str = "tone.json") -
     return hashlib.sha256((folder / "out.wav").read_bytes()).hexdigest(), ""
 
 
-def _same(what: str, found: tuple[str, str], wanted: str) -> Tried:
+def _same(what: str, found: tuple[str, str], wanted: str) -> Outcome:
     digest, said = found
-    return Tried(what, 1, said or ("the same bytes" if digest == wanted else "OTHER BYTES"), digest == wanted != "")
+    return Outcome(what, 1, said or ("the same bytes" if digest == wanted else "OTHER BYTES"), digest == wanted != "")
 
 
-def _together(folder: Path, wanted: str) -> Tried:
+def _at_once(folder: Path, wanted: str) -> Outcome:
     """Four programs write the same file at the same time: it is one of theirs, whole, and nothing lies beside it."""
     before = {path.name for path in folder.iterdir()}
     programs = [
@@ -99,4 +99,4 @@ def _together(folder: Path, wanted: str) -> Tried:
     digest = hashlib.sha256((folder / "together.wav").read_bytes()).hexdigest()
     beside = {path.name for path in folder.iterdir()} - before - {"together.wav"}
     good = digest == wanted and not any(statuses) and not beside
-    return Tried("four programs that write one file", 4, "whole, nothing beside it" if good else str(statuses), good)
+    return Outcome("four programs that write one file", 4, "whole, nothing beside it" if good else str(statuses), good)

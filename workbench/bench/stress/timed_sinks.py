@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from underfoot.bench.stress.null_sinks import NullSink
 from underfoot.clock import RATE_HZ
-from underfoot.devices.precedence import take_precedence
+from underfoot.devices.thread_priority import raise_thread_priority
 
 _EVERY_S = 0.003
 _START_S = 10.0
@@ -33,7 +33,7 @@ class TimedSink(NullSink):
         self.module = f"module-pipe-sink file={self.folder / 'played'}"
         self.starved_s: list[float] = []
         self._began_s = 0.0
-        self._heard: list[NDArray[np.float32]] = []
+        self._samples: list[NDArray[np.float32]] = []
         self._over = threading.Event()
         self._clock = threading.Thread(target=self._read, name=f"clock of {name}")
 
@@ -43,7 +43,7 @@ class TimedSink(NullSink):
         while not (self.folder / "played").exists() and time.monotonic() < end:
             time.sleep(0.02)
         for thread in self.threads():
-            take_precedence(thread)
+            raise_thread_priority(thread)
         self._clock.start()
 
     def stop(self) -> None:
@@ -51,13 +51,13 @@ class TimedSink(NullSink):
         self._clock.join()
         super().stop()
 
-    def heard(self) -> tuple[float, NDArray[np.float32]]:
+    def samples(self) -> tuple[float, NDArray[np.float32]]:
         """When the first frame was played, in seconds of the system's clock, and the first channel (frames,) so far."""
-        return self._began_s, np.concatenate([*self._heard, np.zeros(0, np.float32)])
+        return self._began_s, np.concatenate([*self._samples, np.zeros(0, np.float32)])
 
     def _read(self) -> None:
         pipe, size = os.open(self.folder / "played", os.O_RDONLY | os.O_NONBLOCK), 4 * self.channels
-        take_precedence()
+        raise_thread_priority()
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
             if not read:  # the clock starts with what is played first
@@ -70,11 +70,11 @@ class TimedSink(NullSink):
                     break
                 frames = len(data) // size
                 part = data[frames * size :]
-                self._heard.append(np.frombuffer(data, "<f4", frames * self.channels)[:: self.channels].copy())
+                self._samples.append(np.frombuffer(data, "<f4", frames * self.channels)[:: self.channels].copy())
                 read, due = read + frames, due - frames
             if read and due > 0:
                 # A card plays silence where it has nothing, and its clock goes on.
-                self._heard.append(np.zeros(due, np.float32))
+                self._samples.append(np.zeros(due, np.float32))
                 self.starved_s.append(time.monotonic())
                 read += due
         os.close(pipe)

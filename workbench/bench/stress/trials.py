@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.engine.commands import PressTile
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
@@ -38,19 +38,19 @@ class _Times:
     on_disk_s: list[float] = field(default_factory=list)
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for onsets, and one for answers."""
-    wanted = min(scale.count(30), _MOST_BLOCKS)
+    wanted = min(effort.count(30), _MOST_BLOCKS)
     times = _Times()
     with tempfile.TemporaryDirectory() as folder:
-        kept = _study(Path(folder) / "p1.session", wanted, times, tell)
+        kept = _study(Path(folder) / "p1.session", wanted, times, progress)
     onset_s, on_disk_s = np.array(times.onset_s), np.array(times.on_disk_s)
     latest_s = float(np.nanmax(onset_s, initial=0.0))
     missing = int(np.isnan(onset_s).sum())
     found = f"{_spread(onset_s)}; without: {missing}"
-    yield Tried("step to first vibration frame", len(onset_s), found, not missing and latest_s <= LATEST_ONSET_S)
+    yield Outcome("step to first vibration frame", len(onset_s), found, not missing and latest_s <= LATEST_ONSET_S)
     good = kept == wanted and float(on_disk_s.max(initial=0.0)) <= LATEST_ON_DISK_S
-    yield Tried("answer to disk", len(on_disk_s), f"{_spread(on_disk_s)}; kept: {kept} of {wanted}", good)
+    yield Outcome("answer to disk", len(on_disk_s), f"{_spread(on_disk_s)}; kept: {kept} of {wanted}", good)
 
 
 def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
@@ -62,7 +62,7 @@ def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
     return f"median {middle:.3g} ms, 95 % {most:.3g}, 99 % {nearly_all:.3g}, largest {1e3 * there.max():.3g} ms"
 
 
-def _study(path: Path, trials: int, times: _Times, tell: Tell) -> int:
+def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
     """Take part in all trials; how many the file has in the end."""
     stage = Stage(id="main", kind="trials", start="step", method=MethodUse("rating", {"blocks": trials}))
     protocol = Protocol(stimuli={"WC": _CONSTANT}, stages=(stage,)).check(REGISTRY, path.parent)
@@ -77,7 +77,7 @@ def _study(path: Path, trials: int, times: _Times, tell: Tell) -> int:
                 _one_trial(runner, times)
                 if time.monotonic() > told + _TOLD_S:
                     told = time.monotonic()
-                    tell(f"stress: {len(times.onset_s)} of {trials} trials")
+                    progress(f"stress: {len(times.onset_s)} of {trials} trials")
             return len(file.entries())
         finally:
             runner.close()
@@ -94,7 +94,7 @@ def _one_trial(runner: Runner, times: _Times) -> None:
     _until(runner, lambda: runner.watch.now_s >= off_s)
     runner.session.send(PressTile(tile, 0.0, 0.0, 0.0))
     _until(runner, lambda: runner.phase is Phase.ANSWERING)
-    ask = runner.page.asks[0]
+    ask = runner.page.questions[0]
     began = time.perf_counter()
     runner.answer({ask.name: ask.default})
     times.on_disk_s.append(time.perf_counter() - began)

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench.stress.null_sinks import is_possible, served
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.bench.stress.simulated_cards import SimulatedCards
 from underfoot.bench.stress.timed_sinks import TimedSink
-from underfoot.bench.stress.tried import Scale, Tell, Tried
-from underfoot.bench.stress.whole_files import tone
+from underfoot.bench.stress.valid_files import tone
 from underfoot.clock import RATE_HZ
 from underfoot.engine.commands import Level, Play
 from underfoot.engine.reports import Health
@@ -37,21 +37,21 @@ TONE_HZ, STRETCH_S, SETTLED_S, BUFFER_S = 20.0, 0.5, 20.0, 0.04
 _TICK_S, _WAIT_S = 0.05, 120.0
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Ten minutes, or `seconds`, after the first twenty seconds; on PulseAudio where there is one."""
-    seconds = scale.length_s(USUAL_S)
+    seconds = effort.length_s(USUAL_S)
     yield simulated(seconds)
     if not is_possible():
-        tell("stress: two_clocks needs PulseAudio")
+        progress("stress: two_clocks needs PulseAudio")
         return
     with tempfile.TemporaryDirectory() as made:
         sinks = [TimedSink(Path(made), name, CHANNELS, ppm) for name, ppm in (("left", 0.0), ("right", PPM))]
         with served(Path(made), sinks) as environment, mock.patch.dict(os.environ, environment):
-            told = _played(seconds, tell)
-        yield _judged(told, sinks, seconds)
+            reports = _played(seconds, progress)
+        yield _judged(reports, sinks, seconds)
 
 
-def simulated(seconds: float) -> Tried:
+def simulated(seconds: float) -> Outcome:
     """The same in simulated time, with blocks that are asked for up to 4 ms late."""
     cards = SimulatedCards(PPM, SETTLED_S + seconds, CHANNELS)
     cards.run(SETTLED_S)
@@ -62,10 +62,10 @@ def simulated(seconds: float) -> Tried:
     off_s, told_ppm = float(np.abs(cards.offsets_s[settled:]).max()), float(np.median(ppm))
     found = f"{cards.card.underruns} xruns; {1e3 * off_s:.2f} ms off at most; {told_ppm:.0f} ppm"
     good = off_s <= MOST_OFF_S and abs(told_ppm - PPM) <= MOST_WRONG_PPM and not cards.card.underruns
-    return Tried(f"simulated, clocks {PPM:g} ppm apart", round(seconds), found, good)
+    return Outcome(f"simulated, clocks {PPM:g} ppm apart", round(seconds), found, good)
 
 
-def _played(seconds: float, tell: Tell) -> list[tuple[float, Health]]:
+def _played(seconds: float, progress: Progress) -> list[tuple[float, Health]]:
     """Let a session play a tone on 36 tiles; how it was, twenty times a second of the system's clock, once both cards'
     clocks have settled."""
     sound = "; ".join(f"{name}={CHANNELS}" for name in ("left", "right"))
@@ -84,32 +84,32 @@ def _played(seconds: float, tell: Tell) -> list[tuple[float, Health]]:
                 found.append((time.monotonic(), health))
             if health.frame >= next_s * RATE_HZ:
                 off_ms, ppm = 1e3 * health.cards_offset_s, health.cards_drift_ppm
-                tell(f"stress: {next_s:.0f} s played, {health.xruns} xruns, {off_ms:+.3f} ms off, {ppm:+.0f} ppm")
+                progress(f"stress: {next_s:.0f} s played, {health.xruns} xruns, {off_ms:+.3f} ms off, {ppm:+.0f} ppm")
                 next_s += 30.0
     finally:
         session.close()
     return found
 
 
-def _judged(told: list[tuple[float, Health]], sinks: list[TimedSink], seconds: float) -> Tried:
+def _judged(reports: list[tuple[float, Health]], sinks: list[TimedSink], seconds: float) -> Outcome:
     what = f"two cards of {CHANNELS} channels, clocks {PPM:g} ppm apart"
-    if not told:
-        return Tried(what, 0, "it did not play", False)
+    if not reports:
+        return Outcome(what, 0, "it did not play", False)
     starved_s = np.sort([at_s for sink in sinks for at_s in sink.starved_s])
-    fit = is_settled(np.array([at_s for at_s, _ in told]), starved_s)
-    late = np.diff([health.xruns for _, health in told], prepend=told[0][1].xruns)
-    off_s = np.abs([health.cards_offset_s for _, health in told])[fit]
-    ppm = float(np.median([health.cards_drift_ppm for _, health in told]))
-    at_s, all_heard_s = apart_s(sinks[0], sinks[1], len(told) * _TICK_S)
-    heard_s = all_heard_s[is_settled(at_s, starved_s)]
-    if not fit.any() or not len(heard_s):
-        return Tried(what, round(seconds), f"never settled: pipes ran empty {len(starved_s)} times", False)
-    moved_s = np.abs(heard_s - np.median(heard_s)).max()
+    fit = is_settled(np.array([at_s for at_s, _ in reports]), starved_s)
+    late = np.diff([health.xruns for _, health in reports], prepend=reports[0][1].xruns)
+    off_s = np.abs([health.cards_offset_s for _, health in reports])[fit]
+    ppm = float(np.median([health.cards_drift_ppm for _, health in reports]))
+    at_s, all_heard_s = apart_s(sinks[0], sinks[1], len(reports) * _TICK_S)
+    offsets_s = all_heard_s[is_settled(at_s, starved_s)]
+    if not fit.any() or not len(offsets_s):
+        return Outcome(what, round(seconds), f"never settled: pipes ran empty {len(starved_s)} times", False)
+    moved_s = np.abs(offsets_s - np.median(offsets_s)).max()
     found = f"{late[fit].sum()} xruns; told {1e3 * off_s.max():.2f} ms off at most, {ppm:.0f} ppm; "
-    found += f"heard {1e3 * moved_s:.2f} ms off at most, at {1e3 * told[-1][1].cards_delay_s:.1f} ms behind; "
+    found += f"heard {1e3 * moved_s:.2f} ms off at most, at {1e3 * reports[-1][1].cards_delay_s:.1f} ms behind; "
     found += f"judged {100.0 * fit.mean():.0f} % of the time: pipes ran empty {len(starved_s)} times"
     good = max(off_s.max(), moved_s) <= MOST_OFF_S and abs(ppm - PPM) <= MOST_WRONG_PPM
-    return Tried(what, round(seconds), found, not late[fit].sum() and good and fit.mean() >= LEAST_JUDGED)
+    return Outcome(what, round(seconds), found, not late[fit].sum() and good and fit.mean() >= LEAST_JUDGED)
 
 
 def is_settled(at_s: NDArray[np.float64], starved_s: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -126,7 +126,7 @@ def is_settled(at_s: NDArray[np.float64], starved_s: NDArray[np.float64]) -> NDA
 def apart_s(first: TimedSink, second: TimedSink, seconds: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """At half seconds of the last `seconds`, as times of the system's clock: how much later than the first the second
     card played the tone."""
-    end_s = min(began_s + len(sound) / sink.rate_hz for sink in (first, second) for began_s, sound in (sink.heard(),))
+    end_s = min(began_s + len(sound) / sink.rate_hz for sink in (first, second) for began_s, sound in (sink.samples(),))
     at_s = np.arange(end_s - 2.0 - seconds, end_s - 2.0, STRETCH_S)
     phases = [_phases(sink, at_s) for sink in (first, second)]
     return at_s, np.unwrap(phases[0] - phases[1]) / (2.0 * np.pi * TONE_HZ)
@@ -134,7 +134,7 @@ def apart_s(first: TimedSink, second: TimedSink, seconds: float) -> tuple[NDArra
 
 def _phases(sink: TimedSink, at_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """The phase of the tone that a card played, in stretches from `at_s` (n,) on, seconds of the system's clock."""
-    began_s, sound = sink.heard()
+    began_s, sound = sink.samples()
     count = round(STRETCH_S * sink.rate_hz)
     found = []
     for begin in np.round((at_s - began_s) * sink.rate_hz).astype(int):

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from underfoot.bench.stress.null_sinks import is_possible, null_sinks
-from underfoot.bench.stress.tried import Scale, Tell, Tried
+from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS
@@ -57,9 +57,9 @@ class Watched:
         self.busy_s.append(_busy_s())
 
 
-def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
+def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Ten minutes, or `seconds`, of it."""
-    seconds = scale.length_s(USUAL_S)
+    seconds = effort.length_s(USUAL_S)
     with tempfile.TemporaryDirectory() as made, ExitStack() as stack:
         folder, sinks = Path(made), dict[str, str]()
         if is_possible():
@@ -73,7 +73,7 @@ def run(scale: Scale, tell: Tell) -> Iterator[Tried]:
             _program(folder, sinks, "run", str(folder), "udp", f"127.0.0.1:{_PORT}", sound, tiles)
         )
         stack.callback(window.terminate)
-        watched = _watch(window, sender.pid, seconds, tell)
+        watched = _watch(window, sender.pid, seconds, progress)
         window.terminate()
         window.wait(60.0)
         yield from _judged(watched, bool(sinks))
@@ -85,7 +85,7 @@ def send(folder: str, port: int) -> None:
     source = SimulatedFloor(floor, 48_000, people=simulation(PEOPLE)[1])
     emulator = Emulator(TRANSPORTS["udp"].sender.of(f"127.0.0.1:{port}"), source)
     emulator.start()
-    while not emulator.over:
+    while not emulator.is_finished:
         time.sleep(0.5)
 
 
@@ -106,7 +106,7 @@ def _program(folder: Path, more: dict[str, str], name: str, *given: object) -> "
         )
 
 
-def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, tell: Tell) -> Watched:
+def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, progress: Progress) -> Watched:
     """Read what the window tells until the engine has played for so long."""
     found = Watched()
     assert window.stdout is not None
@@ -118,17 +118,17 @@ def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, tell: T
         found.add(line, {"window": window.pid, "tiles": sender, **line["pids"]})
         played_s = line["frame"] / 48_000.0
         if len(found.lines) % 30 == 1:
-            tell(f"stress: {played_s:.0f} s played, load {line['load']:.2f}, {found.memory_mb[-1]:.0f} MB")
+            progress(f"stress: {played_s:.0f} s played, load {line['load']:.2f}, {found.memory_mb[-1]:.0f} MB")
         if played_s > seconds:
             break
     hangs.cancel()
     return found
 
 
-def _judged(watched: Watched, has_cards: bool) -> Iterator[Tried]:
+def _judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
     lines = watched.lines
     if len(lines) <= _SETTLED + 1:
-        yield Tried("the whole floor", len(lines), "the window did not play", False)
+        yield Outcome("the whole floor", len(lines), "the window did not play", False)
         return
     played = lines[_SETTLED:]
     seconds = round((played[-1]["frame"] - played[0]["frame"]) / 48_000.0)
@@ -137,17 +137,17 @@ def _judged(watched: Watched, has_cards: bool) -> Iterator[Tried]:
     xruns = played[-1]["xruns"] - played[0]["xruns"]
     where = "two cards of 18 channels" if has_cards else "no cards: PulseAudio is missing"
     found += f"; {xruns} blocks late{_lateness(watched)}; {where}"
-    yield Tried("the engine: 36 tiles, coarse gravel, plates", seconds, found, not xruns)
+    yield Outcome("the engine: 36 tiles, coarse gravel, plates", seconds, found, not xruns)
     held, stream = (1e3 * np.median([line[name] for line in played]) for name in ("latency_s", "stream_latency_s"))
     offset = 1e3 * max(abs(line["cards_offset_s"]) for line in played)
     found = f"{held:.1f} ms and {stream:.1f} ms of the stream; the second card at most {offset:.2f} ms off"
-    yield Tried("latency, of force to sound", seconds, found, True)
+    yield Outcome("latency, of force to sound", seconds, found, True)
     lost, sent = played[-1]["lost"] - played[0]["lost"], 36 * 1000 * seconds
-    yield Tried("force samples over UDP", sent, f"{lost} lost", lost <= MOST_LOST * sent)
+    yield Outcome("force samples over UDP", sent, f"{lost} lost", lost <= MOST_LOST * sent)
     ticks = np.concatenate([line["ticks_ms"] for line in played])
     half, most = np.percentile(ticks, (50, 99))
     found = f"apart {half:.1f} ms in the median, {most:.1f} for 99 of 100, {ticks.max():.0f} at most"
-    yield Tried("the window's ticks", len(ticks), found, bool(most <= FAIR_TICK_MS))
+    yield Outcome("the window's ticks", len(ticks), found, bool(most <= FAIR_TICK_MS))
     yield _remembered(watched)
     yield _recorded(Path(lines[-1]["recording"]), lines[-1]["frame"])
 
@@ -166,7 +166,7 @@ def _lateness(watched: Watched) -> str:
     return f": {', '.join(told)}" if told else ""
 
 
-def _remembered(watched: Watched) -> Tried:
+def _remembered(watched: Watched) -> Outcome:
     memory_mb = watched.memory_mb[_SETTLED:]
     grown, later = memory_mb[-1] - memory_mb[0], memory_mb[-1] - memory_mb[len(memory_mb) // 2]
     begin, end = watched.cpu_s[_SETTLED], watched.cpu_s[-1]
@@ -179,15 +179,15 @@ def _remembered(watched: Watched) -> Tried:
     found += f"a core's time for what was played: {shares}"
     others_s = watched.busy_s[-1] - watched.busy_s[_SETTLED] - sum(used_s.values())
     found += f"; other programs had {max(others_s, 0.0) / max(passed_s, 1.0):.1f} of {os.cpu_count()} cores"
-    return Tried("memory and cores of all processes", len(used_s), found, later <= MORE_MB)
+    return Outcome("memory and cores of all processes", len(used_s), found, later <= MORE_MB)
 
 
-def _recorded(path: Path, frames: int) -> Tried:
+def _recorded(path: Path, frames: int) -> Outcome:
     with Recording(path) as recording:
         (first, end), gaps = recording.span, recording.gaps()
     size_mb = path.stat().st_size / 1e6
     found = f"{(end - first) / 48_000.0:.1f} s of {frames / 48_000.0:.1f}, {len(gaps)} holes, {size_mb:.0f} MB"
-    return Tried("the recording", end - first, found, not gaps)
+    return Outcome("the recording", end - first, found, not gaps)
 
 
 def _own_mb(pid: int) -> float:

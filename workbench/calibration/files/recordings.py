@@ -21,37 +21,39 @@ def measure_files(sweep: Path, recorded: Path, channel: int | None) -> "tuple[Sw
     channel.
     """
     played, rate_hz = read_wav(sweep)
-    heard, heard_hz = read_wav(recorded)
-    if heard_hz != rate_hz:
-        raise BadMeasurement(f"sweep and recording do not fit: {sweep} is at {rate_hz} Hz, {recorded} at {heard_hz} Hz")
+    recording, recorded_hz = read_wav(recorded)
+    if recorded_hz != rate_hz:
+        raise BadMeasurement(
+            f"sweep and recording do not fit: {sweep} is at {rate_hz} Hz, {recorded} at {recorded_hz} Hz"
+        )
     loudest = abs(played).max(axis=0)
     try:
-        return measure_channel(played[:, int(loudest.argmax())], heard, rate_hz, channel), rate_hz
+        return measure_channel(played[:, int(loudest.argmax())], recording, rate_hz, channel), rate_hz
     except BadValue as error:
         raise BadFile(f"{sweep} and {recorded}: {error}") from None
 
 
-def measure_channel(played: Array, heard: Array, rate_hz: int, channel: int | None) -> "SweepMeasurement":
+def measure_channel(played: Array, recording: Array, rate_hz: int, channel: int | None) -> "SweepMeasurement":
     """Evaluate one channel of a recording (frames, channels) of a sweep (frames,), as `measure_files` does."""
     from underfoot.calibration.science.transfer_function import measure
 
-    several = heard.shape[1]
+    several = recording.shape[1]
     if channel is not None:
         if not 0 <= channel < several:
             raise BadValue(f"--channel is {channel}; allowed: 0 to {several - 1}")
-        return measure(played, heard[:, channel], rate_hz)
+        return measure(played, recording[:, channel], rate_hz)
     found: dict[int, SweepMeasurement] = {}
     reasons: list[BadMeasurement] = []
     for k in range(several):
         try:
-            found[k] = measure(played, heard[:, k], rate_hz)
+            found[k] = measure(played, recording[:, k], rate_hz)
         except BadMeasurement as reason:
             reasons.append(reason)
     # The same accelerometer on both channels of a stereo file is one measurement.
-    if len(found) > 1 and not _are_one_signal(heard[:, list(found)]):
+    if len(found) > 1 and not _are_one_signal(recording[:, list(found)]):
         raise BadMeasurement(f"channels {', '.join(map(str, found))} all hold the sweep; say --channel")
     if not found:
-        raise reasons[int(abs(heard).max(axis=0).argmax())]
+        raise reasons[int(abs(recording).max(axis=0).argmax())]
     return next(iter(found.values()))
 
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
 from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Live, Page, ask
+from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -61,7 +61,7 @@ class CentroidCalibration(Calibration):
     presses: Path | None = option("CSV of loads at known positions: tile,x_m,y_m,force_n,r1,r2,r3,r4.", None)
     quick: bool = option("Nine places instead of fifty, on a target.", False)
 
-    def procedure(self, setup: Setup) -> "CentroidProcedure":
+    def procedure(self, setup: MeasurementSetup) -> "CentroidProcedure":
         return CentroidProcedure(setup.tile, setup.profile, setup.seed)
 
     def answers(self, has_load_cell: bool) -> Answers:
@@ -109,7 +109,7 @@ class CentroidProcedure(PagedProcedure):
         self._sensors_m = np.array(tile.sensors_m)
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
-        super().__init__(Page("setup", "Contact centroid", instruction, asks=_setup_asks(tile)))
+        super().__init__(Page("setup", "Contact centroid", instruction, questions=_setup_questions(tile)))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return a tare, each position with each load, and a release at the end."""
@@ -201,35 +201,35 @@ class CentroidProcedure(PagedProcedure):
 
     # --- data of each page ---
 
-    def _tare(self, readings: Readings) -> Live | None:
+    def _tare(self, readings: Readings) -> PageProgress | None:
         seen = readings.last(1.0)
         if seen is None:
-            return Live("Stand clear.", float(np.ptp(readings.time_s)))
+            return PageProgress("Stand clear.", float(np.ptp(readings.time_s)))
         spans = np.ptp(seen.values[:, :4], axis=0)
         if self._profile is None and (spans > 20.0).any():
-            return Live("The readings change; stand clear.", 0.5)
+            return PageProgress("The readings change; stand clear.", 0.5)
         if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 20.0:
-            return Live("The load cell is loaded; take it off.", 0.5)
+            return PageProgress("The load cell is loaded; take it off.", 0.5)
         return None
 
-    def _release(self, least: float, readings: Readings) -> Live | None:
+    def _release(self, least: float, readings: Readings) -> PageProgress | None:
         seen = readings.last(_RELEASED_S)
         if seen is None:
-            return Live("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
+            return PageProgress("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
         force = seen.values[:, _STATIC].sum(axis=1) if seen.force_n is None else seen.force_n
         empty = self._empty()[1][-1][_STATIC].sum() if seen.force_n is None else 0.0
         if np.abs(force - empty).max() > (0.1 if seen.force_n is not None else 0.25) * least:
-            return Live("Let go.", 0.5, (("force", float(force[-1] - empty), "N"),))
+            return PageProgress("Let go.", 0.5, (("force", float(force[-1] - empty), "N"),))
         return None
 
-    def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> Live | None:
+    def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.centroid_fit import centroid
         from underfoot.calibration.science.press_checks import PRESSED, is_steady, require_place
 
         if first:
             begun = self._begun(self._at, readings, load)
             if begun is None:
-                return Live("Let go, and then press at the new place.")
+                return PageProgress("Let go, and then press at the new place.")
             _, empty, readings = begun
             baseline = empty[_STATIC]
         else:
@@ -245,15 +245,15 @@ class CentroidProcedure(PagedProcedure):
         shown = [("force", force, "N")]
         if force < PRESSED * load or seen is None:
             self._check(load, latest, measured)
-            return Live(f"Press with {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
+            return PageProgress(f"Press with {load:.0f} N.", 0.5 * max(force, 0.0) / load, tuple(shown))
         place = centroid(forces, self._sensors_m)
         x, y = np.median(place, axis=0)
         shown += [("x", 1e3 * float(x), "mm"), ("y", 1e3 * float(y), "mm")]
         if abs(force - load) > _FORCE_BAND * load:
-            return Live("Press harder." if force < load else "Press less hard.", 0.6, tuple(shown))
+            return PageProgress("Press harder." if force < load else "Press less hard.", 0.6, tuple(shown))
         self._check(load, latest, measured)
         if not is_steady(float(np.std(total)) / load, float(np.std(place, axis=0).max()), np.ptp(readings.time_s)):
-            return Live("Hold still.", 0.8, tuple(shown))
+            return PageProgress("Hold still.", 0.8, tuple(shown))
         require_place((x, y), at)
         return None
 
@@ -275,8 +275,8 @@ class CentroidProcedure(PagedProcedure):
         from underfoot.calibration.science.press_checks import EMPTY_S
 
         times, values, group = [], [], None
-        for k in sorted(self._taken):
-            step, readings = self._steps[k], self._taken[k]
+        for k in sorted(self._step_data):
+            step, readings = self._steps[k], self._step_data[k]
             if step.page.key == "release":
                 seen = readings.last(EMPTY_S) or readings
                 times.append(float(seen.time_s.mean()))
@@ -296,8 +296,8 @@ class CentroidProcedure(PagedProcedure):
         """
         from underfoot.calibration.science.press_checks import EMPTY_S, press_begun
 
-        if at - 1 in self._taken:
-            before = self._taken[at - 1]
+        if at - 1 in self._step_data:
+            before = self._step_data[at - 1]
             readings = (before.last(EMPTY_S) or before).followed_by(readings)
         total = readings.force_n
         if total is None:
@@ -312,7 +312,7 @@ class CentroidProcedure(PagedProcedure):
         """
         at, load, values, forces = [], [], [], []
         times, empty_values = self._empty()
-        for step, readings, _ in self.taken():
+        for step, readings, _ in self.step_data():
             if not isinstance(step, PlaceStep) or rising not in (None, step.rising):
                 continue
             seen = readings.last(_STEADY_S) or readings
@@ -351,14 +351,14 @@ class CentroidProcedure(PagedProcedure):
 
     def _tare_counts(self) -> Values:
         """Return the readings (4,) of the latest tare."""
-        tares = [readings for step, readings, _ in self.taken() if step.page.key == "tare"]
+        tares = [readings for step, readings, _ in self.step_data() if step.page.key == "tare"]
         return np.median(tares[-1].values[:, :4], axis=0) if tares else np.zeros(4)
 
 
 _TARE = "Take everything off the tile and stand clear."
 
 
-def _setup_asks(tile: "Tile") -> tuple[Parameter, ...]:
+def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     half = max(tile.size_m) / 2.0
     columns = (("x m", -half, half), ("y m", -half, half))

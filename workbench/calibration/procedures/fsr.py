@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, Setup
+from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
 from underfoot.calibration.paged import PagedProcedure, Step
-from underfoot.calibration.procedure import Answers, Live, Page, ask
+from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.drawing import Drawing
@@ -66,7 +66,7 @@ class FsrCalibration(Calibration):
         if self.divider_ohm is not None and not self.divider_ohm > 0.0:
             raise BadValue(f"--divider-ohm is {self.divider_ohm:g}; allowed: above 0")
 
-    def procedure(self, setup: Setup) -> "FsrProcedure":
+    def procedure(self, setup: MeasurementSetup) -> "FsrProcedure":
         return FsrProcedure(setup.tile, self._divider())
 
     def answers(self, has_load_cell: bool) -> Answers:
@@ -116,7 +116,7 @@ class FsrProcedure(PagedProcedure):
         self._reference = LOAD_CELL
         self.linearisation: Linearisation | None = None
         instruction = f"Tile {tile.id}: choose the reference for the force. Load one sensor at a time."
-        super().__init__(Page("setup", "FSR linearisation", instruction, asks=_setup_asks()))
+        super().__init__(Page("setup", "FSR linearisation", instruction, questions=_setup_questions()))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the steps of all sensors, with a load cell or with known weights."""
@@ -137,7 +137,7 @@ class FsrProcedure(PagedProcedure):
         """Refuse a weight that is lighter than the previous one on the way up, or heavier on the way down."""
         if not isinstance(step, SensorStep) or step.planned_n is None:
             return
-        before = [given["weight_n"] for _, _, given in self._taken_on(step.sensor) if "weight_n" in given]
+        before = [given["weight_n"] for _, _, given in self._step_data_of(step.sensor) if "weight_n" in given]
         if not before:
             return
         given, last = answers["weight_n"], before[-1]
@@ -150,9 +150,9 @@ class FsrProcedure(PagedProcedure):
         """Return the pairs so far; at the end, the drawings of the result."""
         if self._result is not None:
             return self._result.drawings
-        from underfoot.calibration.results.fsr import taken_so_far
+        from underfoot.calibration.results.fsr import pairs_drawing
 
-        return taken_so_far(self._pairs()) if self._taken else ()
+        return pairs_drawing(self._pairs()) if self._step_data else ()
 
     def conclude(self) -> Result:
         """Fit curves to all pairs; with a load cell a second time, without the share that other sensors carried."""
@@ -179,7 +179,7 @@ class FsrProcedure(PagedProcedure):
             title: str,
             instruction: str,
             force_n: float,
-            take: Callable[[Readings], Live | None],
+            take: Callable[[Readings], PageProgress | None],
             hold_s: float,
         ) -> None:
             press = PressRequest(at, force_n, hold_s, j)
@@ -214,7 +214,7 @@ class FsrProcedure(PagedProcedure):
                 f"sensor{j + 1}-weight{k + 1}",
                 f"Sensor {j + 1}: weight {k + 1}, {'rising' if rising else 'falling'}",
                 f"Put a known weight over sensor {j + 1}, let go of it, and type how heavy it is.",
-                asks=(ask("weight_n", Number(weight, 0.0, 5000.0, unit="N", doc="The weight over the sensor.")),),
+                questions=(ask("weight_n", Number(weight, 0.0, 5000.0, unit="N", doc="The weight over the sensor.")),),
                 press=PressRequest(at, weight, _STEADY_S, j),
                 may_skip=True,
             )
@@ -223,17 +223,19 @@ class FsrProcedure(PagedProcedure):
 
     # --- data of each page ---
 
-    def _tare(self, j: int, readings: Readings) -> Live | None:
+    def _tare(self, j: int, readings: Readings) -> PageProgress | None:
         seen = readings.last(_TARE_S)
         if seen is None:
-            return Live("Stand clear.", np.ptp(readings.time_s) / _TARE_S)
+            return PageProgress("Stand clear.", np.ptp(readings.time_s) / _TARE_S)
         if np.ptp(_smoothed(seen.values[:, j])) > 0.02 * LARGEST_READING:
-            return Live("The reading changes; stand clear.", 0.5, (("reading", float(seen.values[-1, j]), ""),))
+            return PageProgress("The reading changes; stand clear.", 0.5, (("reading", float(seen.values[-1, j]), ""),))
         if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 0.01 * self._full_n:
-            return Live("The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),))
+            return PageProgress(
+                "The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),)
+            )
         return None
 
-    def _rise(self, j: int, readings: Readings) -> Live | None:
+    def _rise(self, j: int, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.load_checks import require_response
 
         force = self._load_cell(readings)
@@ -248,17 +250,17 @@ class FsrProcedure(PagedProcedure):
         if top >= _NEAR * full and covered >= _COVERED:
             return None
         if top >= _NEAR * full:
-            return Live("Too fast: let go, and raise the force more slowly.", covered, shown)
-        return Live(f"Press harder, up to {full:.0f} N.", min(top / full, covered), shown)
+            return PageProgress("Too fast: let go, and raise the force more slowly.", covered, shown)
+        return PageProgress(f"Press harder, up to {full:.0f} N.", min(top / full, covered), shown)
 
-    def _fall(self, readings: Readings) -> Live | None:
+    def _fall(self, readings: Readings) -> PageProgress | None:
         force, full = self._load_cell(readings), self._full_n
         if force[-1] <= 0.02 * full and np.ptp(readings.time_s) >= 0.3 and force[-20:].mean() <= 0.03 * full:
             return None
         gone = 1.0 - float(force[-1]) / max(float(force.max()), 1e-9)
-        return Live("Let go.", max(gone, 0.0), (("force", float(force[-1]), "N"),))
+        return PageProgress("Let go.", max(gone, 0.0), (("force", float(force[-1]), "N"),))
 
-    def _hold(self, held: float, hold_s: float, readings: Readings) -> Live | None:
+    def _hold(self, held: float, hold_s: float, readings: Readings) -> PageProgress | None:
         force = self._load_cell(readings)
         inside = np.abs(force - held) <= _HOLD_BAND * held
         outside = np.flatnonzero(~inside)
@@ -268,16 +270,16 @@ class FsrProcedure(PagedProcedure):
         if kept >= hold_s:
             return None
         hint = "Hold still." if inside[-1] else "Press harder." if force[-1] < held else "Press less hard."
-        return Live(hint, kept / hold_s, shown)
+        return PageProgress(hint, kept / hold_s, shown)
 
-    def _weigh(self, j: int, readings: Readings) -> Live | None:
+    def _weigh(self, j: int, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.load_checks import require_weight
 
         shown = (("reading", float(readings.values[-1, j]), ""),)
         seen = readings.last(2.0 * _STEADY_S)
         if seen is None:
             ready = float(np.ptp(readings.time_s)) / (2.0 * _STEADY_S)
-            return Live("Wait until the reading is steady.", ready, shown)
+            return PageProgress("Wait until the reading is steady.", ready, shown)
         values = _smoothed(seen.values[:, j])
         rest, reading = self._rest_readings(), float(np.median(values))
         change = abs(reading - float(rest[j]))
@@ -286,7 +288,7 @@ class FsrProcedure(PagedProcedure):
                 raise BadMeasurement(
                     f"the load is not steady: the reading changes by {np.ptp(values):.0f} counts; let go of the weight"
                 )
-            return Live("The reading changes; wait until it is steady.", 0.5, shown)
+            return PageProgress("The reading changes; wait until it is steady.", 0.5, shown)
         given, others = float(self._answers[self._at]["weight_n"]), np.median(seen.values, axis=0)
         require_weight(j, given, reading, others, rest, self._full_n, self._apparent_load_n(j, change))
         return None
@@ -306,26 +308,26 @@ class FsrProcedure(PagedProcedure):
 
     # --- evaluation ---
 
-    def _taken_on(self, j: int) -> list[tuple[SensorStep, Readings, Answers]]:
+    def _step_data_of(self, j: int) -> list[tuple[SensorStep, Readings, Answers]]:
         """Return the data that the steps of a sensor have taken so far, in order."""
-        return [one for one in self._taken_on_sensors() if one[0].sensor == j]
+        return [one for one in self._step_data_of_sensors() if one[0].sensor == j]
 
-    def _taken_on_sensors(self) -> list[tuple[SensorStep, Readings, Answers]]:
-        return [(step, readings, given) for step, readings, given in self.taken() if isinstance(step, SensorStep)]
+    def _step_data_of_sensors(self) -> list[tuple[SensorStep, Readings, Answers]]:
+        return [(step, readings, given) for step, readings, given in self.step_data() if isinstance(step, SensorStep)]
 
     def _weights(self, j: int) -> list[tuple[float, float]]:
         """Return change of reading and newtons of the weights that a sensor has carried."""
         rest = float(self._rest_readings()[j])
         carried = [
             (abs(_steady_reading(readings, j) - rest), float(answers["weight_n"]))
-            for _, readings, answers in self._taken_on(j)
+            for _, readings, answers in self._step_data_of(j)
             if answers.get("weight_n", 0.0) > 0.0
         ]
         return [(change, weight_n) for change, weight_n in carried if change > 0.0]
 
     def _rest_readings(self) -> Values:
         """Return the readings (4,) at the latest tare; NaN before the first."""
-        tares = [readings for step, readings, _ in self.taken() if step.page.key.endswith("-tare")]
+        tares = [readings for step, readings, _ in self.step_data() if step.page.key.endswith("-tare")]
         return np.median(tares[-1].values, axis=0) if tares else np.full(4, np.nan)
 
     def _pairs(self, first: "Linearisation | None" = None) -> Pairs:
@@ -335,7 +337,7 @@ class FsrProcedure(PagedProcedure):
         """
         times, sensors, values, forces = [], [], [], []
         shares = np.zeros(4) if first is None else np.array([self._share_of_others(first, j) for j in range(4)])
-        for step, readings, answers in self._taken_on_sensors():
+        for step, readings, answers in self._step_data_of_sensors():
             j = step.sensor
             if self._reference != LOAD_CELL:
                 time_s, value = readings.time_s[-1:], np.array([_steady_reading(readings, j)])
@@ -356,7 +358,7 @@ class FsrProcedure(PagedProcedure):
         """Return the share of the loads over sensor `j` that the other sensors carry."""
         from underfoot.calibration.science.load_checks import share_of_others
 
-        loaded = [readings for step, readings, _ in self._taken_on(j) if not step.page.key.endswith("-tare")]
+        loaded = [readings for step, readings, _ in self._step_data_of(j) if not step.page.key.endswith("-tare")]
         if not loaded:
             return 0.0
         values = np.concatenate([readings.values for readings in loaded])[::10]
@@ -368,7 +370,7 @@ class FsrProcedure(PagedProcedure):
 _TARE = "Take everything off the tile and stand clear."
 
 
-def _setup_asks() -> tuple[Parameter, ...]:
+def _setup_questions() -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     weights = (25.0, 50.0, 100.0, 200.0, 300.0, 450.0, 600.0)
     doc = "Known weights, from the lightest to the heaviest."

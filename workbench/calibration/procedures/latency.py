@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup, named_tile
-from underfoot.calibration.paged import SoundingProcedure, Step
+from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
+from underfoot.calibration.paged import SoundProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
@@ -47,7 +47,7 @@ class LatencyCalibration(Calibration):
     block: int = option("Frames per block of the sound device, as in the engine.", 128)
     level: float | None = option("Level on a target, in full scale: 0.01 to 0.9.", None)
 
-    def procedure(self, setup: Setup) -> "LatencyProcedure":
+    def procedure(self, setup: MeasurementSetup) -> "LatencyProcedure":
         return LatencyProcedure(setup.tile, setup.rate_hz)
 
     def answers(self, has_load_cell: bool) -> Answers:
@@ -64,14 +64,14 @@ class LatencyCalibration(Calibration):
 
         assert self.played is not None
         assert self.recorded is not None
-        (played, rate_hz), (heard, heard_hz) = read_wav(self.played), read_wav(self.recorded)
-        if rate_hz != heard_hz:
-            raise BadFile(f"{self.recorded} is at {heard_hz} Hz, {self.played} at {rate_hz}; allowed: one rate")
-        sent, came = (one[:, int(abs(one).max(axis=0).argmax())] for one in (played, heard))
-        return result_of(click_delays(sent, click_onsets(sent, rate_hz), came, rate_hz), rate_hz, self.block)
+        (played, rate_hz), (recording, recorded_hz) = read_wav(self.played), read_wav(self.recorded)
+        if rate_hz != recorded_hz:
+            raise BadFile(f"{self.recorded} is at {recorded_hz} Hz, {self.played} at {rate_hz}; allowed: one rate")
+        sent, received = (one[:, int(abs(one).max(axis=0).argmax())] for one in (played, recording))
+        return result_of(click_delays(sent, click_onsets(sent, rate_hz), received, rate_hz), rate_hz, self.block)
 
 
-class LatencyProcedure(SoundingProcedure):
+class LatencyProcedure(SoundProcedure):
     """Round trip of a sound card at `rate_hz`.
 
     >>> from underfoot.floor.layout import default_floor
@@ -88,12 +88,12 @@ class LatencyProcedure(SoundingProcedure):
             f"Tile {tile.id}: loop its output to the input with a cable, or fix the accelerometer to the plate. "
             "Nobody stands on the tile."
         )
-        asks = (
+        questions = (
             ask("clicks", Count(1000, low=20, high=5000, doc="How many clicks: some 40 a second.")),
             ask("block", Count(128, low=16, high=4096, unit="frames", doc="A block, as set under Audio.")),
             ask("level", Number(0.5, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         )
-        super().__init__(Page("setup", "Latency", instruction, asks=asks))
+        super().__init__(Page("setup", "Latency", instruction, questions=questions))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return a single page: the clicks."""
@@ -104,11 +104,11 @@ class LatencyProcedure(SoundingProcedure):
         sound = Sound(train, self._rate_hz, "none", self._block)
         return [Step(Page("clicks", "Clicks", "Stand clear. The output plays clicks.", sound=sound))]
 
-    def take_sound(self, key: str, played: Array, heard: Array) -> None:
+    def take_sound(self, key: str, played: Array, recording: Array) -> None:
         """Measure the delay of each click."""
         from underfoot.calibration.science.clicks import click_delays
 
-        self._found = click_delays(played, self._onsets, heard, self._rate_hz)
+        self._found = click_delays(played, self._onsets, recording, self._rate_hz)
 
     def conclude(self) -> Result:
         """Return figures and verdict."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, Setup, named_tile
-from underfoot.calibration.paged import SoundingProcedure, Step
+from underfoot.calibration.declaration import SHAKING, Calibration, FileMeasurement, MeasurementSetup, named_tile
+from underfoot.calibration.paged import SoundProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import Sound
@@ -82,7 +82,7 @@ class ResponseCalibration(Calibration):
         if self.load not in LOADS:
             raise BadValue(f"--load is {self.load}; allowed: {', '.join(LOADS)}")
 
-    def procedure(self, setup: Setup) -> "ResponseProcedure":
+    def procedure(self, setup: MeasurementSetup) -> "ResponseProcedure":
         return ResponseProcedure(setup.tile, setup.rate_hz)
 
     def answers(self, has_load_cell: bool) -> Answers:
@@ -117,7 +117,7 @@ class ResponseCalibration(Calibration):
         return result
 
 
-class ResponseProcedure(SoundingProcedure):
+class ResponseProcedure(SoundProcedure):
     """Frequency response and equaliser of one tile, at `rate_hz`.
 
     The noise floor, sweeps with nothing on the tile, with a person standing on it and with a foot on a corner, tones at
@@ -135,12 +135,12 @@ class ResponseProcedure(SoundingProcedure):
         self._noise: float | None = None
         self._measured: dict[str, SweepMeasurement] = {}
         self._tones: DistortionOverLevel | None = None
-        self._through_equaliser: tuple[Array, float] | None = None
+        self._equalised_sweeps: tuple[Array, float] | None = None
         instruction = (
             f"Tile {tile.id}: fix the accelerometer on the plate, halfway from its middle to an edge, and plug it "
             "into the input. Nobody stands on the tile."
         )
-        super().__init__(Page("setup", "Frequency response", instruction, asks=_setup_asks()))
+        super().__init__(Page("setup", "Frequency response", instruction, questions=_setup_questions()))
 
     def plan(self, answers: Answers) -> list[Step]:
         """Return the sounds, and for each load a page to get into place."""
@@ -189,7 +189,7 @@ class ResponseProcedure(SoundingProcedure):
         super().back()
         for step in self._steps[self._at :]:
             self._measured.pop(step.page.key, None)
-        self._through_equaliser = None
+        self._equalised_sweeps = None
 
     def conclude(self) -> Result:
         """Return equaliser, distortion and verdict."""
@@ -235,7 +235,7 @@ class ResponseProcedure(SoundingProcedure):
         sounding = Page("again", "Once more", f"Stand still. {does}", sound=sound)
         return [Step(page, group="again") for page in (place, sounding)]
 
-    def take_sound(self, key: str, played: Array, heard: Array) -> None:
+    def take_sound(self, key: str, played: Array, recording: Array) -> None:
         """Evaluate the recording of a page."""
         from underfoot.calibration.science.recording_checks import require_not_clipped, require_not_silent
         from underfoot.calibration.science.tones import distortion_over_level
@@ -243,18 +243,18 @@ class ResponseProcedure(SoundingProcedure):
 
         match key:
             case "quiet":
-                require_not_clipped(heard)
-                self._noise = _noise_floor(heard)
+                require_not_clipped(recording)
+                self._noise = _noise_floor(recording)
             case "tones":
-                require_not_silent(heard)
-                require_not_clipped(heard)
+                require_not_silent(recording)
+                require_not_clipped(recording)
                 begins_s = self._measured["none"].latency_s + _GAP_S
                 level, sensitivity = self._settings["level"], self._settings["sensitivity"]
-                self._tones = distortion_over_level(heard, level, self._rate_hz, begins_s, sensitivity)
+                self._tones = distortion_over_level(recording, level, self._rate_hz, begins_s, sensitivity)
             case "again":
-                self._measured[key] = measure(self._sweeps(), heard / self._equalised()[1], self._rate_hz)
+                self._measured[key] = measure(self._sweeps(), recording / self._equalised()[1], self._rate_hz)
             case _:
-                self._measured[key] = measure(played, heard, self._rate_hz)
+                self._measured[key] = measure(played, recording, self._rate_hz)
 
     def _loads(self) -> "dict[str, SweepMeasurement]":
         return {load: self._measured[load] for load in LOADS if load in self._measured}
@@ -267,7 +267,7 @@ class ResponseProcedure(SoundingProcedure):
 
     def _equalised(self) -> tuple[Array, float]:
         """Return the sweeps through the equaliser, and the factor by which they were attenuated for it."""
-        if self._through_equaliser is None:
+        if self._equalised_sweeps is None:
             from underfoot.calibration.science.response import equalise
             from underfoot.models.filtering import equaliser
 
@@ -276,11 +276,11 @@ class ResponseProcedure(SoundingProcedure):
             sections = equaliser.design(basis.frequencies_hz, basis.magnitude, self._rate_hz, order)
             filtered = equalise(sections, self._sweeps())
             down = min(1.0, LOUDEST / float(np.abs(filtered).max()))
-            self._through_equaliser = down * filtered, down
-        return self._through_equaliser
+            self._equalised_sweeps = down * filtered, down
+        return self._equalised_sweeps
 
 
-def _setup_asks() -> tuple[Parameter, ...]:
+def _setup_questions() -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
     from underfoot.models.filtering.equaliser import MOST_ORDER
 
@@ -298,9 +298,9 @@ def _setup_asks() -> tuple[Parameter, ...]:
     )
 
 
-def _noise_floor(heard: Array) -> float:
+def _noise_floor(recording: Array) -> float:
     """Return the RMS of recorded silence, in full scale."""
-    noise = float(np.std(heard))
+    noise = float(np.std(recording))
     if noise > _LOUD_NOISE:
         raise BadMeasurement(
             f"silence is recorded at {noise:.2g} of full scale: hum, or another signal, on this input?"

@@ -115,7 +115,7 @@ def drawings_of(found: Linearisation) -> tuple[Drawing, ...]:
     return tuple(drawing for drawing in every if drawing.series)
 
 
-def taken_so_far(pairs: Pairs) -> tuple[Drawing, ...]:
+def pairs_drawing(pairs: Pairs) -> tuple[Drawing, ...]:
     """Return a drawing of the pairs, one colour per sensor; nothing before the first load."""
     if pairs.force_n.max(initial=0.0) < _LOADED_N:
         return ()

@@ -67,9 +67,9 @@ class DeviceRig:
         self._zero_s: dict[tuple[int, int], float] = {}
         self._last_s = -np.inf
         self._empty_reads = 0
-        self._readers = [TransportReader(port, self._hear(port))]
+        self._readers = [TransportReader(port, self._sample_handler(port))]
         if cell is not None and cell.port is not None:
-            self._readers.append(TransportReader(cell.port, self._hear(cell.port)))
+            self._readers.append(TransportReader(cell.port, self._sample_handler(cell.port)))
         for reader in self._readers:
             reader.start()
 
@@ -84,7 +84,7 @@ class DeviceRig:
         if not frames:
             self._empty_reads += 1
             if self._empty_reads > self._silent_reads:
-                raise DeviceError(f"nothing comes of tile {self._tile}: {self.news() or 'is it plugged in?'}")
+                raise DeviceError(f"nothing comes of tile {self._tile}: {self.notices() or 'is it plugged in?'}")
             return NO_READINGS
         self._empty_reads = 0
         time_s = np.concatenate([times for _, times, _ in frames])
@@ -99,7 +99,7 @@ class DeviceRig:
         cell_n = np.concatenate([newtons for _, newtons in cell])
         return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
 
-    def news(self) -> str:
+    def notices(self) -> str:
         """Return the latest notices of the transports, a sentence each."""
         return "; ".join(line for reader in self._readers for line in list(reader.notices)[-2:])
 
@@ -112,11 +112,11 @@ class DeviceRig:
         for reader in self._readers:
             reader.close()
 
-    def _hear(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
+    def _sample_handler(self, port: Transport) -> Callable[[NDArray[np.void], float], None]:
         """Return the function that takes the samples of one transport, in its thread."""
         is_tiles = self._cell is None or self._cell.port is None or port is not self._cell.port
 
-        def hear(samples: NDArray[np.void], now: float) -> None:
+        def take_samples(samples: NDArray[np.void], now: float) -> None:
             with self._lock:
                 if is_tiles:
                     mine = samples[samples["tile"] == self._tile]
@@ -132,7 +132,7 @@ class DeviceRig:
                 while self._frames and self._frames[-1][0] - self._frames[0][0] > _MOST_S:
                     del self._frames[0]
 
-        return hear
+        return take_samples
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
         """Map device time to the host's clock: even, and set once per epoch of a device by its first arrival."""

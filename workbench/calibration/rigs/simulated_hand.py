@@ -79,8 +79,8 @@ class SimulatedHand:
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """Return the simulated accelerometer's recording of a sound through the simulated shaker, in full scale."""
-        heard = self._tile.respond(sound.signal, float(sound.rate_hz), sound.load)
-        return heard / self._tile.parameters.accelerometer.range_m_s2
+        recording = self._tile.respond(sound.signal, float(sound.rate_hz), sound.load)
+        return recording / self._tile.parameters.accelerometer.range_m_s2
 
     def close(self) -> None:
         """Do nothing: no resources are held."""

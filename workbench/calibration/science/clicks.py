@@ -64,7 +64,7 @@ def click_onsets(played: ArrayLike, rate_hz: float) -> NDArray[np.int64]:
     return loud[np.diff(loud, prepend=-(10**9)) > 0.5 * NEAREST_S * rate_hz]
 
 
-def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike, rate_hz: float) -> ClickDelays:
+def click_delays(played: ArrayLike, onsets: NDArray[np.int64], recording: ArrayLike, rate_hz: float) -> ClickDelays:
     """Return when each click was received: the start of its response, from the mean of all responses.
 
     `BadMeasurement` if nothing of the train is in the recording, or less than half of the clicks were received.
@@ -74,13 +74,18 @@ def click_delays(played: ArrayLike, onsets: NDArray[np.int64], heard: ArrayLike,
     >>> found.delay_s.round(5)[:2], found.lost
     (array([0.01, 0.01]), 0)
     """
-    sent, came = np.asarray(played, dtype=np.float64), np.asarray(heard, dtype=np.float64)
-    require(came.ndim == 1 and bool(np.isfinite(came).all()), "heard", came.shape, "finite samples of one channel")
-    lag = _lag(sent, came)
+    sent, received = np.asarray(played, dtype=np.float64), np.asarray(recording, dtype=np.float64)
+    require(
+        received.ndim == 1 and bool(np.isfinite(received).all()),
+        "recording",
+        received.shape,
+        "finite samples of one channel",
+    )
+    lag = _lag(sent, received)
     before, after, search = (round(s * rate_hz) for s in (_BEFORE_S, _AFTER_S, _SEARCH_S))
     starts = onsets + lag - before - search
-    whole = (starts >= 0) & (starts + before + after + 2 * search <= len(came))
-    windows = np.array([came[a : a + before + after + 2 * search] for a in starts[whole]])
+    whole = (starts >= 0) & (starts + before + after + 2 * search <= len(received))
+    windows = np.array([received[a : a + before + after + 2 * search] for a in starts[whole]])
     if len(windows) < len(onsets) / 2:
         raise BadMeasurement(f"of {len(onsets)} clicks {len(windows)} are in the recording; is it long enough?")
     shift, match = np.zeros(len(windows)), np.ones(len(windows))
@@ -115,12 +120,12 @@ def _aligned(windows: Array, mean: Array, search: int) -> tuple[Array, Array]:
     return shift, match
 
 
-def _lag(sent: Array, came: Array) -> int:
+def _lag(sent: Array, received: Array) -> int:
     """Return the best shift of the recording in samples; `BadMeasurement` if it has nothing of the played signal."""
-    size = 1 << (len(sent) + len(came) - 1).bit_length()
-    cross = np.fft.irfft(np.conj(np.fft.rfft(sent, size)) * np.fft.rfft(came, size), size)[: len(came)]
+    size = 1 << (len(sent) + len(received) - 1).bit_length()
+    cross = np.fft.irfft(np.conj(np.fft.rfft(sent, size)) * np.fft.rfft(received, size), size)[: len(received)]
     lag = int(np.argmax(np.abs(cross)))
-    scale = math.sqrt(float(sent @ sent) * float(came @ came))
+    scale = math.sqrt(float(sent @ sent) * float(received @ received))
     if scale == 0.0 or abs(cross[lag]) < 0.02 * scale:
         raise BadMeasurement("nothing of the clicks is in the recording; is the output looped to the input?")
     return lag

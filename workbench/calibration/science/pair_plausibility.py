@@ -59,9 +59,9 @@ def require_plausible(sensors: list[tuple[Values, Values, Values]]) -> None:
     for j, (time_s, reading, force) in enumerate(sensors):
         if np.unique(force).size >= 3:
             order = np.argsort(time_s, kind="stable")
-            trouble = _contradiction(time_s[order], reading[order], force[order])
-            if trouble:
-                raise BadValue(f"sensor {j + 1}: {trouble}")
+            problem = _contradiction(time_s[order], reading[order], force[order])
+            if problem:
+                raise BadValue(f"sensor {j + 1}: {problem}")
     _require_one_unit([(reading, force) for _, reading, force in sensors])
 
 

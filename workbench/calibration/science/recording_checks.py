@@ -25,20 +25,20 @@ def signal_of(name: str, given: ArrayLike) -> Array:
     return signal
 
 
-def require_not_silent(heard: Array) -> None:
+def require_not_silent(recording: Array) -> None:
     """Raise `BadMeasurement` for a silent recording."""
-    largest = float(np.abs(heard - heard.mean()).max(initial=0.0))
+    largest = float(np.abs(recording - recording.mean()).max(initial=0.0))
     if largest < _LEAST_SIGNAL:
         raise BadMeasurement(
             f"no signal: the largest sample is {largest:.2g} of full scale; is the accelerometer connected?"
         )
 
 
-def require_not_clipped(heard: Array) -> None:
+def require_not_clipped(recording: Array) -> None:
     """Raise `BadMeasurement` for a clipped recording: runs of equal samples at its own extremes."""
-    for extreme in (float(heard.max()), float(heard.min())):
-        at = np.flatnonzero(heard == extreme)
-        steps = np.abs(np.diff(heard))
+    for extreme in (float(recording.max()), float(recording.min())):
+        at = np.flatnonzero(recording == extreme)
+        steps = np.abs(np.diff(recording))
         finest = float(steps[steps > 0.0].min(initial=math.inf))
         # Coarsely quantised samples stay on one value at every peak of a slow sine: that is not clipping.
         if at.size < 8 or abs(extreme) < 300.0 * finest:
@@ -50,15 +50,15 @@ def require_not_clipped(heard: Array) -> None:
             )
 
 
-def require_explained(f: Array, heard: Array, left: Array, noise: Array) -> None:
+def require_explained(f: Array, recording: Array, left: Array, noise: Array) -> None:
     """Raise `BadMeasurement` for a recording that its sweep does not explain.
 
-    `heard`, `left` and `noise` (n,) are the power recorded, left unexplained, and of noise, at frequencies `f` (n,).
-    Judged octave by octave, since one resonance can have nearly all the power; unknown noise (NaN) counts as 0.
+    `recording`, `left` and `noise` (n,) are the power recorded, left unexplained, and of noise, at frequencies `f`
+    (n,). Judged octave by octave, since one resonance can have nearly all the power; unknown noise (NaN) counts as 0.
     """
-    share = 1.0 - float(left.sum() / max(heard.sum(), 1e-300))
+    share = 1.0 - float(left.sum() / max(recording.sum(), 1e-300))
     edges = np.flatnonzero(np.diff(np.floor(np.log2(f / f[0])), prepend=-1.0))
-    whole, strange = (np.add.reduceat(p, edges) for p in (heard, left - 1.5 * np.nan_to_num(noise)))
+    whole, strange = (np.add.reduceat(p, edges) for p in (recording, left - 1.5 * np.nan_to_num(noise)))
     octaves = whole >= 1e-4 * whole.max()
     most = float(np.max(strange[octaves] / whole[octaves], initial=0.0))
     if share < _EXPLAINED or most > _STRANGE:

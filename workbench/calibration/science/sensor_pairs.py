@@ -57,9 +57,9 @@ class SensorPairs:
 
 def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: float) -> SensorPairs | str:
     """Prepare a sensor's pairs, or return why they are unusable. `full_scale_n` is that of all sensors together."""
-    trouble = _insufficient(reading, force_n, full_scale_n)
-    if trouble:
-        return trouble
+    problem = _insufficient(reading, force_n, full_scale_n)
+    if problem:
+        return problem
     order = np.argsort(time_s, kind="stable")
     time_s, reading, force_n = time_s[order], reading[order], force_n[order]
     timed = is_timed(time_s)
@@ -69,9 +69,9 @@ def prepare(time_s: Values, reading: Values, force_n: Values, full_scale_n: floa
     rested = bool(np.count_nonzero(unloaded))
     rest = _rest(reading, force_n, unloaded, full_scale_n) if rested else _extrapolated_rest(reading, force_n, sign)
     x = sign * (reading - rest)
-    trouble = _unresponsive(x, force_n, rest, unloaded, full_scale_n)
-    if trouble:
-        return trouble
+    problem = _unresponsive(x, force_n, rest, unloaded, full_scale_n)
+    if problem:
+        return problem
     smooth = smoothed(force_n, time_s) if timed else force_n
     direction = directions(smooth, time_s, full_scale_n) if timed else _weight_directions(force_n)
     usable, saturates_n = _unsaturated(x, reading, force_n, direction, full_scale_n)

@@ -53,8 +53,8 @@ def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array
 
     There are several only if all are equal and separated by silence.
 
-    >>> starts, one = find_passes(train(np.ones(800), 2, 8000.0), 8000.0)
-    >>> starts.tolist(), one.size
+    >>> starts, sweep = find_passes(train(np.ones(800), 2, 8000.0), 8000.0)
+    >>> starts.tolist(), sweep.size
     ([4800, 10400], 800)
     """
     on = np.flatnonzero(np.abs(played) > 1e-4 * np.abs(played).max(initial=0.0))
@@ -72,16 +72,16 @@ def find_passes(played: Array, rate_hz: float) -> tuple[NDArray[np.int64], Array
     return begins.astype(np.int64), played[begins[0] : begins[0] + length]
 
 
-def growth_s(one: Array, rate_hz: float) -> float:
+def growth_s(sweep: Array, rate_hz: float) -> float:
     """Return the time in which a sweep's frequency rises by a factor e, by its zero crossings; NaN if not exponential.
 
     >>> round(growth_s(exponential(20.0, 2000.0, math.log(100.0), 48000.0), 48000.0), 3)
     1.0
     """
-    at = np.flatnonzero(np.signbit(one[:-1]) != np.signbit(one[1:]))
+    at = np.flatnonzero(np.signbit(sweep[:-1]) != np.signbit(sweep[1:]))
     if at.size < 20:
         return math.nan
-    crossing_s = (at + one[at] / (one[at] - one[at + 1])) / rate_hz
+    crossing_s = (at + sweep[at] / (sweep[at] - sweep[at + 1])) / rate_hz
     hz = 1.0 / np.diff(crossing_s[::2])
     middle_s = 0.5 * (crossing_s[::2][1:] + crossing_s[::2][:-1])
     kept = hz < rate_hz / 8.0

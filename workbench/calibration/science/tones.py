@@ -69,13 +69,13 @@ def harmonics(recorded: ArrayLike, frequency_hz: float, rate_hz: float, orders: 
     >>> harmonics(tone, 300.0, 48000.0, 3).round(6)
     array([1.  , 0.05, 0.  ])
     """
-    heard = signal_of("recorded", recorded)
-    time_s = np.arange(heard.size) / rate_hz
+    recording = signal_of("recorded", recorded)
+    time_s = np.arange(recording.size) / rate_hz
     kept = [k for k in range(1, orders + 1) if k * frequency_hz <= 0.45 * rate_hz]
     angle = 2.0 * math.pi * frequency_hz * np.outer(time_s, kept)
-    columns = np.concatenate([np.cos(angle), np.sin(angle), np.ones((heard.size, 1))], axis=1)
+    columns = np.concatenate([np.cos(angle), np.sin(angle), np.ones((recording.size, 1))], axis=1)
     # Normal equations: harmonics are nearly orthogonal, and lstsq would hold the interpreter for 100 ms.
-    found = np.linalg.solve(columns.T @ columns, columns.T @ heard)
+    found = np.linalg.solve(columns.T @ columns, columns.T @ recording)
     amplitudes = np.zeros(orders)
     amplitudes[: len(kept)] = np.hypot(found[: len(kept)], found[len(kept) : 2 * len(kept)])
     return amplitudes

@@ -84,31 +84,31 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
     >>> round(found.latency_s, 3), round(float(np.interp(25.0, found.frequencies_hz, found.magnitude)), 2)
     (0.005, 0.35)
     """
-    played, heard = signal_of("sweep", sweep), signal_of("recorded", recorded)
+    played, recording = signal_of("sweep", sweep), signal_of("recorded", recorded)
     require(rate_hz >= 1000.0, "rate_hz", rate_hz, "at least 1000 Hz")
     starts, one = find_passes(played, rate_hz)
-    require_not_silent(heard)
-    require_not_clipped(heard)
-    lag = _lag(played, heard, int(starts[0]), int(starts[-1]) + one.size, rate_hz)
-    return replace(_measure_passes(one, starts + lag, heard - heard.mean(), rate_hz), latency_s=lag / rate_hz)
+    require_not_silent(recording)
+    require_not_clipped(recording)
+    lag = _lag(played, recording, int(starts[0]), int(starts[-1]) + one.size, rate_hz)
+    return replace(_measure_passes(one, starts + lag, recording - recording.mean(), rate_hz), latency_s=lag / rate_hz)
 
 
-def _lag(played: Array, heard: Array, begins: int, ends: int, rate_hz: float) -> int:
+def _lag(played: Array, recording: Array, begins: int, ends: int, rate_hz: float) -> int:
     """Return the delay of the recording in frames: the start of the correlation, whitened over the sweep's band.
 
     Frames `begins` to `ends` of the played signal are not silent, and must be in the recording.
     """
-    size, slack = _fft_size(played.size + heard.size), round(_SLACK_S * rate_hz)
-    whole = np.abs(np.fft.irfft(np.fft.rfft(heard, size) * _inverse(np.fft.rfft(played, size)), size))
+    size, slack = _fft_size(played.size + recording.size), round(_SLACK_S * rate_hz)
+    whole = np.abs(np.fft.irfft(np.fft.rfft(recording, size) * _inverse(np.fft.rfft(played, size)), size))
     # From the earliest possible lag on, of a recording that begins when the sweep is over.
-    response = np.concatenate([whole[size - ends :], whole[: heard.size]])
-    first, last = max(ends - begins - slack, 0), heard.size + slack
+    response = np.concatenate([whole[size - ends :], whole[: recording.size]])
+    first, last = max(ends - begins - slack, 0), recording.size + slack
     peak = int(np.argmax(response))
     inside = first + int(np.argmax(response[first : last + 1])) if first <= last else peak
     if not first <= peak <= last and (inside == peak or response[peak] > 3.0 * response[inside]):
         raise BadMeasurement(
-            f"the recording does not hold the whole sweep: it lasts {heard.size / rate_hz:.2f} s, and the sweep goes "
-            f"from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
+            f"the recording does not hold the whole sweep: it lasts {recording.size / rate_hz:.2f} s, and the sweep "
+            f"goes from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
         )
     early = response[max(inside - 1000, first) : inside + 1]
     return max(inside - 1000, first) + int(np.argmax(early >= 0.5 * early[-1])) - ends
@@ -135,25 +135,25 @@ def _band(spectrum: NDArray[np.complex128], rate_hz: float) -> tuple[float, floa
     return float(edges[strong[0]]), float(edges[strong[-1] + 1])
 
 
-def _measure_passes(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz: float) -> SweepMeasurement:
+def _measure_passes(one: Array, starts: NDArray[np.int64], recording: Array, rate_hz: float) -> SweepMeasurement:
     """Return the measurement, from one pass, the starts of the passes in the recording, and the recording."""
     before, longest = round(_BEFORE_S * rate_hz), round(_AFTER_S * rate_hz)
     # Up to the next pass. Ringing beyond the recording's end belongs to the last frequencies only.
     after = longest
     kept = int(np.diff(starts).min(initial=one.size + after))
     size = _fft_size(2 * one.size + longest + before)
-    parts = np.array([_cut(heard, start - before, before + kept, size) for start in starts])
+    parts = np.array([_cut(recording, start - before, before + kept, size) for start in starts])
     x = np.fft.rfft(one, size)
-    heard_spectra = np.fft.rfft(parts)
-    responses = np.fft.irfft(heard_spectra * _inverse(x), size)
+    recording_spectra = np.fft.rfft(parts)
+    responses = np.fft.irfft(recording_spectra * _inverse(x), size)
     stretches = responses[:, : before + after] * _window(before, after)
     low, high = _band(x, rate_hz)
     f: Array = np.fft.rfftfreq(size, 1.0 / rate_hz).astype(np.float64)
     inside = (f >= low) & (f <= high)
-    quiet = _quiet(heard, starts, one.size + longest, before)
+    quiet = _quiet(recording, starts, one.size + longest, before)
     density = _density(quiet, before + after, f, rate_hz)
-    left = heard_spectra - np.fft.rfft(stretches, size) * x
-    power, unexplained = (np.mean(np.abs(part[:, inside]) ** 2, axis=0) for part in (heard_spectra, left))
+    left = recording_spectra - np.fft.rfft(stretches, size) * x
+    power, unexplained = (np.mean(np.abs(part[:, inside]) ** 2, axis=0) for part in (recording_spectra, left))
     require_explained(f[inside], power, unexplained, density[inside] * (before + kept))
     require_same_sweep(stretches.mean(axis=0), low, high, rate_hz)
     grid = np.geomspace(low, high, max(round(POINTS_AN_OCTAVE * math.log2(high / low)), 2))
@@ -171,7 +171,7 @@ def _measure_passes(one: Array, starts: NDArray[np.int64], heard: Array, rate_hz
         distortion=_distortion(responses.mean(axis=0), one, np.abs(transfer), grid, before, rate_hz),
         latency_s=0.0,
         passes=passes,
-        peak=float(np.abs(heard).max()),
+        peak=float(np.abs(recording).max()),
         noise_rms=float(quiet.std()) if quiet.size else math.nan,
     )
     middle = (grid > max(1.2 * low, _LOOPBACK_FROM_HZ)) & (grid < high / 1.2)
@@ -211,12 +211,12 @@ def _spectrum(stretch: Array, before: int, grid: Array, rate_hz: float) -> NDArr
     return np.asarray(np.interp(grid, f, spectrum.real) + 1j * np.interp(grid, f, spectrum.imag))
 
 
-def _quiet(heard: Array, starts: NDArray[np.int64], sounds: int, before: int) -> Array:
+def _quiet(recording: Array, starts: NDArray[np.int64], sounds: int, before: int) -> Array:
     """Return the longest stretch of a recording in which nothing plays, without its mean; empty if too short."""
     begins = np.append(0, starts + sounds)
-    ends = np.append(starts - before, heard.size)
+    ends = np.append(starts - before, recording.size)
     longest = int(np.argmax(ends - begins))
-    stretch = heard[begins[longest] : max(ends[longest], begins[longest])]
+    stretch = recording[begins[longest] : max(ends[longest], begins[longest])]
     return stretch - stretch.mean() if stretch.size >= 20 * before else np.zeros(0)
 
 

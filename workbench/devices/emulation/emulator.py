@@ -39,8 +39,8 @@ class Emulator:
 
     `readings` converts newtons (n, tiles, 4) to counts. The tiles' numbers are their rows, from 0; `only` selects one
     of them. Each sample is sent at its own time, together with those already late. After `seconds` it ends by itself;
-    `over` is then true. `unheard` counts samples that were not sent whole. `acceleration` are readings (n, tiles) of
-    accelerometers, four for each sample of force, repeated from the first on.
+    `over` is then true. `undelivered` counts samples that were not sent whole. `acceleration` are readings (n, tiles)
+    of accelerometers, four for each sample of force, repeated from the first on.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Emulator:
         require(acceleration is None or not (injector and injector.csv), "acceleration", "given", "binary frames alone")
         self._acceleration = acceleration
         require(seconds is None or seconds > 0.0, "seconds", seconds, "above 0")
-        self.sender, self.injector, self.unheard = sender, injector or FaultInjector(), 0
+        self.sender, self.injector, self.undelivered = sender, injector or FaultInjector(), 0
         self._source, self._readings = source, readings
         self._seconds = math.inf if seconds is None else seconds
         clock = clock or TileClock()
@@ -81,7 +81,7 @@ class Emulator:
         self._thread.start()
 
     @property
-    def over(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the last sample has been sent."""
         return self._thread.ident is not None and not self._thread.is_alive()
 
@@ -161,4 +161,4 @@ class Emulator:
         else:
             ends = list(range(FRAME_BYTES, len(data) + 1, FRAME_BYTES))
         if data and not self.sender.send(data, ends):
-            self.unheard += samples
+            self.undelivered += samples

@@ -48,7 +48,7 @@ def _one(path: Path, name: str, formats: tuple[Format, ...], done: str) -> Forma
     fitting = [one for one in formats if path.suffix.lower() in one.suffixes]
     if len(fitting) > 1:
         names = " or ".join(one.name for one in fitting)
-        fitting = [one for one in fitting if one.knows(path)]
+        fitting = [one for one in fitting if one.matches(path)]
         if not fitting:
             raise BadValue(f"{path} does not look like {names}; say which it is with --format")
     if fitting:

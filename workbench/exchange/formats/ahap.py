@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.exchange.clip import BURST_S, bursts, clip_of, told
+from underfoot.exchange.clip import BURST_S, bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Array, Voice, lean
+from underfoot.exchange.voices import AMPLITUDE, FREQUENCY, HOP_S, Array, Voice, simplify_points
 from underfoot.files import write_file
 
 LOW_HZ, HIGH_HZ = 65.0, 300.0
@@ -105,7 +105,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     for start, end in _rests(points[:, 0], impacts):
         for at in np.arange(start, end, LONGEST_S).tolist():
             pattern.append(_event("HapticContinuous", at, min(LONGEST_S, end - at)))
-    points = lean(points, 0.01, 0.02)
+    points = simplify_points(points, 0.01, 0.02)
     pattern += _curves("HapticIntensityControl", points[:, [0, AMPLITUDE]])
     pattern += _curves("HapticSharpnessControl", points[:, [0, FREQUENCY]])
     description = f"{scale_in_words(clip.full_m_s2)}; sharpness 0 to 1 is {LOW_HZ:g} to {HIGH_HZ:g} Hz"
@@ -113,7 +113,10 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     document = {"Version": 1.0, "Metadata": metadata, "Pattern": pattern}
     write_file(path, json.dumps(document, indent=1).encode())
     said = f"short impacts as transients: {len(impacts)}; how long each is, and how it falls, is the player's"
-    return (*told(export, clip, _voices(convert(document, path, Ahap), path)[0]), *([said] if impacts else []))
+    return (
+        *written_report(export, clip, _voices(convert(document, path, Ahap), path)[0]),
+        *([said] if impacts else []),
+    )
 
 
 def _impacts(points: Array) -> list[tuple[int, int]]:
@@ -250,7 +253,7 @@ def _continuous(event: Event, given: dict[str, float], curves: dict[str, Array])
     elif release > 0.0:
         amplitude *= 1.0 - ((times - end) / release).clip(0.0, 1.0)
     edges = np.array([[begin, 0.0, frequency[0]], [last, 0.0, frequency[-1]]])
-    inner = lean(np.column_stack([times, amplitude, frequency]), 0.002, 0.5)
+    inner = simplify_points(np.column_stack([times, amplitude, frequency]), 0.002, 0.5)
     return np.concatenate([edges[:1], inner, edges[1:]])
 
 

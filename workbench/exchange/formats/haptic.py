@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 
 from underfoot.errors import BadFile
-from underfoot.exchange.clip import bursts, clip_of, told
+from underfoot.exchange.clip import bursts, clip_of, written_report
 from underfoot.exchange.foreign import Seconds, Share, convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
-from underfoot.exchange.voices import FREQUENCY, Array, Voice, lean
+from underfoot.exchange.voices import FREQUENCY, Array, Voice, simplify_points
 from underfoot.files import write_file
 
 LOW_HZ, HIGH_HZ = 55.0, 200.0
@@ -81,7 +81,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     clip = clip_of(export)
     points = clip.points.copy()
     points[:, FREQUENCY] = ((points[:, FREQUENCY] - LOW_HZ) / (HIGH_HZ - LOW_HZ)).clip(0.0, 1.0)
-    points = lean(points, 0.01, 0.01, _MOST_POINTS)
+    points = simplify_points(points, 0.01, 0.01, _MOST_POINTS)
     document = {
         "version": {"major": 1, "minor": 0, "patch": 0},
         "metadata": {
@@ -99,7 +99,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
         },
     }
     write_file(path, json.dumps(document, indent=1).encode())
-    return told(export, clip, [_voice(convert(document, path, Haptic).signals.continuous.envelopes, path)])
+    return written_report(export, clip, [_voice(convert(document, path, Haptic).signals.continuous.envelopes, path)])
 
 
 def read(path: Path) -> Imported:

@@ -11,7 +11,7 @@ import numpy as np
 
 from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile
-from underfoot.exchange.clip import bursts, told_of
+from underfoot.exchange.clip import bursts, envelope_error_line
 from underfoot.exchange.foreign import convert, read_json, scale_from_words, scale_in_words, unread
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import FULL_M_S2, Channel, patch_of
@@ -23,7 +23,7 @@ from underfoot.exchange.voices import (
     analysed,
     banded,
     envelope_error_db,
-    lean,
+    simplify_points,
 )
 from underfoot.files import write_file
 from underfoot.parameters import IDENTIFIER
@@ -105,7 +105,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     edges = tuple(float(edge) for edge in EDGES_HZ)
     found = {
         tile: [analysed(band, RATE_HZ) for band in banded(samples, RATE_HZ, edges)]
-        for tile, samples in export.played.items()
+        for tile, samples in export.acceleration_by_tile.items()
     }
     full_m_s2 = max(float(np.sum([points[:, AMPLITUDE] for points in bands], axis=0).max()) for bands in found.values())
     channels = [_channel(at, tile, bands, full_m_s2) for at, (tile, bands) in enumerate(found.items())]
@@ -131,7 +131,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
         "syncs": [],
     }
     write_file(path, json.dumps(document, indent=1).encode())
-    return _told(export, convert(document, path, Hjif), path, full_m_s2)
+    return _envelope_error_lines(export, convert(document, path, Hjif), path, full_m_s2)
 
 
 def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[str, Any]:
@@ -140,7 +140,7 @@ def _channel(at: int, tile: str, bands: list[Array], full_m_s2: float) -> dict[s
         points = points.copy()
         points[:, AMPLITUDE] /= full_m_s2
         if points[:, AMPLITUDE].max() > QUIET:
-            written.append(_band(low, high, lean(points, 0.005, 4.0)))
+            written.append(_band(low, high, simplify_points(points, 0.005, 4.0)))
     return {
         "id": at,
         "description": tile,
@@ -171,15 +171,15 @@ def _band(low: int, high: int, points: Array) -> dict[str, Any]:
     }
 
 
-def _told(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
+def _envelope_error_lines(export: Export, document: Hjif, path: Path, full_m_s2: float) -> tuple[str, ...]:
     """Return the error of each tile's envelope, from the file's voices as read back."""
     lines = []
     channels, _ = _channels(document, path)
-    for channel, (tile, samples) in zip(channels, export.played.items(), strict=True):
+    for channel, (tile, samples) in zip(channels, export.acceleration_by_tile.items(), strict=True):
         voices = [voice.samples(samples.size, RATE_HZ) for voice in channel.voices]
         written = full_m_s2 * np.sum([np.zeros(samples.size), *voices], axis=0)
         error_db = envelope_error_db(samples, written, RATE_HZ)
-        lines.append(told_of(tile, samples.size, error_db))
+        lines.append(envelope_error_line(tile, samples.size, error_db))
     return tuple(lines)
 
 

@@ -20,7 +20,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
 
 def waveforms(export: Export) -> Drawing:
     """Return a drawing of each tile's acceleration, m/s^2 over ms."""
-    played = export.played
+    played = export.acceleration_by_tile
     colours = ["vibration", *(name for name in COLOURS if name != "vibration")]
     lines = tuple(
         series(

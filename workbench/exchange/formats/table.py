@@ -11,7 +11,7 @@ from underfoot.files import write_file
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
     """Write one line per frame: the time in seconds, and a column per tile."""
-    played = export.played
+    played = export.acceleration_by_tile
     frames = len(next(iter(played.values())))
     rows = np.column_stack([np.arange(frames) / RATE_HZ, *played.values()])
     head = ",".join(["time_s", *(f"{tile}_m_s2" for tile in played)])

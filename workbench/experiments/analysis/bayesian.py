@@ -29,14 +29,14 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
         values = np.asarray(quest.param_domain[parameter], np.float64)
         believed = np.asarray(quest.marginal_posterior[parameter], np.float64)
         if parameter == "mean":
-            value, low, high = _believed(values, believed)
+            value, low, high = _posterior_interval(values, believed)
         else:  # the grid of spreads is geometric
-            value, low, high = (math.exp(one) for one in _believed(np.log(values), believed))
+            value, low, high = (math.exp(one) for one in _posterior_interval(np.log(values), believed))
         found.append(Estimate(estimate, value, low, high, "dB"))
     return found
 
 
-def _believed(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float, float]:
+def _posterior_interval(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float, float]:
     """Return the mean of a posterior, and its central 95 % interval.
 
     Each grid value stands for all values half way to its neighbours.

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from underfoot.errors import require
-from underfoot.experiments.declared import Words
+from underfoot.experiments.declared import TextLine
 from underfoot.experiments.method import ListedMethod, StimulusNames
 from underfoot.experiments.questions import ask
 from underfoot.experiments.trials import Presentation, Trial
@@ -24,7 +24,9 @@ class AbsoluteIdentification(ListedMethod):
         "information come of it."
     )
     identified = StimulusNames((), doc="What is told apart; its number is its place here, from 1.", least=2)
-    answers = Words((), doc="Words to choose from; each stimulus has its right answer. None: the stimulus's number.")
+    answers = TextLine(
+        (), doc="TextLine to choose from; each stimulus has its right answer. None: the stimulus's number."
+    )
     question = Text("Which one was it?", doc="What is asked after each trial.")
     sessions = Count(6, 1, 100, doc="Each is one block, with every stimulus as often as repeats says.")
     repeats = Count(2, 1, 100, doc="How often each stimulus comes in a session.")
@@ -39,7 +41,7 @@ class AbsoluteIdentification(ListedMethod):
         return found
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         question, words = given["question"], given["answers"]
         if words:
             return (ask("answer", Choice(words[0], options=words, doc=question)),)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.draws import Draws
 from underfoot.experiments.method import Method, StimulusName
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
 
@@ -42,7 +42,7 @@ class Bayesian(Method):
     catch_share = Number(0.0, 0.0, 0.5, doc="Share of trials in which there is nothing; one interval only.")
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
+    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         super().__init__(given, stimuli, draws)
         self._stimulus = given["followed"]
         self._quest = quest_of(given)
@@ -61,11 +61,11 @@ class Bayesian(Method):
         return values | {"followed": values["followed"] or next(iter(stimuli))}
 
     @classmethod
-    def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
+    def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return {given["followed"]: given["range_db"][1]}
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         if given["intervals"] == "two":
             return (first_or_second(given["question"]),)
         return (yes_or_no("felt", given["question"]),)

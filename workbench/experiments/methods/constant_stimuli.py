@@ -65,7 +65,7 @@ class ConstantStimuli(ListedMethod):
         return ("", COMPARISON, STANDARD) if given["standard"] else ("", YES, NO)
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         question = given["question"]
         if given["standard"]:
             return (first_or_second(question),)

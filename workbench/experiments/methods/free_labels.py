@@ -31,10 +31,10 @@ class FreeLabels(ListedMethod):
         return found
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         sorts = tuple(part.strip() for part in given["sorts"].split(",") if part.strip())
-        asks = [ask("label", Text("", doc=given["question"]))]
+        questions = [ask("label", Text("", doc=given["question"]))]
         if sorts:
             options = tuple(dict.fromkeys((NOT_SORTED, *sorts)))
-            asks.append(ask("sort", OpenChoice(NOT_SORTED, options=options, doc="Which of these is it?")))
-        return tuple(asks)
+            questions.append(ask("sort", OpenChoice(NOT_SORTED, options=options, doc="Which of these is it?")))
+        return tuple(questions)

@@ -28,5 +28,5 @@ class Rating(ListedMethod):
         return found
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         return (ask("rating", Scale(50.0, 0.0, 100.0, doc=given["question"], ends=(given["low"], given["high"]))),)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from underfoot.errors import BadValue, require
-from underfoot.experiments.draws import Draws
 from underfoot.experiments.method import Method, StimulusName, StimulusNames
 from underfoot.experiments.questions import FIRST, SECOND, YES, first_or_second, yes_or_no
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Count, Number, Numbers, Parameter, Text
 
@@ -65,7 +65,7 @@ class Staircases(Method):
     most_trials = Count(120, 10, 10000, doc="A staircase that has not ended after so many is given up.")
     question = Text("Did you feel it?", doc="What is asked after each trial.")
 
-    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: Draws) -> None:
+    def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         super().__init__(given, stimuli, draws)
         names = [name for name in given["followed"] for _ in range(given["pairs"])]
         self._queue = draws.shuffled(names) if given["standard"] else names
@@ -83,11 +83,11 @@ class Staircases(Method):
             require(inside, name, [low, high], "the lower first, between lowest_db and highest_db")
 
     @classmethod
-    def strongest(cls, given: Mapping[str, Any]) -> dict[str, float]:
-        return super().strongest(given) | dict.fromkeys(given["followed"], given["highest_db"])
+    def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
+        return super().peak_gains_db(given) | dict.fromkeys(given["followed"], given["highest_db"])
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         if given["standard"]:
             return (first_or_second(given["question"]),)
         return (yes_or_no("felt", given["question"]),)
@@ -107,7 +107,7 @@ class Staircases(Method):
     def share(self) -> float:
         total = len(self.given["followed"]) * self.given["pairs"]
         wanted = 2 * self.given["reversals"]
-        done = sum(self._progress(one) for one in self._pair.values()) if self._pair else 0
+        done = sum(self._progress(staircase) for staircase in self._pair.values()) if self._pair else 0
         return min((max(self._block - 1, 0) + done / wanted) / total, 1.0) if self._trial is not None else 1.0
 
     def answer(self, answers: Answers) -> None:
@@ -166,28 +166,28 @@ class Staircases(Method):
         return Trial(self._number, self._block, both if first else both[::-1], facts=facts)
 
     def _open(self) -> list[str]:
-        return [name for name, one in self._pair.items() if self._progress(one) < self.given["reversals"]]
+        return [name for name, staircase in self._pair.items() if self._progress(staircase) < self.given["reversals"]]
 
-    def _progress(self, one: Staircase) -> int:
+    def _progress(self, staircase: Staircase) -> int:
         """Reversals so far; all of them for one that was given up."""
         wanted: int = self.given["reversals"]
-        return wanted if one.trials >= self.given["most_trials"] else min(len(one.reversals_db), wanted)
+        return wanted if staircase.trials >= self.given["most_trials"] else min(len(staircase.reversals_db), wanted)
 
 
-def move(one: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None:
+def move(staircase: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None:
     """Move a staircase: by a step where there were enough equal answers; and note where it turns."""
     way = -1 if said_yes else 1
-    one.trials += 1
-    one.in_a_row = one.in_a_row + way if one.in_a_row * way > 0 else way
-    if abs(one.in_a_row) < (given["down_after"] if said_yes else given["up_after"]):
+    staircase.trials += 1
+    staircase.in_a_row = staircase.in_a_row + way if staircase.in_a_row * way > 0 else way
+    if abs(staircase.in_a_row) < (given["down_after"] if said_yes else given["up_after"]):
         return
-    one.in_a_row = 0
-    if one.direction == -way:
-        one.reversals_db.append(one.level_db)
-    one.direction = way
+    staircase.in_a_row = 0
+    if staircase.direction == -way:
+        staircase.reversals_db.append(staircase.level_db)
+    staircase.direction = way
     steps = given["steps_db"]
-    step = steps[min(len(one.reversals_db) // given["change_after"], len(steps) - 1)]
-    one.level_db = min(max(one.level_db + way * step, given["lowest_db"]), given["highest_db"])
+    step = steps[min(len(staircase.reversals_db) // given["change_after"], len(steps) - 1)]
+    staircase.level_db = min(max(staircase.level_db + way * step, given["lowest_db"]), given["highest_db"])
 
 
 def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:

@@ -47,7 +47,7 @@ class TargetSelection(ListedMethod):
         return found
 
     @classmethod
-    def asked(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         longest = given["visible_s"]
         time = Number(longest, 0.0, longest, doc="From its appearance to the press.", unit="s")
         return (yes_or_no("selected", "Was it pressed in time?"), ask("time_s", time))

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
@@ -119,7 +119,7 @@ class FibreBundle:
     renewal_s: float = math.inf
 
     def __post_init__(self) -> None:
-        whole("fibres", self.fibres, 1, 10**12, "1 to 1e12")
+        integer("fibres", self.fibres, 1, 10**12, "1 to 1e12")
         number("shape", self.shape, 0.1, 50.0, "0.1 to 50")
         number("scale", self.scale, TINY, HUGE, "above 0")
         number("stiffness", self.stiffness, TINY, HUGE, "above 0")
@@ -127,7 +127,7 @@ class FibreBundle:
             number(name, getattr(self, name), 0.0, HUGE, "0 or more")
         require(self.model in MODELS, "model", self.model, "one of " + ", ".join(MODELS))
         require(self.thresholds in THRESHOLDS, "thresholds", self.thresholds, "one of " + ", ".join(THRESHOLDS))
-        whole("restructurings", self.restructurings, 1, 10_000, "1 to 10000")
+        integer("restructurings", self.restructurings, 1, 10_000, "1 to 10000")
         number("stiffening", self.stiffening, 0.0, 10.0, "0 to 10")
         number("renewal_s", self.renewal_s, TINY, math.inf, "above 0 s")
 

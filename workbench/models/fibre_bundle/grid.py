@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot.arguments import HUGE, TINY, number, numbers, seed_of, whole
+from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
 from underfoot.clock import SPAN
 from underfoot.errors import require
 from underfoot.kernels import Floats, inlined, kernel
@@ -111,7 +111,7 @@ class FibreGrid:
     def __post_init__(self) -> None:
         require(self.bundle.model in GRID_MODELS, "model", self.bundle.model, "one of " + ", ".join(GRID_MODELS))
         for name in ("columns", "rows"):
-            whole(name, getattr(self, name), 1, 32, "1 to 32")
+            integer(name, getattr(self, name), 1, 32, "1 to 32")
         for name in ("width_m", "depth_m", "print_m"):
             number(name, getattr(self, name), TINY, HUGE, "above 0 m")
         number("coupling", self.coupling, 0.0, HUGE, "0 or more")

@@ -1,9 +1,9 @@
 """Hammer on a modal object (equations 3.3 and 3.4), one real-time row: sub-steps in contact, phasors otherwise.
 
 An event launches the hammer at the surface. Contact begins at the event's time, and the frames until the hammer has
-left for good are computed in equal sub-steps (`contact_step`), as many as the asked error requires. All other frames
-are free ringing, 64 at a time (`phasors`). Blocks lie at multiples of 64 session frames and sub-steps divide frames, so
-that the output does not depend, to the bit, on how frames are split into calls.
+left for good are computed in equal sub-steps (`contact_step`), as many as the requested error requires. All other
+frames are free ringing, 64 at a time (`phasors`). Blocks lie at multiples of 64 session frames and sub-steps divide
+frames, so that the output does not depend, to the bit, on how frames are split into calls.
 """
 
 import cmath

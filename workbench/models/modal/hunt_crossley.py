@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from underfoot.arguments import HUGE, TINY, number
 
 
-class Blow(NamedTuple):
+class WallImpact(NamedTuple):
     """Penetration (m) and force (N) over the contact, and the coefficient of restitution."""
 
     penetration_m: NDArray[np.float64]
@@ -24,14 +24,14 @@ class Blow(NamedTuple):
     restitution: float
 
 
-def blow(
+def wall_impact(
     mass_kg: float, velocity_m_s: float, stiffness: float, exponent: float, damping: float, points: int = 200
-) -> Blow:
+) -> WallImpact:
     """Return the impact of a hammer of `mass_kg` at `velocity_m_s`, with `stiffness` (N/m^exponent) and mu (s/m).
 
     Raises `BadValue` for a damping below 0, and for anything else not above 0.
 
-    >>> spring = blow(2.0, 1.0, 800.0, 1.0, 0.0)
+    >>> spring = wall_impact(2.0, 1.0, 800.0, 1.0, 0.0)
     >>> float(round(spring.penetration_m.max(), 6)), float(round(spring.force_n.max(), 6)), spring.restitution
     (0.05, 40.0, 1.0)
     """
@@ -47,7 +47,7 @@ def blow(
         1.0 / (a + 1.0)
     )
     depth[[0, -1]] = 0.0
-    return Blow(depth, k * depth**a * (1.0 + mu * speed), leaves / v0)
+    return WallImpact(depth, k * depth**a * (1.0 + mu * speed), leaves / v0)
 
 
 def _g(c: float, u: float | NDArray[np.float64]) -> NDArray[np.float64]:

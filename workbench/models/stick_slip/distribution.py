@@ -2,8 +2,8 @@
 
 A block on a spring rides a belt at v_b. From slip onset at (x0, v0) it follows `dx = v dt`,
 `dv = (-w0^2 x - zeta v) dt + sqrt(2 D) dW` until its velocity first reaches the belt's; then it sticks and is carried
-back to x0. `BlockOnBelt` holds these parameters. The distributions are exact to the asked error, without a choice of
-grid, step or range (see `boundary_integral`).
+back to x0. `BlockOnBelt` holds these parameters. The distributions are exact to the requested error, without a choice
+of grid, step or range (see `boundary_integral`).
 
 Related modules: `sample_paths.paths` draws slips; `quantile_table` tabulates the joint distribution of durations and
 distances, and `texture` plays it in real time; `upcrossings` has the thesis's approximations by upcrossings, corrected,

@@ -1,8 +1,8 @@
-"""Solver of the first-passage density of a slip, panel by panel, to an asked error without further parameters.
+"""Solver of the first-passage density of a slip, panel by panel, to a requested error without further parameters.
 
 A panel is tried at a length, judged by the decay of its Legendre coefficients (time) and of its spectrum (position),
 and kept or halved. Once the hazard rate is constant, an exponential tail replaces the rest. Finally the solution is
-checked with an equation that was not used to find it (`subtract_exceedance`); if that misses the asked error, the
+checked with an equation that was not used to find it (`subtract_exceedance`); if that misses the requested error, the
 solution is repeated at a tighter tolerance.
 """
 
@@ -34,7 +34,7 @@ _ERROR_TO_RESIDUAL = 10.0
 """Assumed ratio of CDF error to largest residual; it was 1 to 10 in all sets tried."""
 
 _TOLERANCE_TO_ERROR = 4.0
-"""Tolerance of a panel's Legendre coefficients over the asked error, which is then met 2 to 50 times over."""
+"""Tolerance of a panel's Legendre coefficients over the requested error, which is then met 2 to 50 times over."""
 
 
 def solve(block: BlockOnBelt, t_end: float, error: float) -> Panels:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.arguments import seed_of, whole
+from underfoot.arguments import integer, seed_of
 from underfoot.errors import require
 from underfoot.kernels import kernel
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
@@ -47,7 +47,7 @@ def paths(block: BlockOnBelt, t_end: float, count: int, error: float = 1e-4, see
     True
     """
     block, t_end, error = require_slip(block, t_end, error)
-    count = whole("count", count, 0, 2**31, "0 to 2^31")
+    count = integer("count", count, 0, 2**31, "0 to 2^31")
     shortest = _shortest_step(block, error)
     require(t_end <= _MOST_STEPS * shortest, "t_end", t_end, f"for these values: up to {_MOST_STEPS * shortest:.3g}")
     steps = max(1, math.ceil(t_end / shortest))

@@ -19,20 +19,20 @@ _FIRST, _SECOND = 0.7548776662466927, 0.5698402909980532
 """Steps of the plastic number's recurrence, a low-discrepancy sequence in the unit square."""
 
 
-def work(values: Mapping[str, Any]) -> Callable[[], NDArray[np.float64]]:
+def timed_work(values: Mapping[str, Any]) -> Callable[[], NDArray[np.float64]]:
     """Return a function that makes the table of a node with these values."""
     numbers = _numbers(values)
     return lambda: slip_table(*numbers, error=float(values["error"]))
 
 
-def error_found(values: Mapping[str, Any]) -> float:
+def measured_error(values: Mapping[str, Any]) -> float:
     """Return the largest CDF difference between table and exact distributions, of durations, distances and periods.
 
-    >>> 0.0 < error_found({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}) <= 0.01
+    >>> 0.0 < measured_error({"damping": 40, "noise": 50, "start": 200, "error": "0.01"}) <= 0.01
     True
     """
     drawn = np.empty((_DRAWS, 2))
-    _draw_evenly(work(values)(), drawn)
+    _draw_evenly(timed_work(values)(), drawn)
     durations, distances = drawn.T
     slip = _solved(*_numbers(values))
     ended = durations < LONGEST * (1.0 - 1e-12)  # linear interpolation between two of them rounds to this

@@ -14,7 +14,7 @@ _MOST_HALVINGS = 12
 
 @dataclass(frozen=True, repr=False)
 class Distribution:
-    """Distribution of one quantity, tabulated so densely that linear interpolation keeps the asked error.
+    """Distribution of one quantity, tabulated so densely that linear interpolation keeps the requested error.
 
     >>> Distribution(np.array([0.0, 2.0]), np.array([0.5, 0.5]), np.array([0.0, 1.0]), 0.0, "duration, s")
     <Distribution of duration, s: median 1, 2 points>

@@ -106,14 +106,14 @@ class Assembly:
         n = modal.stop + (2 if self.foot else 0)
         mass, damping, stiffness = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
         panel = self.plate.mass_kg(self.size_m)
-        own = 2.0 * math.pi * self.plate.frequencies_hz(self.size_m, self.orders)
+        natural = 2.0 * math.pi * self.plate.frequencies_hz(self.size_m, self.orders)
         inert = self.plate.modal_mass_kg(self.size_m)
         mass[range(_RIGID), range(_RIGID)] = panel * np.array([1.0, 1.0 / 3.0, 1.0 / 3.0]) + self._frame_kg()
         mass[:_RIGID, modal] = panel * plates.rigid_overlaps(self.orders)
         mass[modal, :_RIGID] = mass[:_RIGID, modal].T
-        mass[modal, modal] = inert * np.eye(len(own))
-        stiffness[modal, modal] = inert * np.diag(own**2)
-        damping[modal, modal] = inert * np.diag(2.0 * self.plate.damping * own)
+        mass[modal, modal] = inert * np.eye(len(natural))
+        stiffness[modal, modal] = inert * np.diag(natural**2)
+        damping[modal, modal] = inert * np.diag(2.0 * self.plate.damping * natural)
         for place in self.shakers_m:
             moved = self.shape(place)
             mass += self.shaker_kg * np.outer(moved, moved)
@@ -139,10 +139,10 @@ class Assembly:
         array([1.01, 0.27])
         """
         mass, damping, stiffness = self.matrices()
-        drive, heard = self.shape(self.shakers_m[shaker]), self.shape(at_m)
+        drive, shape_there = self.shape(self.shakers_m[shaker]), self.shape(at_m)
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[:, None, None]
         moved = np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, drive[:, None].astype(complex))
-        return np.asarray(-(omega[:, 0, 0] ** 2) * (moved[..., 0] @ heard))
+        return np.asarray(-(omega[:, 0, 0] ** 2) * (moved[..., 0] @ shape_there))
 
     def undamped(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return angular frequencies in ascending order, 1/s, and mode shapes as columns, of unit modal mass."""
@@ -157,16 +157,16 @@ class Assembly:
 
     def poles_at(self, places_m: Iterable[ArrayLike], shaker: int = 0) -> list[Poles]:
         """Return `poles` for several positions from one solution."""
-        own, vectors = self.undamped()
+        natural, vectors = self.undamped()
         _, damping, _ = self.matrices()
         lost = vectors.T @ damping @ vectors
-        n = len(own)
+        n = len(natural)
         driven = vectors.T @ self.shape(self.shakers_m[shaker])
         # States: displacements times angular frequency, and velocities. Equal units keep the system well conditioned.
-        a = np.block([[np.zeros((n, n)), np.diag(own)], [-np.diag(own), -lost]])
+        a = np.block([[np.zeros((n, n)), np.diag(natural)], [-np.diag(natural), -lost]])
         b = np.concatenate([np.zeros(n), driven])
-        heard = [vectors.T @ self.shape(at_m) for at_m in places_m]
-        return of_outputs(a, b, [(one @ a[n:], float(one @ driven)) for one in heard])
+        shape_there = [vectors.T @ self.shape(at_m) for at_m in places_m]
+        return of_outputs(a, b, [(one @ a[n:], float(one @ driven)) for one in shape_there])
 
     def _frame_kg(self) -> NDArray[np.float64]:
         """Return the frame's mass in heave and in both tilts, distributed evenly along the edges."""
@@ -192,4 +192,4 @@ class Assembly:
 
 def first_modes_hz(assembly: Assembly, count: int) -> Sequence[float]:
     """Return the lowest resonances without damping, heave and tilts included."""
-    return [float(own) / (2.0 * math.pi) for own in assembly.undamped()[0][:count]]
+    return [float(natural) / (2.0 * math.pi) for natural in assembly.undamped()[0][:count]]

@@ -94,8 +94,8 @@ class Plate(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         `shakers_m` is (shakers, 2). Equation 4.9 with its norm and damping.
         """
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)[:, None]
-        own = 2.0 * math.pi * self.frequencies_hz(size_m, orders)
-        modal = -(omega**2) / (own**2 - omega**2 + 2j * self.damping * own * omega) / self.modal_mass_kg(size_m)
+        natural = 2.0 * math.pi * self.frequencies_hz(size_m, orders)
+        modal = -(omega**2) / (natural**2 - omega**2 + 2j * self.damping * natural * omega) / self.modal_mass_kg(size_m)
         driven = shapes(shakers_m, size_m, orders) * shapes(at_m, size_m, orders)
         return np.asarray(modal @ np.atleast_2d(driven).T)
 

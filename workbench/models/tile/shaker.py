@@ -111,6 +111,6 @@ def compress(compression: NDArray[np.void], given: NDArray[np.float64], out: NDA
 
 def _pair(frequency_hz: float, damping: float) -> list[complex]:
     """Return the two roots of s^2 + 2 d w s + w^2."""
-    own = 2.0 * math.pi * frequency_hz
+    natural = 2.0 * math.pi * frequency_hz
     swing = cmath.sqrt(damping**2 - 1.0)
-    return [own * (swing - damping), own * (-swing - damping)]
+    return [natural * (swing - damping), natural * (-swing - damping)]

@@ -59,8 +59,8 @@ class Suspension(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def transfer(self, frequencies_hz: ArrayLike) -> NDArray[np.complex128]:
         """Return acceleration per newton of a rigid tile in heave: 1 / M far above f0."""
         omega = 2.0 * math.pi * np.asarray(frequencies_hz, dtype=np.float64)
-        own = 2.0 * math.pi * self.resonance_hz()
-        return np.asarray(-(omega**2) / (own**2 - omega**2 + 2j * self.damping * own * omega) / self.mass_kg)
+        natural = 2.0 * math.pi * self.resonance_hz()
+        return np.asarray(-(omega**2) / (natural**2 - omega**2 + 2j * self.damping * natural * omega) / self.mass_kg)
 
 
 SUSPENSION_RANGES = {

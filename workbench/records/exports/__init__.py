@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.floor.layout import Floor
-from underfoot.floor.step_finder import Found
+from underfoot.floor.step_finder import Detections
 from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
 
@@ -23,18 +23,18 @@ VIBRATION = ("commanded", "measured", "vibration")
 """What was asked of tiles and what they did, m/s^2, and what they played, of full scale."""
 
 
-class Stopped(UnderfootError):
+class ExportStopped(UnderfootError):
     """Whoever asked for an export wants it no more; nothing of it is left."""
 
 
 @dataclass(frozen=True)
-class Material:
+class ExportSource:
     """A recording as formats take it. Times are seconds from its first frame on, as the window shows them."""
 
     recording: Recording
     vibration: str = "measured"
     """The one of `VIBRATION` that a format takes which carries one alone."""
-    tell: Callable[[str, float], bool] = field(default=lambda words, share: True)
+    progress: Callable[[str, float], bool] = field(default=lambda words, share: True)
     """Is told what is being written, and which share of that is done; says whether to go on."""
 
     @property
@@ -46,15 +46,15 @@ class Material:
         """Times (n,) and corner forces (n, tiles, 4), piece by piece."""
         forces = self.forces
         for time_s, force_n in forces.pieces():
-            self.go_on(words, float(time_s[-1]) / max(forces.length_s, 1e-9))
+            self.report_progress(words, float(time_s[-1]) / max(forces.length_s, 1e-9))
             yield time_s, force_n
 
-    def found(self, words: str) -> Iterator[Found]:
+    def found(self, words: str) -> Iterator[Detections]:
         """Contacts and footsteps, piece by piece."""
         forces = self.forces
         for found in forces.found():
             if len(found.rows):
-                self.go_on(words, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
+                self.report_progress(words, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
             yield found
 
     def frames(self, source: str, words: str) -> Iterator[NDArray[np.float32]]:
@@ -66,7 +66,7 @@ class Material:
             if first > at:
                 yield from _still(first - at, len(forces.floor.tiles))
             kept = rows[max(at - first, 0) : forces.end - first]
-            self.go_on(words, (first - forces.first) / max(forces.end - forces.first, 1))
+            self.report_progress(words, (first - forces.first) / max(forces.end - forces.first, 1))
             yield kept
             at = max(at, first + len(rows))
         yield from _still(forces.end - at, len(forces.floor.tiles))
@@ -76,10 +76,10 @@ class Material:
         forces = self.forces
         return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
 
-    def go_on(self, words: str, share: float) -> None:
-        """Say how far it is; raises `Stopped` where that is not wanted any more."""
-        if not self.tell(words, min(max(share, 0.0), 1.0)):
-            raise Stopped("the export was stopped")
+    def report_progress(self, words: str, share: float) -> None:
+        """Say how far it is; raises `ExportStopped` where that is not wanted any more."""
+        if not self.progress(words, min(max(share, 0.0), 1.0)):
+            raise ExportStopped("the export was stopped")
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class ExportFormat:
     suffix: str
     title: str
     cannot: str
-    write: Callable[[Material, Path], None]
+    write: Callable[[ExportSource, Path], None]
 
 
 @cache

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.layout import Floor, Tile
-from underfoot.records.exports import ExportFormat, Material
+from underfoot.records.exports import ExportFormat, ExportSource
 
 CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
 """The channels of a plate of type 3."""
@@ -48,15 +48,15 @@ def sensor_order(tile: Tile) -> tuple[NDArray[np.intp], float, float] | None:
     return order, a, b
 
 
-def _write(material: Material, path: Path) -> None:
+def _write(export: ExportSource, path: Path) -> None:
     try:
         import ezc3d
     except ImportError:
         raise BadFile(f"{path} cannot be written: ezc3d is missing; install underfoot[c3d]") from None
-    forces = material.forces
+    forces = export.forces
     if len(forces.floor.tiles) > MOST:
         raise BadFile(f"{path} would have {len(forces.floor.tiles)} force plates; allowed: up to {MOST}")
-    corners, first_s = _even(material)
+    corners, first_s = _even(export)
     made = ezc3d.c3d()
     made["parameters"]["POINT"]["RATE"]["value"] = [forces.rate_hz / SAMPLES_A_FRAME]
     made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
@@ -66,10 +66,10 @@ def _write(material: Material, path: Path) -> None:
     _describe_analogs(made, labels, forces.rate_hz)
     made["data"]["analogs"] = analogs[None]
     _describe_plates(made, forces.floor)
-    _add_events(made, material, first_s)
+    _add_events(made, export, first_s)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
     made.add_parameter("UNDERFOOT", "FIRST_S", [float(first_s)])
-    material.go_on("Writing", 0.95)
+    export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
         try:
@@ -79,13 +79,13 @@ def _write(material: Material, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
-def _even(material: Material) -> tuple[NDArray[np.float32], float]:
+def _even(export: ExportSource) -> tuple[NDArray[np.float32], float]:
     """Corner forces at even times (n, tiles, 4), and the time of the first: what is missing is 0, and n a multiple of
     `SAMPLES_A_FRAME`."""
-    forces = material.forces
-    pieces = list(material.pieces("Reading forces"))
+    forces = export.forces
+    pieces = list(export.pieces("Reading forces"))
     if not pieces:
-        raise BadFile(f"{material.recording.path} holds no force samples")
+        raise BadFile(f"{export.recording.path} holds no force samples")
     time_s = np.concatenate([one for one, _ in pieces])
     place = np.round((time_s - time_s[0]) * forces.rate_hz).astype(np.intp)
     count = -(-(int(place[-1]) + 1) // SAMPLES_A_FRAME) * SAMPLES_A_FRAME
@@ -138,9 +138,9 @@ def _describe_plates(made: Any, floor: Floor) -> None:
     plates["CHANNEL"]["value"] = np.arange(1, 8 * count + 1).reshape(count, 8).T
 
 
-def _add_events(made: Any, material: Material, first_s: float) -> None:
+def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
     """Steps as foot strikes and foot offs, and marks."""
-    events = sorted(_events(material))
+    events = sorted(_events(export))
     minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
     times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
     made.add_parameter("EVENT", "USED", [len(events)])
@@ -163,14 +163,14 @@ def _put(made: Any, group: str, name: str, values: list | NDArray[np.float64]) -
             made["parameters"][group][called]["type"] = _INT
 
 
-def _events(material: Material) -> Iterator[tuple[float, str, str, str]]:
-    for found in material.found("Looking for steps"):
+def _events(export: ExportSource) -> Iterator[tuple[float, str, str, str]]:
+    for found in export.found("Looking for steps"):
         for step in found.steps:
             context = {"left": "Left", "right": "Right"}.get(step.side, "General")
             words = f"step {step.step}, person {step.person}, tile {step.tile}"
             yield step.start_s, context, "Foot Strike", words
             yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", words
-    for time_s, text in material.marks():
+    for time_s, text in export.marks():
         yield time_s, "General", "Mark", text[:100]
 
 

@@ -6,17 +6,17 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.files import replaced, written
-from underfoot.records.exports import ExportFormat, Material
+from underfoot.records.exports import ExportFormat, ExportSource
 from underfoot.records.tables import contact_table, step_table
 
 
-def _write(material: Material, path: Path) -> None:
-    forces = material.forces
+def _write(export: ExportSource, path: Path) -> None:
+    forces = export.forces
     beside = {name: path.with_suffix(f".{name}.csv") for name in ("steps", "contacts", "marks")}
     with replaced(path) as part, written(path), part.open("w", encoding="utf-8", newline="\n") as file:
         names = [f"{id}.{corner}" for id in forces.floor.ids for corner in range(1, 5)]
         file.write(",".join(["time_s", *names]) + "\n")
-        for time_s, force_n in material.pieces("Writing forces"):
+        for time_s, force_n in export.pieces("Writing forces"):
             table = np.column_stack([time_s, force_n.reshape(len(force_n), -1)])
             kept = table[np.isfinite(table).all(axis=1)]
             file.writelines(",".join(map(repr, row)) + "\n" for row in kept.tolist())
@@ -24,11 +24,11 @@ def _write(material: Material, path: Path) -> None:
     with ExitStack() as stack:
         steps = stack.enter_context(step_table(beside["steps"]))
         contacts = stack.enter_context(contact_table(beside["contacts"], forces.floor))
-        for found in material.found("Writing steps and contacts"):
+        for found in export.found("Writing steps and contacts"):
             steps(found.steps)
             contacts(found.rows)
     with replaced(beside["marks"]) as part, written(beside["marks"]):
-        lines = [f'{time_s:.6f},"{text.replace(chr(34), chr(34) * 2)}"\n' for time_s, text in material.marks()]
+        lines = [f'{time_s:.6f},"{text.replace(chr(34), chr(34) * 2)}"\n' for time_s, text in export.marks()]
         part.write_text("time_s,text\n" + "".join(lines), encoding="utf-8")
 
 

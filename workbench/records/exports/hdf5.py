@@ -11,30 +11,30 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
-from underfoot.records.exports import VIBRATION, ExportFormat, Material
+from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
 
 CHUNK_FRAMES, CHUNK_ROWS = 48_000, 1024
 """Of vibration, and of tables: as much is read from a file at once."""
 
 
-def _write(material: Material, path: Path) -> None:
+def _write(export: ExportSource, path: Path) -> None:
     try:
         import h5py
     except ImportError:
         raise BadFile(f"{path} cannot be written: h5py is missing; install underfoot[hdf5]") from None
-    forces, recording = material.forces, material.recording
+    forces, recording = export.forces, export.recording
     tiles = len(forces.floor.tiles)
     with replaced(path) as part, written(path), h5py.File(part, "w") as file:
         file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
-        pieces = material.pieces("Writing forces")
+        pieces = export.pieces("Writing forces")
         table = _Growing(file.create_group("force"), {"time_s": "s", "corners_n": "N"})
         for time_s, force_n in pieces:
             table.append(time_s=time_s, corners_n=force_n)
         for source in VIBRATION:
             unit = "of full scale" if source == "vibration" else "m/s^2"
             frames = _Frames(file.require_group("vibration"), source, unit, forces.end - forces.first, tiles)
-            for rows in material.frames(source, f"Writing {source}"):
+            for rows in export.frames(source, f"Writing {source}"):
                 frames.append(rows)
             frames.flush()
         contacts = _Growing(
@@ -42,12 +42,12 @@ def _write(material: Material, path: Path) -> None:
             {"time_s": "s", "contact": "", "x_m": "m", "y_m": "m", "force_n": "N", "on_tile": ""},
         )
         steps: list[Step] = []
-        for found in material.found("Writing steps and contacts"):
+        for found in export.found("Writing steps and contacts"):
             steps += found.steps
             contacts.append(**{name: getattr(found.rows, name) for name in contacts.names})
         for name, values in step_columns(steps).items():
             _put(file.require_group("steps"), name, values)
-        marks = material.marks()
+        marks = export.marks()
         _put(file.require_group("marks"), "time_s", np.array([time_s for time_s, _ in marks]))
         _put(file.require_group("marks"), "text", [text for _, text in marks])
         commands = recording.commands()

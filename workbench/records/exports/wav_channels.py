@@ -3,18 +3,18 @@
 from pathlib import Path
 
 from underfoot.errors import BadFile
-from underfoot.records.exports import ExportFormat, Material
+from underfoot.records.exports import ExportFormat, ExportSource
 from underfoot.records.wav import write_wav_parts
 
 MOST_CHANNELS = 1024
 
 
-def _write(material: Material, path: Path) -> None:
-    forces, source = material.forces, material.vibration
+def _write(export: ExportSource, path: Path) -> None:
+    forces, source = export.forces, export.vibration
     channels = len(forces.floor.tiles)
     if channels > MOST_CHANNELS:
         raise BadFile(f"{path} would have {channels} channels; allowed: up to {MOST_CHANNELS}")
-    parts = material.frames(source, f"Writing what tiles {_WORDS[source]}")
+    parts = export.frames(source, f"Writing what tiles {_WORDS[source]}")
     write_wav_parts(path, parts, forces.end - forces.first, channels, forces.rate)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.seeded_random import SeededRandom
 
 FEWEST_FRONTS, MOST_FRONTS = 2, 6
 """A seed has so many latent fronts, each number as likely as the others."""
@@ -35,7 +35,7 @@ class Cracks:
     """Cracks within a rectangle from `low_m` to `high_m`; of more than `most` lines the oldest close again.
 
     >>> cracks = Cracks((-1.0, -1.0), (1.0, 1.0), 100)
-    >>> cracks.grow((0.0, 0.0), 0.02, 0.1, 0.3, Draws(1))
+    >>> cracks.grow((0.0, 0.0), 0.02, 0.1, 0.3, SeededRandom(1))
     0.0
     >>> len(cracks.seeds), len(cracks.lines_m)
     (1, 0)
@@ -59,7 +59,7 @@ class Cracks:
         most = len(self._ends)
         return self._ends[np.arange(max(first, self.count - most), self.count) % most]
 
-    def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: Draws) -> float:
+    def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: SeededRandom) -> float:
         """One crack event under a foot; returns how far cracks ran.
 
         Where no seed that can still grow is within `spacing_m` there is one now. Else the nearest one's fronts run on
@@ -93,14 +93,14 @@ class Cracks:
         return math.dist(begin, end)
 
 
-def _seed(at_m: Point, draws: Draws) -> Seed:
+def _seed(at_m: Point, draws: SeededRandom) -> Seed:
     count = draws.one_of(range(FEWEST_FRONTS, MOST_FRONTS + 1))
     first = draws.uniform(0.0, 2.0 * math.pi)
     angles = [first + 2.0 * math.pi * k / count for k in range(count)]
     return Seed(at_m, [Front(at_m, (math.cos(angle), math.sin(angle))) for angle in angles])
 
 
-def _normal(draws: Draws) -> float:
+def _normal(draws: SeededRandom) -> float:
     """A draw with mean 0 and standard deviation 1 (Box and Muller)."""
     radius = math.sqrt(-2.0 * math.log(1.0 - draws.uniform(0.0, 1.0)))
     return radius * math.cos(draws.uniform(0.0, 2.0 * math.pi))

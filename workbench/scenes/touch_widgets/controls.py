@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from underfoot.experiments.draws import Draws
+from underfoot.experiments.seeded_random import SeededRandom
 from underfoot.floor.contacts import OngoingContact
 from underfoot.scenes.cues import Cue, Say, Strike
 from underfoot.scenes.moments import MOMENT_S, Moment
@@ -37,7 +37,7 @@ class Control(ABC):
         """The id of the contact that holds it; 0 for none."""
         self._pressed_m = x_m, y_m
 
-    def step(self, moment: Moment, free: set[int], feel: Feel, draws: Draws) -> Iterator[Cue]:
+    def step(self, moment: Moment, free: set[int], feel: Feel, draws: SeededRandom) -> Iterator[Cue]:
         """Take the next moment; contacts with ids in `free` hold nothing yet."""
         holder = next((contact for contact in moment.contacts if contact.id == self.held_by), None)
         if holder is not None:
@@ -72,7 +72,7 @@ class Control(ABC):
     def pressed(self, contact: OngoingContact) -> Iterator[Cue]:
         """A contact engages it."""
 
-    def moved(self, contact: OngoingContact, began_s: float, feel: Feel, draws: Draws) -> Iterator[Cue]:
+    def moved(self, contact: OngoingContact, began_s: float, feel: Feel, draws: SeededRandom) -> Iterator[Cue]:
         """The contact that holds it went on since `began_s`."""
         yield from ()
 
@@ -163,7 +163,7 @@ class Slider(Control):
         self._offset_m, self._left_m = self.knob_m - contact.x_m, 0.0
         yield self.click()
 
-    def moved(self, contact: OngoingContact, began_s: float, feel: Feel, draws: Draws) -> Iterator[Cue]:
+    def moved(self, contact: OngoingContact, began_s: float, feel: Feel, draws: SeededRandom) -> Iterator[Cue]:
         before = self.value
         at_m = contact.x_m + self._offset_m
         self.value = min(max((at_m - self.x_m) / self._way_m + 0.5, 0.0), 1.0)

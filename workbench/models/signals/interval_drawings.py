@@ -26,7 +26,7 @@ def drawn_intervals_s(mean_interval_s: float) -> NDArray[np.float64]:
     return np.diff(events.time[: len(events)]) / RATE_HZ
 
 
-def interval_laws(mean_interval_s: float) -> tuple[Drawing, ...]:
+def interval_drawings(mean_interval_s: float) -> tuple[Drawing, ...]:
     """Return a drawing of the intervals: a histogram of the node's own draws, and the exponential density."""
     intervals = drawn_intervals_s(mean_interval_s)
     edges = np.linspace(0.0, _SHOWN * mean_interval_s, _BINS + 1)

@@ -14,14 +14,14 @@ _TIGHT = 1e-10
 _FLOOR = 1e-5
 
 
-def work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.Response]:
+def timed_work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.Response]:
     """Prepare a strike with the values of an Impact node; return a function that strikes once and lets it ring.
 
     With `shows` the displacement is computed too, which costs more.
 
     >>> modes = [(200.0, 30.0, 1.0, 1.0)]
     >>> numbers = {"velocity": 0.5, "mass": 0.05, "stiffness": 1e5, "exponent": 1.5, "damping": 0.3, "error": 1e-3}
-    >>> struck = work({"modes": modes, "pitch": 1.0, "decay": 1.0, **numbers})()
+    >>> struck = timed_work({"modes": modes, "pitch": 1.0, "decay": 1.0, **numbers})()
     >>> struck.acceleration.size
     4800
     """
@@ -44,8 +44,8 @@ def work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.
     return once
 
 
-def error_found(values: Mapping[str, Any]) -> float:
+def measured_error(values: Mapping[str, Any]) -> float:
     """Return the relative L2 error of a strike's displacement, against one with very small sub-steps."""
-    found, truth = (work({**values, "error": error}, shows=True)() for error in (values["error"], _TIGHT))
+    found, truth = (timed_work({**values, "error": error}, shows=True)() for error in (values["error"], _TIGHT))
     size = float(np.linalg.norm(truth.displacement))
     return float(np.linalg.norm(found.displacement - truth.displacement)) / size if size > 0.0 else 0.0

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from underfoot.bench.reach.row import Reach, Timing
+from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.models.elasto_plastic import Ground
 from underfoot.models.fibre_bundle import bundle
@@ -21,7 +21,7 @@ _BEST_MS = {2_000: 0.21, 100_000: 0.79, 10_000_000: 1.47}
 """Best times seen in ms of a second under a footstep, by the number of fibres."""
 
 
-def reaches(quick: bool) -> Iterable[Reach]:
+def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield the rows of elasto-plastic slip and of fibre bundles."""
     yield from slips()
     yield from thresholds()
@@ -36,7 +36,7 @@ def timings() -> Iterator[Timing]:
         yield Timing("bundles", f"a second under a foot, {fibres:.0e} fibres", second, "ms", 1e3, best_ms)
 
 
-def slips() -> Iterator[Reach]:
+def slips() -> Iterator[Requirement]:
     from scipy import signal, stats
 
     force = np.cumsum(np.random.default_rng(1).standard_normal(RATE // 10))
@@ -44,14 +44,14 @@ def slips() -> Iterator[Reach]:
     system = ([1.0], [0.5, 400.0, 8e5])
     exact = signal.lsim(system, np.append(0.0, force), np.arange(force.size + 1) / RATE)[1][1:]
     apart = float(np.linalg.norm(moved - exact) / np.linalg.norm(exact))
-    yield Reach("slip", "error of the motion between slips", apart, high=1e-9)
+    yield Requirement("slip", "error of the motion between slips", apart, high=1e-9)
     # The plastic unit holds more than the largest draw, and the ramp is so slow that no frame has two slips.
     least, most = 1e-5, 1e-3
     ramp = np.linspace(0.0, 1e3, 20 * RATE)
     energy = Ground(threshold_n=100.0, gamma=1.5, least_j=least, most_j=most).response(ramp, RATE).energy_j
     chances = (least**-0.5 - energy**-0.5) / (least**-0.5 - most**-0.5)
     chance = float(stats.kstest(chances, "uniform").pvalue)
-    yield Reach("slip", "chance of such energies, if of E^-1.5", chance, low=1e-3)
+    yield Requirement("slip", "chance of such energies, if of E^-1.5", chance, low=1e-3)
 
 
 def _second_of(fibres: int) -> Callable[[], None]:
@@ -72,7 +72,7 @@ def _second_of(fibres: int) -> Callable[[], None]:
     return second
 
 
-def thresholds() -> Iterator[Reach]:
+def thresholds() -> Iterator[Requirement]:
     """Test that under a slow load, nearly one fibre per frame, the strains at failure are the sorted thresholds."""
     from scipy import stats
 
@@ -82,11 +82,13 @@ def thresholds() -> Iterator[Reach]:
     below = -np.expm1(-((strain[-1] / SCALE) ** SHAPE))
     chances = -np.expm1(-((strain / SCALE) ** SHAPE)) / below
     chance = float(stats.kstest(chances, "uniform").pvalue)
-    yield Reach("bundles", "chance of such thresholds, if Weibull", chance, low=1e-3)
+    yield Requirement("bundles", "chance of such thresholds, if Weibull", chance, low=1e-3)
 
 
-def quasi_static(samples: int) -> Iterator[Reach]:
-    yield Reach("bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55)
+def quasi_static(samples: int) -> Iterator[Requirement]:
+    yield Requirement(
+        "bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55
+    )
     # So slow near the end that less than 1 is added while a bundle collapses.
     slow = np.concatenate((np.linspace(0.0, 2620.0, 500, endpoint=False), np.arange(2620.0, 2920.0, 0.006)))
     found = np.empty(samples)
@@ -95,22 +97,24 @@ def quasi_static(samples: int) -> Iterator[Reach]:
         found[seed] = slow[np.flatnonzero(np.cumsum(failed) < 1000)[-1]]
     off = 1.0 + 4.0 * 32.0 / math.sqrt(samples)
     words = f"of {samples} exact bundles"
-    yield Reach("bundles", f"mean strength {words}", float(found.mean()), "", 2766.0 - off, 2766.0 + off)
-    yield Reach("bundles", f"deviation of the strength {words}", float(found.std()), "", 32.0 - off, 32.0 + off)
+    yield Requirement("bundles", f"mean strength {words}", float(found.mean()), "", 2766.0 - off, 2766.0 + off)
+    yield Requirement("bundles", f"deviation of the strength {words}", float(found.std()), "", 32.0 - off, 32.0 + off)
 
 
-def _dynamic(samples: int) -> Iterator[Reach]:
+def _dynamic(samples: int) -> Iterator[Requirement]:
     """Test the thesis's ramp: 0.8 s of 1 s, m 1e-3, b_F 0.0065, b_R 0."""
     low, high = 2650.0, 2950.0
     most = low + (high - low) * (np.arange(samples) + 0.5) / samples
     broken = [_ramped(m, "exact", seed).failures.sum() == 2000 for seed, m in enumerate(most)]
     strength = low + (high - low) * (1.0 - np.mean(broken))
     off = 6.0 + 4.0 * math.sqrt(18.0 * (high - low) / samples)  # 2804 is from 200 loads; 18: integral of p (1 - p)
-    yield Reach("bundles", "strength under the thesis's ramp, exact", float(strength), "", 2804.0 - off, 2804.0 + off)
+    yield Requirement(
+        "bundles", "strength under the thesis's ramp, exact", float(strength), "", 2804.0 - off, 2804.0 + off
+    )
     while high - low > 0.25:  # the mean bundle keeps its last fibre: far beyond its thresholds it has collapsed
         middle = 0.5 * (low + high)
         low, high = (low, middle) if _ramped(middle, "mean", 0).strain[-1] > 3.0 * SCALE else (middle, high)
-    yield Reach("bundles", "strength under the thesis's ramp, mean", high, "", 2842.0, 2848.0)
+    yield Requirement("bundles", "strength under the thesis's ramp, mean", high, "", 2842.0, 2848.0)
 
 
 def _ramped(most: float, model: str, seed: int) -> Fracture:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.sound import Exchange, portaudio
+from underfoot.devices.sound import PlayRecord, portaudio
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, require
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -24,16 +24,16 @@ class SoundCard:
     or the channel is missing.
     """
 
-    def __init__(self, output: str = "", input: str = "", channel: int = 0, heard_on: int = 0) -> None:
+    def __init__(self, output: str = "", input: str = "", channel: int = 0, input_channel: int = 0) -> None:
         require(0 <= channel <= 31, "channel", channel, "0 to 31")
-        require(0 <= heard_on <= 31, "heard_on", heard_on, "0 to 31")
+        require(0 <= input_channel <= 31, "input_channel", input_channel, "0 to 31")
         self._sounddevice = portaudio()
         self._devices = (input, output)
-        self._exchange: Exchange | None = None
-        self._channel, self._heard_on = channel, heard_on
+        self._play_record: PlayRecord | None = None
+        self._channel, self._input_channel = channel, input_channel
         # Open pairs of channels: a server would spread a single one over all.
         self._channels = self._require_channel(output, "output", channel)
-        self._require_channel(input, "input", heard_on)
+        self._require_channel(input, "input", input_channel)
 
     def press(self, press: PressRequest | None) -> None:
         """Do nothing: this rig cannot press."""
@@ -50,23 +50,23 @@ class SoundCard:
         signal = np.append(limited(sound.signal, sound.rate_hz), np.zeros(round(_TAIL_S * sound.rate_hz)))
         played = np.zeros((signal.size, min(self._channel + 2 - self._channel % 2, self._channels)), np.float32)
         played[:, self._channel] = signal
-        exchange = Exchange(*self._devices, played, self._heard_on + 1, sound.rate_hz, sound.block)
-        self._exchange = exchange
+        play_record = PlayRecord(*self._devices, played, self._input_channel + 1, sound.rate_hz, sound.block)
+        self._play_record = play_record
         try:
-            exchange.run()
+            play_record.run()
         finally:
-            self._exchange = None
-        if exchange.silenced:
+            self._play_record = None
+        if play_record.silenced:
             raise BadMeasurement("the sound was stopped; take it again")
-        if exchange.lost:
+        if play_record.lost:
             raise BadMeasurement("the sound card lost samples while it played; take it again")
-        return exchange.recorded[:, self._heard_on].astype(np.float64)
+        return play_record.recorded[:, self._input_channel].astype(np.float64)
 
     def silence(self) -> None:
         """Ramp down and end what is playing, from any thread. `play` then raises `BadMeasurement`."""
-        exchange = self._exchange
-        if exchange is not None:
-            exchange.silence()
+        play_record = self._play_record
+        if play_record is not None:
+            play_record.silence()
 
     def close(self) -> None:
         """Do nothing: nothing plays between two calls of `play`."""
@@ -89,7 +89,7 @@ class SoundCard:
         return DeviceError(f"sound device {shown!r} cannot play and record: {' '.join(str(error).split())}")
 
 
-def heard_of(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
+def simulated_recording(tile: SimulatedTile, sound: Sound) -> NDArray[np.float64]:
     """Return the simulated accelerometer's signal, of its full scale, of a sound through limiter and shaker."""
     signal = limited(sound.signal, sound.rate_hz)
     return tile.respond(signal, float(sound.rate_hz), sound.load) / tile.parameters.accelerometer.range_m_s2
@@ -110,7 +110,7 @@ class SimulatedShaker:
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
         """Return the accelerometer's signal, relative to full scale, under the load that the sound specifies."""
-        return heard_of(self._tile, sound)
+        return simulated_recording(self._tile, sound)
 
     def close(self) -> None:
         """Do nothing: nothing is open."""

@@ -26,7 +26,7 @@ _consent = {"all": False}
 
 
 @contextmanager
-def all_agreed() -> Iterator[None]:
+def allow_all_node_files() -> Iterator[None]:
     """Agree, within the context, to every file that patches need, for a command-line option."""
     _consent["all"] = True
     try:

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from underfoot.bench.stress import damaged
+from underfoot.bench.stress import corruption
 from underfoot.calibration.files.measurements import read_presses
 from underfoot.devices.plate import PlateCalibration
 from underfoot.engine.commands import Level, Play, to_text
 from underfoot.engine.session_replay import replay
 from underfoot.errors import UnderfootError
-from underfoot.experiments.exchange import read_csv, write_csv
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.store import SessionFile, Stretch
+from underfoot.experiments.store import Excerpt, SessionFile
 from underfoot.experiments.study import Page, Study
 from underfoot.experiments.table import rows_of
+from underfoot.experiments.trial_files import read_csv, write_csv
 from underfoot.files import read_file
 from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.forces import read_forces
@@ -93,9 +93,9 @@ def _read_profile(path: Path) -> None:
     np.isfinite(profile.equaliser)
 
 
-def answers_to(page: Page) -> dict[str, Any]:
+def default_answers(page: Page) -> dict[str, Any]:
     """What a page is answered with: consent, and the defaults of what it asks."""
-    return {"agreed": "yes"} if page.kind == "consent" else {asked.name: asked.default for asked in page.asks}
+    return {"agreed": "yes"} if page.kind == "consent" else {asked.name: asked.default for asked in page.questions}
 
 
 def _write_session(path: Path) -> None:
@@ -103,8 +103,8 @@ def _write_session(path: Path) -> None:
     file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
     study = Study(protocol, "P1")
     for number in range(12):
-        force = Stretch("force", 0, 96.0, 1000.0, ("t1.1", "t1.2"), np.full((50, 2), float(number)))
-        file.add(study.answer(answers_to(study.page)), [force])
+        force = Excerpt("force", 0, 96.0, 1000.0, ("t1.1", "t1.2"), np.full((50, 2), float(number)))
+        file.add(study.answer(default_answers(study.page)), [force])
     file.add_note("heel, not sole")
     file.close()
 
@@ -116,7 +116,7 @@ def _read_session(path: Path) -> None:
         rows_of(protocol, file.participant, entries)
         file.patches(), file.notes()
         for number in range(len(entries)):
-            file.stretches(number + 1)
+            file.excerpts(number + 1)
         file.study(protocol)
     finally:
         file.close()
@@ -189,31 +189,33 @@ def _again(document: Any) -> None:
 
 
 KINDS: dict[str, Kind] = {
-    "patch": Kind(_write_patch, lambda path: _again(Patch.load(path, REGISTRY)), damaged.of_document),
-    "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), damaged.of_document),
-    "profile": Kind(_write_profile, _read_profile, damaged.of_document),
-    "simulation": Kind(TileParameters().save, lambda path: _again(TileParameters.load(path)), damaged.of_document),
+    "patch": Kind(_write_patch, lambda path: _again(Patch.load(path, REGISTRY)), corruption.corrupt_document),
+    "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), corruption.corrupt_document),
+    "profile": Kind(_write_profile, _read_profile, corruption.corrupt_document),
+    "simulation": Kind(
+        TileParameters().save, lambda path: _again(TileParameters.load(path)), corruption.corrupt_document
+    ),
     "protocol": Kind(
         _preset(preset_files.protocols(), "detection-threshold"),
         lambda path: _again(Protocol.loads(read_file(path), REGISTRY, str(path), _PROTOCOLS)),
-        damaged.of_document,
+        corruption.corrupt_document,
     ),
     "session of a study": Kind(_write_session, _read_session, None),
     "recording": Kind(_write_recording, _read_recording, None),
-    "force CSV": Kind(_write_forces, lambda path: read_forces(path, FLOOR), damaged.of_table),
+    "force CSV": Kind(_write_forces, lambda path: read_forces(path, FLOOR), corruption.corrupt_table),
     "plate": Kind(
         PlateCalibration(positions=(0.0, 0.5, 1.0), stiffness_n_mm=(40.0, 80.0, 160.0)).save,
         PlateCalibration.load,
-        damaged.of_document,
+        corruption.corrupt_document,
     ),
-    "presses CSV": Kind(_write_presses, read_presses, damaged.of_table),
-    "trials CSV": Kind(_write_trials, read_csv, damaged.of_table),
-    "sound file": Kind(_write_sound, _read_sound, damaged.of_head),
+    "presses CSV": Kind(_write_presses, read_presses, corruption.corrupt_table),
+    "trials CSV": Kind(_write_trials, read_csv, corruption.corrupt_table),
+    "sound file": Kind(_write_sound, _read_sound, corruption.corrupt_head),
 }
 """All kinds, by their names."""
 
 
-def refusal(kind: Kind, path: Path) -> str | None:
+def read_error(kind: Kind, path: Path) -> str | None:
     """What a file is refused with; None where it is read. What is no refusal goes through."""
     try:
         kind.read(path)

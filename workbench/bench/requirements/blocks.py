@@ -4,7 +4,7 @@ import statistics
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from underfoot.bench.blocks import BlockCost
-from underfoot.bench.reach.row import SPEED, Reach
+from underfoot.bench.requirements.requirement import SPEED, Requirement
 from underfoot.bench.timing import Timed
 
 COARSE = "material-gravel-coarse"
@@ -16,7 +16,7 @@ _PRESET, _MEDIAN_PRESET = 60.0, 200.0
 """Required speed of each preset under a walker, and of their median."""
 
 
-def floors(costs: Sequence[BlockCost]) -> Iterable[Reach]:
+def floors(costs: Sequence[BlockCost]) -> Iterable[Requirement]:
     """Yield the rows for coarse gravel with a foot on each tile, on two and on none, from `costs`."""
     for cost in costs:
         if cost.patch != COARSE:
@@ -25,21 +25,21 @@ def floors(costs: Sequence[BlockCost]) -> Iterable[Reach]:
         what = f"coarse gravel, {cost.tiles} tiles, block {cost.block}, a foot on {feet}"
         beside = {"slowness": cost.slowness, "spread": cost.spread}
         if cost.simulated:
-            yield Reach("whole block", f"{what}, simulated plates", cost.times_real_time, SPEED, **beside)
+            yield Requirement("whole block", f"{what}, simulated plates", cost.times_real_time, SPEED, **beside)
             continue
         if feet == "each":
             low = _EVERY[cost.block] * _TILES / cost.tiles / cost.slowness
-            yield Reach("whole block", what, cost.times_real_time, SPEED, low, **beside)
+            yield Requirement("whole block", what, cost.times_real_time, SPEED, low, **beside)
             continue
-        yield Reach("whole block", what, cost.times_real_time, SPEED, **beside)
+        yield Requirement("whole block", what, cost.times_real_time, SPEED, **beside)
         if cost.tiles == _TILES:
-            yield Reach("whole block", what, cost.share, "of a foot on each", high=_SHARES[cost.stood_on])
+            yield Requirement("whole block", what, cost.share, "of a foot on each", high=_SHARES[cost.stood_on])
 
 
-def presets(took: Mapping[str, Timed]) -> Iterator[Reach]:
+def presets(timed: Mapping[str, Timed]) -> Iterator[Requirement]:
     """Yield the rows for each preset under a walker on two by two tiles, from the times of one second."""
-    for name, one in took.items():
+    for name, one in timed.items():
         low, beside = _PRESET / one.slowness, {"slowness": one.slowness, "spread": one.spread}
-        yield Reach("whole block", f"preset {name}, walked on", 1.0 / one.seconds, SPEED, low, **beside)
-    median = statistics.median(1.0 / one.at_best for one in took.values())
-    yield Reach("whole block", "median of the presets", median, SPEED, low=_MEDIAN_PRESET)
+        yield Requirement("whole block", f"preset {name}, walked on", 1.0 / one.seconds, SPEED, low, **beside)
+    median = statistics.median(1.0 / one.at_best for one in timed.values())
+    yield Requirement("whole block", "median of the presets", median, SPEED, low=_MEDIAN_PRESET)

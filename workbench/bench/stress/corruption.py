@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-NASTY: tuple[Any, ...] = (
+ODD_VALUES: tuple[Any, ...] = (
     None, True, 0, -1, 1e308, -1e308, 5e-324, float("nan"), float("inf"), 10**400, 2**63, 2**31, "", "nan", "-1",
     "\ud800", "\0", "é" * 300, "../../etc/passwd", "/dev/zero", [], {}, [[]], [1.0] * 1000, {"a": {"a": {}}},
 )  # fmt: skip
@@ -37,13 +37,13 @@ _IN_TABLES: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-def of_bytes(data: bytes, draw: np.random.Generator) -> bytes:
+def corrupt_bytes(data: bytes, rng: np.random.Generator) -> bytes:
     """Bits turned, pieces cut, doubled, moved or filled, or the end missing."""
     changed = bytearray(data)
-    for _ in range(int(draw.integers(1, 4))):
+    for _ in range(int(rng.integers(1, 4))):
         size = len(changed)
-        at, length = int(draw.integers(0, max(size, 1))), int(draw.integers(1, 200))
-        match int(draw.integers(0, 7)):
+        at, length = int(rng.integers(0, max(size, 1))), int(rng.integers(1, 200))
+        match int(rng.integers(0, 7)):
             case 0:
                 del changed[at:]
             case 1:
@@ -53,47 +53,47 @@ def of_bytes(data: bytes, draw: np.random.Generator) -> bytes:
             case 3:
                 changed[at : at + length] = bytes(min(length, size - at))
             case 4:
-                changed[at:at] = draw.bytes(length)
+                changed[at:at] = rng.bytes(length)
             case _:
-                for place in draw.integers(0, max(size, 1), 8):
+                for place in rng.integers(0, max(size, 1), 8):
                     if place < len(changed):
-                        changed[place] ^= 1 << int(draw.integers(8))
+                        changed[place] ^= 1 << int(rng.integers(8))
     return bytes(changed)
 
 
-def of_head(data: bytes, draw: np.random.Generator) -> bytes:
+def corrupt_head(data: bytes, rng: np.random.Generator) -> bytes:
     """The same in the first 64 bytes, which say how the rest is to be read."""
-    return of_bytes(data[:64], draw) + data[64:]
+    return corrupt_bytes(data[:64], rng) + data[64:]
 
 
-def of_document(data: bytes, draw: np.random.Generator) -> bytes:
+def corrupt_document(data: bytes, rng: np.random.Generator) -> bytes:
     """A JSON document in which values are something else, missing, or there twice."""
     document = json.loads(data)
-    for _ in range(int(draw.integers(1, 3))):
+    for _ in range(int(rng.integers(1, 3))):
         places = list(_places(document))
         if not places:
             break
-        holder, key = places[int(draw.integers(len(places)))]
-        match int(draw.integers(0, 8)):
+        holder, key = places[int(rng.integers(len(places)))]
+        match int(rng.integers(0, 8)):
             case 0:
                 del holder[key]
             case 1 if isinstance(holder, list):
                 holder.append(deepcopy(holder[key]))
             case 2 if isinstance(holder, dict):
-                holder[str(NASTY[int(draw.integers(len(NASTY)))])] = deepcopy(holder[key])
+                holder[str(ODD_VALUES[int(rng.integers(len(ODD_VALUES)))])] = deepcopy(holder[key])
             case 3 if isinstance(holder[key], int | float) and abs(holder[key]) < 1e200:
-                holder[key] = float(holder[key]) * float(10.0 ** draw.integers(-12, 12)) * float(draw.choice([-1, 1]))
+                holder[key] = float(holder[key]) * float(10.0 ** rng.integers(-12, 12)) * float(rng.choice([-1, 1]))
             case _:
-                holder[key] = deepcopy(NASTY[int(draw.integers(len(NASTY)))])
-    return json.dumps(document, ensure_ascii=bool(draw.integers(2))).encode(errors="surrogatepass")
+                holder[key] = deepcopy(ODD_VALUES[int(rng.integers(len(ODD_VALUES)))])
+    return json.dumps(document, ensure_ascii=bool(rng.integers(2))).encode(errors="surrogatepass")
 
 
-def of_table(data: bytes, draw: np.random.Generator) -> bytes:
+def corrupt_table(data: bytes, rng: np.random.Generator) -> bytes:
     """A CSV in which cells are something else, lines missing, doubled or swapped."""
     lines = data.decode().splitlines()
-    for _ in range(int(draw.integers(1, 4))):
-        at, other = (int(place) for place in draw.integers(0, len(lines), 2))
-        match int(draw.integers(0, 6)):
+    for _ in range(int(rng.integers(1, 4))):
+        at, other = (int(place) for place in rng.integers(0, len(lines), 2))
+        match int(rng.integers(0, 6)):
             case 0 if len(lines) > 1:
                 del lines[at]
             case 1:
@@ -102,28 +102,28 @@ def of_table(data: bytes, draw: np.random.Generator) -> bytes:
                 lines[at], lines[other] = lines[other], lines[at]
             case _:
                 cells = lines[at].split(",")
-                cells[int(draw.integers(len(cells)))] = _CELLS[int(draw.integers(len(_CELLS)))]
+                cells[int(rng.integers(len(cells)))] = _CELLS[int(rng.integers(len(_CELLS)))]
                 lines[at] = ",".join(cells)
     return "\n".join(lines).encode()
 
 
-def of_database(path: Path, draw: np.random.Generator) -> None:
+def corrupt_database(path: Path, rng: np.random.Generator) -> None:
     """An SQLite file in which, in place, cells are something else, rows or tables missing."""
     with closing(sqlite3.connect(path, isolation_level=None)) as base, suppress(sqlite3.Error):
         base.execute("pragma synchronous = off")  # nobody waits for the disk
-        for _ in range(int(draw.integers(1, 3))):
+        for _ in range(int(rng.integers(1, 3))):
             named = base.execute("select name from sqlite_master where type = 'table' order by name")
             tables = [name for (name,) in named]
             if not tables:
                 return
-            table = tables[int(draw.integers(len(tables)))]
+            table = tables[int(rng.integers(len(tables)))]
             columns = [row[1] for row in base.execute(f"pragma table_info({table})")]
-            column = columns[int(draw.integers(len(columns)))]
-            value = _IN_TABLES[int(draw.integers(len(_IN_TABLES)))]
-            at = int(draw.integers(8))
+            column = columns[int(rng.integers(len(columns)))]
+            value = _IN_TABLES[int(rng.integers(len(_IN_TABLES)))]
+            at = int(rng.integers(8))
             one = f"{column} = (select {column} from {table} limit 1 offset {at})"
             with suppress(sqlite3.Error):  # what its own rules refuse stays as it is
-                match int(draw.integers(0, 8)):
+                match int(rng.integers(0, 8)):
                     case 0:
                         base.execute(f"drop table {table}")
                     case 1:
@@ -131,7 +131,7 @@ def of_database(path: Path, draw: np.random.Generator) -> None:
                     case 2:
                         base.execute(f"alter table {table} rename column {column} to gone")
                     case 3:
-                        base.execute(f"pragma user_version = {int(draw.integers(-2, 4))}")
+                        base.execute(f"pragma user_version = {int(rng.integers(-2, 4))}")
                     case _:
                         base.execute(f"update {table} set {column} = ? where {one}", (value,))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from underfoot.bench import naive, rows
-from underfoot.bench.reach.row import Reach, Timing
+from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.layouts import Memory
 from underfoot.models.modal import hammer
@@ -41,7 +41,7 @@ def drawn_modes(count: int) -> ModalObject:
     return ModalObject(frequencies[order], decays[order], masses[order], shapes[order])
 
 
-def reaches(quick: bool) -> Iterable[Reach]:
+def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield errors at 10 modes, the rigid wall, energy, and a standing load."""
     yield from errors(0.02 if quick else 0.05)
     yield from rigid_wall()
@@ -49,14 +49,14 @@ def reaches(quick: bool) -> Iterable[Reach]:
     yield from standing()
 
 
-def errors(seconds: float) -> Iterator[Reach]:
+def errors(seconds: float) -> Iterator[Requirement]:
     times = np.arange(round(seconds * RATE)) / RATE
     for name, (stiffness, exponent) in CONTACTS.items():
         by = Hammer(MASS_KG, VELOCITY_M_S, stiffness, exponent, DAMPING_S_M)
         truth = naive.struck_object(by, drawn_modes(10), times, "DOP853", 1e-11, 0.25 / RATE)
         found = strike(by, drawn_modes(10), seconds, RATE, _ASKED[name]).displacement_m
         apart = float(np.linalg.norm(found - truth) / np.linalg.norm(truth))
-        yield Reach("impacts", f"error of the displacement, {name}, 10 modes", apart, high=_ASKED[name])
+        yield Requirement("impacts", f"error of the displacement, {name}, 10 modes", apart, high=_ASKED[name])
 
 
 def timings() -> Iterator[Timing]:
@@ -96,7 +96,7 @@ def _second_of(
     return second
 
 
-def rigid_wall() -> Iterator[Reach]:
+def rigid_wall() -> Iterator[Requirement]:
     """Test the rebound speed from a mass that does not yield: mu v - ln(1 + mu v) = -mu w - ln(1 - mu w)."""
     from scipy.optimize import brentq
 
@@ -105,10 +105,10 @@ def rigid_wall() -> Iterator[Reach]:
     exact = brentq(lambda w: -DAMPING_S_M * w - math.log1p(-DAMPING_S_M * w) - lost, 0.0, 3.0, xtol=1e-15)
     hit = strike(Hammer(MASS_KG, VELOCITY_M_S, 1e7, 1.5, DAMPING_S_M), wall, 0.02, RATE, 1e-9)
     out = hit.force_n.sum() / RATE / MASS_KG - VELOCITY_M_S
-    yield Reach("impacts", "speed off a rigid wall against the closed form", abs(out / exact - 1.0), high=1e-7)
+    yield Requirement("impacts", "speed off a rigid wall against the closed form", abs(out / exact - 1.0), high=1e-7)
 
 
-def energy(sets: int) -> Iterator[Reach]:
+def energy(sets: int) -> Iterator[Requirement]:
     """Test random hammers on random objects: the largest gain of energy relative to the blow's, and the least force."""
     draw = np.random.default_rng(1)
     gained, least = -math.inf, math.inf
@@ -127,8 +127,8 @@ def energy(sets: int) -> Iterator[Reach]:
         row = rows.hit(modes, rate, [(0.0, 10.0 ** draw.uniform(-2.0, 1.0))], **numbers)
         gain, force = _strike_energies(row, modes)
         gained, least = max(gained, gain), min(least, force)
-    yield Reach("impacts", f"largest gain of energy in {sets} random sets", gained, "of the blow's", high=1e-11)
-    yield Reach("impacts", f"least force in {sets} random sets", least, "N", low=0.0)
+    yield Requirement("impacts", f"largest gain of energy in {sets} random sets", gained, "of the blow's", high=1e-11)
+    yield Requirement("impacts", f"least force in {sets} random sets", least, "N", low=0.0)
 
 
 def _strike_energies(row: Memory, modes: ModalObject) -> tuple[float, float]:
@@ -161,8 +161,8 @@ def _energy_of(state: Memory, modes: ModalObject) -> float:
     return float(moving + contact + 0.5 * (masses * (v**2 + (angular**2 + decays**2) * q**2)).sum())
 
 
-def standing() -> Iterator[Reach]:
+def standing() -> Iterator[Requirement]:
     modes = ModalObject([80.0, 300.0], [30.0, 60.0], [0.5, 0.2], [1.0, 0.7])
     hit = strike(Hammer(2.0, 0.3, 1e5, 1.5, 2.0, load_n=300.0), modes, 4.0, 8_000.0, 1e-6)
     apart = float(np.abs(hit.force_n[-800:] / 300.0 - 1.0).max())
-    yield Reach("impacts", "a standing load of 300 N is off after 4 s by", apart, high=1e-9)
+    yield Requirement("impacts", "a standing load of 300 N is off after 4 s by", apart, high=1e-9)

@@ -20,7 +20,7 @@ from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.patch.patch import Patch, Wire
 
 
-def as_heard(patch: Patch, registry: Registry) -> Patch:
+def effective_patch(patch: Patch, registry: Registry) -> Patch:
     """Return the patch to build in place of a checked `patch`: the same nodes, without marks.
 
     A parameter that loses its wire becomes 0, or as near to 0 as its range allows: its own value, which was overridden,
@@ -30,7 +30,7 @@ def as_heard(patch: Patch, registry: Registry) -> Patch:
     >>> patch = Patch().add("tone", REGISTRY).add("low-pass", REGISTRY).add("tile-output", REGISTRY)
     >>> patch = patch.connect("tone.out", "low-pass.signal", REGISTRY)
     >>> patch = patch.connect("low-pass.out", "tile-output.acceleration", REGISTRY)
-    >>> as_heard(patch.mark(["low-pass"], "bypassed", True), REGISTRY).wires
+    >>> effective_patch(patch.mark(["low-pass"], "bypassed", True), REGISTRY).wires
     (('tone.out', 'low-pass.signal'), ('tone.out', 'tile-output.acceleration'))
     """
     patch = _with_scaled_errors(patch, registry)
@@ -54,7 +54,7 @@ def without_missing(patch: Patch, registry: Registry) -> "Patch":
 
 
 def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
-    """Return an asked error times the patch's factor; of a choice, the largest option that is not above it.
+    """Return a requested error times the patch's factor; of a choice, the largest option that is not above it.
 
     >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)
     (0.1, '0.3')
@@ -68,7 +68,7 @@ def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
 
 
 def _with_scaled_errors(patch: Patch, registry: Registry) -> Patch:
-    """Return the patch with each asked error multiplied by its factor, and a factor of 1."""
+    """Return the patch with each requested error multiplied by its factor, and a factor of 1."""
     if patch.error_scale == 1.0:
         return patch
     nodes = []

@@ -9,7 +9,7 @@ runs.
 """
 
 
-def take_precedence(thread: int = 0) -> None:
+def raise_thread_priority(thread: int = 0) -> None:
     """Run the calling thread (or another, by its id) before all that are not real-time; no error if not granted.
 
     Linux grants it to root, and to users permitted by `ulimit -r`. Processes that the thread starts do not inherit it.

@@ -22,7 +22,7 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     )
 
 
-def bundle_laws(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
+def bundle_drawings(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
     """Return drawings of a node's bundle under a load that rises in 0.8 s: newtons over strain, event sizes, intervals.
 
     They show the mean and one of eight bundles; the quasi-static limit of an infinite bundle is N (1 - P(x)) k_F x.

@@ -7,13 +7,13 @@ from typing import TypeVar
 Item = TypeVar("Item")
 
 
-class Draws:
+class SeededRandom:
     """Draws from the protocol's seed and words, such as participant and stage.
 
     Everything is made of `random.Random.random` alone: Python promises its sequence for a seed, so that a study that
     was begun goes on in the same order after an update.
 
-    >>> Draws(1, "P01", "main").shuffled("abcd") == Draws(1, "P01", "main").shuffled("abcd")
+    >>> SeededRandom(1, "P01", "main").shuffled("abcd") == SeededRandom(1, "P01", "main").shuffled("abcd")
     True
     """
 

@@ -6,23 +6,23 @@ moment (`timing.Timed`).
 
 from collections.abc import Callable, Iterable, Iterator
 
-from underfoot.bench.reach import friction, impacts, materials, modes, signals, starts
-from underfoot.bench.reach.row import SPEED, TO_COMPARE, Reach, Timing
+from underfoot.bench.requirements import friction, impacts, materials, modes, signals, starts
+from underfoot.bench.requirements.requirement import COMPARISON_ONLY, SPEED, Requirement, Timing
 from underfoot.engine.cluster import on_cluster
 from underfoot.errors import UnderfootError
 
-__all__ = ["FAMILIES", "HERE", "SPEED", "TIMINGS", "TO_COMPARE", "Reach", "Timing", "run", "timings"]
+__all__ = ["COMPARISON_ONLY", "FAMILIES", "LOCAL_ONLY", "SPEED", "TIMINGS", "Requirement", "Timing", "run", "timings"]
 
-FAMILIES: dict[str, Callable[[bool], Iterable[Reach]]] = {
-    "signals": signals.reaches,
-    "impacts": impacts.reaches,
-    "modes": modes.reaches,
-    "materials": materials.reaches,
-    "friction": friction.reaches,
+FAMILIES: dict[str, Callable[[bool], Iterable[Requirement]]] = {
+    "signals": signals.requirements,
+    "impacts": impacts.requirements,
+    "modes": modes.requirements,
+    "materials": materials.requirements,
+    "friction": friction.requirements,
 }
 """The function that measures each family, quick or in full."""
 
-HERE = ("signals",)
+LOCAL_ONLY = ("signals",)
 """Families with a row that compares run times; these are never computed on another machine."""
 
 TIMINGS: tuple[Callable[[], Iterable[Timing]], ...] = (
@@ -42,28 +42,28 @@ def timings() -> Iterator[Timing]:
 
 
 def run(
-    quick: bool = False, tell: Callable[[str], None] = lambda line: None, cluster: str | None = None
-) -> list[Reach]:
-    """Measure every requirement that is not a time, here or, except `HERE`, on the Dask cluster at this address.
+    quick: bool = False, progress: Callable[[str], None] = lambda line: None, cluster: str | None = None
+) -> list[Requirement]:
+    """Measure every requirement that is not a time, here or, except `LOCAL_ONLY`, on the Dask cluster at this address.
 
     The rows and their order are the same wherever they were computed. Raises what `on_cluster` does.
     """
-    found: dict[str, list[Reach]] = {}
-    away = [name for name in FAMILIES if cluster is not None and name not in HERE]
+    found: dict[str, list[Requirement]] = {}
+    away = [name for name in FAMILIES if cluster is not None and name not in LOCAL_ONLY]
     for name in FAMILIES:
         if name not in away:
-            tell(f"reach: {name}")
+            progress(f"requirements: {name}")
             found[name] = measured((name, quick))
     if cluster is not None:
         for number, rows in on_cluster(measured, [(name, quick) for name in away], cluster):
             if isinstance(rows, UnderfootError):
                 raise rows
-            tell(f"reach: {away[number]}, on the cluster")
+            progress(f"requirements: {away[number]}, on the cluster")
             found[away[number]] = rows
     return [row for name in FAMILIES for row in found[name]]
 
 
-def measured(job: tuple[str, bool]) -> list[Reach]:
+def measured(job: tuple[str, bool]) -> list[Requirement]:
     """Return the rows of a family, by its name; quick or in full."""
     name, quick = job
     return list(FAMILIES[name](quick))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from underfoot.bench import accuracy, rows
-from underfoot.bench.reach.row import Reach, Timing
+from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 
 RATE = 48_000
@@ -13,12 +13,12 @@ _BEST_NS = {10: (0.31, 0.118), 64: (0.111, 0.088), 200: (0.094, 0.073)}
 """Best times seen in ns per mode and frame, by number of modes: driven in every frame, and ringing freely."""
 
 
-def reaches(quick: bool) -> Iterable[Reach]:
+def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield errors after 10 s, and what remains in a bank that has decayed."""
     yield from _errors()
     for driven in (True, False):
         what = f"numbers left in a bank after silence, {'driven' if driven else 'struck'}"
-        yield Reach("modes", what, left(driven), high=0)
+        yield Requirement("modes", what, left(driven), high=0)
 
 
 def timings() -> Iterator[Timing]:
@@ -45,12 +45,12 @@ def _second_of(count: int, driven: bool) -> Callable[[], None]:
     return second
 
 
-def _errors() -> Iterator[Reach]:
+def _errors() -> Iterator[Requirement]:
     for task in accuracy.modal_banks(False):
         ours = task.methods[0]
         for count in ours.values:
             apart = task.error(ours.run(count), count)
-            yield Reach("modes", f"error, {task.task}, {count:.0f} modes", apart, high=1e-9)
+            yield Requirement("modes", f"error, {task.task}, {count:.0f} modes", apart, high=1e-9)
 
 
 def left(driven: bool) -> int:

@@ -1,4 +1,4 @@
-"""What the reaches are read off: models that are known to keep theirs, floors, presets and times."""
+"""What requirements are measured on: models that are known to keep theirs, floors, presets and times."""
 
 import math
 import sys
@@ -6,14 +6,25 @@ import sys
 import pytest
 
 from underfoot.bench.blocks import BlockCost
-from underfoot.bench.reach import TIMINGS, Timing, blocks, friction, impacts, materials, modes, run, signals, starts
+from underfoot.bench.requirements import (
+    TIMINGS,
+    Timing,
+    blocks,
+    friction,
+    impacts,
+    materials,
+    modes,
+    run,
+    signals,
+    starts,
+)
 from underfoot.bench.timing import Run, Timed
 from underfoot.errors import UnderfootError
 
 
 def met(rows):
     """The words of the rows that are not met."""
-    return [f"{row.what}: {row.measured} is not {row.asked}" for row in rows if not row.met]
+    return [f"{row.what}: {row.measured} is not {row.limits}" for row in rows if not row.is_met]
 
 
 def test_noises_envelopes_and_rhythms_keep_their_reach():
@@ -29,7 +40,7 @@ def test_impacts_keep_theirs():
 def test_energy_that_is_made_would_show(monkeypatch):
     monkeypatch.setattr(impacts, "_energy_of", lambda state, modes: 1e9)
     gained = next(iter(impacts.energy(3)))
-    assert not gained.met
+    assert not gained.is_met
 
 
 def test_a_bank_that_has_died_away_is_empty():
@@ -64,7 +75,7 @@ def test_floors_are_read_off_the_costs_of_coarse_gravel():
             ]
         )
     )
-    assert [(row.measured, row.met) for row in rows] == [
+    assert [(row.measured, row.is_met) for row in rows] == [
         *((90.0, True), (400.0, True), (0.16, False), (4000.0, True), (0.02, True)),
         *((20.0, False), (20.0, True), (7.0, True)),
     ]
@@ -75,14 +86,14 @@ def test_floors_are_read_off_the_costs_of_coarse_gravel():
 def test_presets_are_asked_one_by_one_and_in_the_middle():
     took = {"fast": Timed(1e-3, 1.0, 0.0), "slow": Timed(0.02, 1.0, 0.0), "slowed": Timed(0.02, 2.0, 0.0)}
     rows = list(blocks.presets(took))
-    assert [(row.measured, row.met) for row in rows] == [(1000.0, True), (50.0, False), (50.0, True), (100.0, False)]
+    assert [(row.measured, row.is_met) for row in rows] == [(1000.0, True), (50.0, False), (50.0, True), (100.0, False)]
 
 
 def test_a_time_is_held_against_the_best_that_was_seen():
     timing = Timing("modes", "ten", Run(int), "ns", 1e9, best=2.0)
-    assert timing.reach(Timed(2.5e-9, 1.0, 0.0)).met
-    assert not timing.reach(Timed(2.7e-9, 1.0, 0.0)).met
-    assert timing.reach(Timed(2.7e-9, 1.1, 0.0)).met
+    assert timing.requirement(Timed(2.5e-9, 1.0, 0.0)).is_met
+    assert not timing.requirement(Timed(2.7e-9, 1.0, 0.0)).is_met
+    assert timing.requirement(Timed(2.7e-9, 1.1, 0.0)).is_met
 
 
 def test_what_is_timed_runs_and_has_a_name_of_its_own():
@@ -103,7 +114,7 @@ def test_a_start_is_a_process_of_its_own():
 
 
 def test_every_family_is_asked_and_told_of(monkeypatch):
-    monkeypatch.setattr("underfoot.bench.reach.FAMILIES", {"tones": lambda quick: [quick]})
+    monkeypatch.setattr("underfoot.bench.requirements.FAMILIES", {"tones": lambda quick: [quick]})
     told = []
     assert run(True, told.append) == [True]
-    assert told == ["reach: tones"]
+    assert told == ["requirements: tones"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.bench.laws import Seen, broken
+from underfoot.bench.invariants import NodeSignals, broken_invariant
 
 RATE = 48_000.0
 QUIET, LOUD = np.full(100, 0.1), np.ones(100)
@@ -13,7 +13,7 @@ def seen(values=(), inputs=(), outputs=(), events_in=(), events_out=()):
     events_in, events_out = (
         {k: np.array(v, float).reshape(-1, 3) for k, v in dict(e).items()} for e in (events_in, events_out)
     )
-    return Seen(RATE, dict(values), dict(inputs), dict(outputs), events_in, events_out)
+    return NodeSignals(RATE, dict(values), dict(inputs), dict(outputs), events_in, events_out)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def seen(values=(), inputs=(), outputs=(), events_in=(), events_out=()):
     ],
 )  # fmt: skip
 def test_a_breaker_is_told_and_a_tenth_of_it_is_not(type, case):
-    assert broken(type, seen(**case)).startswith(("puts out", "gives", "has set free"))
+    assert broken_invariant(type, seen(**case)).startswith(("puts out", "gives", "has set free"))
     tamed = dict(case)
     if "events_out" in case:
         tamed["events_out"] = {"events": [9.5, 0.05, 0.0]}
@@ -77,37 +77,39 @@ def test_a_breaker_is_told_and_a_tenth_of_it_is_not(type, case):
         tamed["outputs"] = {"out": 2.5 * LOUD}
     else:
         tamed["outputs"] = {name: 0.01 * signal for name, signal in case["outputs"].items()}
-    assert broken(type, seen(**tamed)) == ""
+    assert broken_invariant(type, seen(**tamed)) == ""
 
 
 def test_a_drawn_bank_rings_no_louder_than_all_its_modes_together():
     values, strike = {"level": 2.0, "modes": 9}, {"strike": [5.0, 0.1, 0.0]}
-    assert broken("drawn-bank", seen(values, outputs={"out": 0.6 * LOUD}, events_in=strike)) == ""
-    assert "outside" in broken("drawn-bank", seen(values, outputs={"out": 0.7 * LOUD}, events_in=strike))
+    assert broken_invariant("drawn-bank", seen(values, outputs={"out": 0.6 * LOUD}, events_in=strike)) == ""
+    assert "outside" in broken_invariant("drawn-bank", seen(values, outputs={"out": 0.7 * LOUD}, events_in=strike))
 
 
 def test_a_block_that_is_not_pressed_lies_still():
     values, force = {"frequency": 100.0}, np.repeat([0.0, 700.0], 50)
     moved = {"acceleration": np.repeat([0.0, 3.0], 50)}
     slip = {"events": [60.0, 1.0, 0.01]}
-    assert broken("stick-slip", seen(values, {"force": force}, moved, events_out=slip)) == ""
-    assert "frame 0" in broken("stick-slip", seen(values, {"force": force}, {"acceleration": LOUD}))
+    assert broken_invariant("stick-slip", seen(values, {"force": force}, moved, events_out=slip)) == ""
+    assert "frame 0" in broken_invariant("stick-slip", seen(values, {"force": force}, {"acceleration": LOUD}))
     for event in ([60.0, -1.0, 0.01], [60.0, 1.0, 2.0]):
-        assert "slip" in broken("stick-slip", seen(values, {"force": force}, moved, events_out={"events": event}))
+        assert "slip" in broken_invariant(
+            "stick-slip", seen(values, {"force": force}, moved, events_out={"events": event})
+        )
 
 
 def test_a_hammer_may_give_twice_its_momentum_and_no_more():
     values, blow = {"mass": 0.1, "velocity": 2.0}, {"strike": [3.0, 1.0, 0.0]}
     force = np.zeros(100)
     force[3] = 0.39 * RATE
-    assert broken("impact", seen(values, outputs={"force": force}, events_in=blow)) == ""
+    assert broken_invariant("impact", seen(values, outputs={"force": force}, events_in=blow)) == ""
     force[4] = 0.02 * RATE
-    assert "impulse" in broken("impact", seen(values, outputs={"force": force}, events_in=blow))
+    assert "impulse" in broken_invariant("impact", seen(values, outputs={"force": force}, events_in=blow))
     force[4] = -1.0
-    assert "pulls" in broken("impact", seen(values, outputs={"force": force}, events_in=blow))
+    assert "pulls" in broken_invariant("impact", seen(values, outputs={"force": force}, events_in=blow))
 
 
 def test_a_law_is_silent_where_a_wire_drives_what_it_needs():
     moving = seen({"q": 1.0}, {"signal": QUIET}, {"out": LOUD})
-    assert broken("low-pass", moving) == ""
-    assert broken("no-such-node", moving) == ""
+    assert broken_invariant("low-pass", moving) == ""
+    assert broken_invariant("no-such-node", moving) == ""

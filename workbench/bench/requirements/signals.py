@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.bench import naive
-from underfoot.bench.reach.row import Reach
+from underfoot.bench.requirements.requirement import Requirement
 from underfoot.bench.timing import timed
 from underfoot.models.signals import envelopes, noise, rhythm, waveshaping
 from underfoot.models.signals.events import event_list
@@ -18,7 +18,7 @@ _HARMONICS = 10
 _HOUR_S = 3600
 
 
-def reaches(quick: bool) -> Iterable[Reach]:
+def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield the rows of tones, noise and texture, envelopes, and rhythms."""
     yield from _tones()
     yield from of_noises(20 if quick else 200)
@@ -26,17 +26,17 @@ def reaches(quick: bool) -> Iterable[Reach]:
     yield from of_rhythms()
 
 
-def _tones() -> Iterator[Reach]:
+def _tones() -> Iterator[Requirement]:
     amplitudes = 1.0 / np.arange(1.0, _HARMONICS + 1.0)
     turns = 50 * np.arange(RATE)[:, None] * np.arange(1, _HARMONICS + 1) % RATE / RATE
     truth = np.sin(2.0 * np.pi * turns) @ amplitudes
     tone = waveshaping.tone(50.0, amplitudes, 1.0, RATE)
     apart = float(np.linalg.norm(tone - truth) / np.linalg.norm(truth))
-    yield Reach("tones", "error of 10 harmonics, 1 s", apart, high=1e-12)
+    yield Requirement("tones", "error of 10 harmonics, 1 s", apart, high=1e-12)
     ours = timed(lambda: waveshaping.tone(50.0, amplitudes, 1.0, RATE)).at_best
     direct = timed(lambda: naive.sum_of_sines(50.0, amplitudes, RATE, RATE)).at_best
-    yield Reach("tones", "a direct sum of 10 sines takes longer by", direct / ours, "times", low=_HARMONICS)
-    yield Reach("tones", "phase error after an hour", _phase_error(), "rad", high=1e-9)
+    yield Requirement("tones", "a direct sum of 10 sines takes longer by", direct / ours, "times", low=_HARMONICS)
+    yield Requirement("tones", "phase error after an hour", _phase_error(), "rad", high=1e-9)
 
 
 def _phase_error() -> float:
@@ -51,30 +51,30 @@ def _phase_error() -> float:
     return abs(math.atan2(cosine, sine))
 
 
-def of_noises(seconds: int) -> Iterator[Reach]:
+def of_noises(seconds: int) -> Iterator[Requirement]:
     from scipy import signal, stats
 
     heard = _noise(seconds * RATE, seconds * RATE)
     hz, power = signal.welch(heard, RATE, nperseg=RATE // 2)
     for edge in (noise.LOW_HZ, noise.HIGH_HZ):
         ratio = 10.0 * math.log10(power[np.argmin(abs(hz - edge))] / np.median(power[(hz > 150.0) & (hz < 350.0)]))
-        yield Reach("noise", f"level at the band's edge of {edge:.0f} Hz", ratio, "dB", -4.0, -2.0)
+        yield Requirement("noise", f"level at the band's edge of {edge:.0f} Hz", ratio, "dB", -4.0, -2.0)
     differing = sum(int(np.count_nonzero(_noise(RATE, n) != heard[:RATE])) for n in (7, 64, 1024))
-    yield Reach("noise", "frames that another block size changes", differing, high=0)
+    yield Requirement("noise", "frames that another block size changes", differing, high=0)
     found = event_list(room=100 * seconds + 100)
     noise.impulses(stream_key(1, "bench"), noise.MEAN_INTERVAL_S, float(RATE), 0, seconds * RATE, found)
     gaps = np.diff(found.time[: len(found)]) / RATE
     off = 4.0 * noise.MEAN_INTERVAL_S / math.sqrt(gaps.size)
-    yield Reach(
+    yield Requirement(
         "texture", "mean interval of impulses", 1e3 * float(gaps.mean()), "ms", 1e3 * (0.02 - off), 1e3 * (0.02 + off)
     )
     shape = float(stats.kstest(gaps, stats.expon(scale=noise.MEAN_INTERVAL_S).cdf).pvalue)
-    yield Reach("texture", "chance of such intervals, if exponential", shape, low=1e-3)
+    yield Requirement("texture", "chance of such intervals, if exponential", shape, low=1e-3)
     at, response = _texture_response()
     centre = at[np.argmax(response)]
     wide = np.ptp(at[response > 0.5 * response.max()])
-    yield Reach("texture", "centre of its band-pass", float(centre), "Hz", 299.0, 301.0)
-    yield Reach("texture", "width of its band-pass at -3 dB", float(wide), "Hz", 14.5, 15.5)
+    yield Requirement("texture", "centre of its band-pass", float(centre), "Hz", 299.0, 301.0)
+    yield Requirement("texture", "width of its band-pass at -3 dB", float(wide), "Hz", 14.5, 15.5)
 
 
 def _noise(frames: int, block: int) -> NDArray[np.float64]:
@@ -97,7 +97,7 @@ def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     return np.fft.rfftfreq(answer.size, 1.0 / RATE), np.abs(np.fft.rfft(answer)) ** 2
 
 
-def of_envelopes() -> Iterator[Reach]:
+def of_envelopes() -> Iterator[Requirement]:
     w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
     coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
     layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
@@ -106,14 +106,14 @@ def of_envelopes() -> Iterator[Reach]:
     envelopes.run_strain_rate(step, envelopes.SIGNED, coefficients, envelopes.STRAIN_STATE.zeros(), out)
     time_s = (np.arange(RATE) + 0.5) / RATE  # the bilinear step is between two frames
     truth = math.e * w0 * time_s * np.exp(-w0 * time_s)
-    yield Reach(
+    yield Requirement(
         "envelopes", "a step's response peaks after", 1e3 * (int(out.argmax()) + 0.5) / RATE, "ms", 12.71, 12.75
     )
     apart = float(np.linalg.norm(out - truth) / np.linalg.norm(truth))
-    yield Reach("envelopes", "error against t exp(-w0 t)", apart, high=1e-5)
+    yield Requirement("envelopes", "error against t exp(-w0 t)", apart, high=1e-5)
 
 
-def of_rhythms() -> Iterator[Reach]:
+def of_rhythms() -> Iterator[Requirement]:
     """Test the onsets of an hour of notes, in one-second stretches."""
     one = rhythm.RHYTHMS[4]
     table, bar, found = one.table(), one.bar_s * RATE, []
@@ -126,10 +126,10 @@ def of_rhythms() -> Iterator[Reach]:
     steps = np.array([note.step for note in one.notes])
     index = np.arange(onsets.size)
     exact = 0.25 + (24 * (index // notes) + steps[index % notes]) * (bar / 24.0)
-    yield Reach(
+    yield Requirement(
         "rhythms", "largest error of an onset in an hour", float(np.abs(onsets - exact).max()), "frames", high=1e-6
     )
-    yield Reach("rhythms", "notes lost or doubled in an hour", abs(onsets.size - _expected(one)), high=0)
+    yield Requirement("rhythms", "notes lost or doubled in an hour", abs(onsets.size - _expected(one)), high=0)
 
 
 def _expected(one: rhythm.Rhythm) -> int:

@@ -9,7 +9,7 @@ from made_patches import patch_of
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadFile, BadValue
 from underfoot.nodes import REGISTRY
-from underfoot.patch.heard import as_heard
+from underfoot.patch.effective import effective_patch
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 
@@ -31,26 +31,26 @@ def two_tones(*, marks=()):
     return patch
 
 
-def heard(patch):
+def effective(patch):
     return played(loop_of(patch, walking=False), FRAMES)[:, 0]
 
 
 def test_a_muted_branch_is_as_if_its_wire_were_not_there():
     without = two_tones().disconnect([("noise.out", "mix.b")])
-    assert np.array_equal(heard(two_tones(marks=[("noise", "muted")])), heard(without))
-    assert np.any(heard(without))
+    assert np.array_equal(effective(two_tones(marks=[("noise", "muted")])), effective(without))
+    assert np.any(effective(without))
 
 
 def test_a_muted_output_plays_nothing_and_can_still_be_looked_at():
     patch = two_tones(marks=[("tile-output", "muted")])
-    assert not heard(patch).any()
+    assert not effective(patch).any()
     assert Program(patch, REGISTRY, ["t1"], scopes=["tile-output.played"]).scope_names == ("tile-output.played",)
 
 
 def test_a_muted_envelope_silences_what_it_shapes_instead_of_letting_it_loose():
     patch = two_tones(marks=[("scale", "muted"), ("tone", "muted")])
     assert patch.node("noise").parameters == {}
-    assert not heard(patch).any()
+    assert not effective(patch).any()
 
 
 def test_what_is_muted_costs_nothing():
@@ -60,35 +60,37 @@ def test_what_is_muted_costs_nothing():
 
 def test_past_a_bypassed_node_goes_what_came_to_it():
     straight = two_tones().connect("tone.out", "mix.a", REGISTRY)
-    assert np.array_equal(heard(two_tones(marks=[("low-pass", "bypassed")])), heard(straight))
+    assert np.array_equal(effective(two_tones(marks=[("low-pass", "bypassed")])), effective(straight))
     twice = two_tones(marks=[("low-pass", "bypassed"), ("mix", "bypassed")])
-    assert ("tone.out", "tile-output.acceleration") in as_heard(twice, REGISTRY).wires
+    assert ("tone.out", "tile-output.acceleration") in effective_patch(twice, REGISTRY).wires
 
 
 def test_what_fits_nowhere_is_silent_past_a_bypassed_node():
     struck = patch_of(("strike.out", "modal-bank.strike"), ("modal-bank.out", "tile-output.acceleration"))
-    assert as_heard(struck.mark(["modal-bank"], "bypassed", True), REGISTRY).wires == (
+    assert effective_patch(struck.mark(["modal-bank"], "bypassed", True), REGISTRY).wires == (
         ("strike.out", "modal-bank.strike"),
     )
     forced = patch_of(("tile-force.force", "gain.signal"), ("gain.out", "tile-output.acceleration"))
-    assert as_heard(forced.mark(["gain"], "bypassed", True), REGISTRY).wires == (("tile-force.force", "gain.signal"),)
+    assert effective_patch(forced.mark(["gain"], "bypassed", True), REGISTRY).wires == (
+        ("tile-force.force", "gain.signal"),
+    )
 
 
 def test_a_soloed_branch_is_heard_alone_with_what_shapes_it():
     alone = two_tones().disconnect([("low-pass.out", "mix.a")])
     for id in ("noise", "scale"):
-        assert np.array_equal(heard(two_tones(marks=[(id, "soloed")])), heard(alone))
+        assert np.array_equal(effective(two_tones(marks=[(id, "soloed")])), effective(alone))
     both = two_tones(marks=[("noise", "soloed"), ("tone", "soloed")])
-    assert np.array_equal(heard(both), heard(two_tones()))
-    assert not heard(two_tones(marks=[("noise", "soloed"), ("noise", "muted")])).any()
+    assert np.array_equal(effective(both), effective(two_tones()))
+    assert not effective(two_tones(marks=[("noise", "soloed"), ("noise", "muted")])).any()
 
 
 def test_of_several_outputs_the_one_that_plays_what_is_soloed_is_heard():
     patch = two_tones().add("tone", REGISTRY).add("tile-output", REGISTRY)
     patch = patch.connect("tone1.out", "tile-output1.acceleration", REGISTRY)
-    first = as_heard(patch.mark(["tone"], "soloed", True), REGISTRY)
+    first = effective_patch(patch.mark(["tone"], "soloed", True), REGISTRY)
     assert ("tone1.out", "tile-output1.acceleration") not in first.wires
-    second = as_heard(patch.mark(["tile-output1"], "soloed", True), REGISTRY)
+    second = effective_patch(patch.mark(["tile-output1"], "soloed", True), REGISTRY)
     assert [target for _, target in second.wires if target.startswith("tile-output")] == ["tile-output1.acceleration"]
 
 

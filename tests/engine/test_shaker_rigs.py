@@ -11,7 +11,7 @@ from underfoot.calibration.rig import Sound
 from underfoot.calibration.science.sweep import exponential, train
 from underfoot.calibration.science.transfer_function import measure
 from underfoot.engine.safety import Limits, limited
-from underfoot.engine.sounding import SimulatedShaker, SoundCard, heard_of
+from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard, simulated_recording
 from underfoot.errors import BadMeasurement, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -28,7 +28,7 @@ def test_what_a_card_plays_has_passed_the_limiter_and_comes_back(null_sink, tmp_
     script = f"""
 import numpy as np
 from underfoot.calibration.rig import Sound
-from underfoot.engine.sounding import SoundCard
+from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement
 card = SoundCard(channel=1, heard_on=1)
 for _ in range(8):
@@ -57,7 +57,7 @@ def test_a_card_that_is_silenced_ends_the_sweep_and_takes_nothing(null_sink, unt
 import sys, threading
 from underfoot.calibration.rig import Sound
 from underfoot.calibration.science.sweep import exponential
-from underfoot.engine.sounding import SoundCard
+from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement, DeviceError
 card = SoundCard()
 def silence():
@@ -90,11 +90,11 @@ card.silence()
 
 def test_a_card_without_the_channel_is_named(null_sink):
     script = """
-from underfoot.engine.sounding import SoundCard
+from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import DeviceError
 for channels in ((31, 0), (0, 31)):
     try:
-        SoundCard(channel=channels[0], heard_on=channels[1])
+        SoundCard(channel=channels[0], input_channel=channels[1])
     except DeviceError as error:
         print(error)
 """
@@ -114,7 +114,7 @@ def test_without_portaudio_the_error_is_one_line():
     script = """
 import sys
 sys.modules["sounddevice"] = None
-from underfoot.engine.sounding import SoundCard
+from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import DeviceError
 try:
     SoundCard()
@@ -138,5 +138,5 @@ def test_the_simulated_shaker_hears_the_simulated_tile_past_the_limiter():
     again = SimulatedTile(TILE, seed=2)
     expected = again.respond(limited(loud.signal, RATE), RATE, "none") / again.parameters.accelerometer.range_m_s2
     np.testing.assert_array_equal(heard, expected)
-    np.testing.assert_array_equal(heard_of(SimulatedTile(TILE, seed=2), loud), heard)
+    np.testing.assert_array_equal(simulated_recording(SimulatedTile(TILE, seed=2), loud), heard)
     assert np.abs(limited(loud.signal, RATE)).max() <= Limits().peak

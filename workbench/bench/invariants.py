@@ -21,7 +21,7 @@ _NOTHING = 1e-30
 
 
 @dataclass(frozen=True)
-class Seen:
+class NodeSignals:
     """Input and output of one node on one tile: signals [frames] and events [events, 3] by port name.
 
     Parameters that a wire drives are not among `values`.
@@ -35,23 +35,23 @@ class Seen:
     events_out: Mapping[str, NDArray[np.float64]]
 
 
-def broken(type: str, seen: Seen) -> str:
+def broken_invariant(type: str, seen: NodeSignals) -> str:
     """Return the law that a node of `type` broke, with figures; "" if none is known or none was broken.
 
     >>> loud, quiet = {"signal": np.ones(8)}, {"signal": np.full(8, 0.1)}
-    >>> seen = Seen(48e3, {"depth": 0.5}, quiet, {"out": loud["signal"]}, {}, {})
-    >>> broken("roughness", seen)
+    >>> seen = NodeSignals(48e3, {"depth": 0.5}, quiet, {"out": loud["signal"]}, {}, {})
+    >>> broken_invariant("roughness", seen)
     'gives 1 at frame 0, outside what it promises'
     """
-    if type not in LAWS:
+    if type not in INVARIANTS:
         return ""
     try:
-        return LAWS[type](seen)
+        return INVARIANTS[type](seen)
     except KeyError:  # a port without a wire, or a parameter with one
         return ""
 
 
-def _gains_no_more(given: NDArray[np.float64], got: NDArray[np.float64], gain: float) -> str:
+def _energy_bounded(given: NDArray[np.float64], got: NDArray[np.float64], gain: float) -> str:
     """The output energy of a stable linear filter is at most its input energy times its largest gain squared."""
     scale = max(float(np.abs(given).max(initial=0.0)), float(np.abs(got).max(initial=0.0)), 1e-9)
     came, went = float(np.sum((given / scale) ** 2)), float(np.sum((got / scale) ** 2))
@@ -62,29 +62,29 @@ def _gains_no_more(given: NDArray[np.float64], got: NDArray[np.float64], gain: f
     return ""
 
 
-def _steady(seen: Seen, *names: str) -> None:
+def _require_constant(seen: NodeSignals, *names: str) -> None:
     """Only a constant filter keeps the law: a state carried into another band may ring louder."""
     for name in names:
         seen.values[name]
 
 
-def _resonant(seen: Seen) -> str:
+def _resonant(seen: NodeSignals) -> str:
     q = seen.values["q"]
-    _steady(seen, "cutoff")
+    _require_constant(seen, "cutoff")
     gain = 1.0 if q <= math.sqrt(0.5) else q / math.sqrt(1.0 - 0.25 / (q * q))
-    return _gains_no_more(seen.inputs["signal"], seen.outputs["out"], gain)
+    return _energy_bounded(seen.inputs["signal"], seen.outputs["out"], gain)
 
 
-def _band_pass(seen: Seen) -> str:
-    _steady(seen, "centre", "width")
-    return _gains_no_more(seen.inputs["signal"], seen.outputs["out"], 1.0)
+def _band_pass(seen: NodeSignals) -> str:
+    _require_constant(seen, "centre", "width")
+    return _energy_bounded(seen.inputs["signal"], seen.outputs["out"], 1.0)
 
 
-def _strain_rate(seen: Seen) -> str:
+def _strain_rate(seen: NodeSignals) -> str:
     values = seen.values
     w0 = 2.0 * math.pi * min(values["frequency"], 0.49 * seen.rate)
     gain = 1.0 / (2.0 * values["damping"] * w0 * values["mass"])
-    return _gains_no_more(seen.inputs["force"], seen.outputs["out"], gain)
+    return _energy_bounded(seen.inputs["force"], seen.outputs["out"], gain)
 
 
 def _within(signal: NDArray[np.float64], low: float | NDArray, high: float | NDArray) -> str:
@@ -95,21 +95,21 @@ def _within(signal: NDArray[np.float64], low: float | NDArray, high: float | NDA
     return ""
 
 
-def _contact(seen: Seen) -> str:
+def _contact(seen: NodeSignals) -> str:
     return _within(seen.outputs["out"], 0.0, 1.0)
 
 
-def _roughness(seen: Seen) -> str:
+def _roughness(seen: NodeSignals) -> str:
     most = (1.0 + seen.values["depth"]) * _SLACK * np.abs(seen.inputs["signal"])
     return _within(seen.outputs["out"], -most, most)
 
 
-def _tone(seen: Seen) -> str:
+def _tone(seen: NodeSignals) -> str:
     most = _SLACK * seen.values["amplitude"]
     return _within(seen.outputs["out"], -most, most)
 
 
-def _scale(seen: Seen) -> str:
+def _scale(seen: NodeSignals) -> str:
     """From the first frame at which its input is not 0: before that it is asleep."""
     ends = seen.values["out_low"], seen.values["out_high"]
     slack = 1e-9 * max(map(abs, ends))
@@ -117,21 +117,21 @@ def _scale(seen: Seen) -> str:
     return _within(seen.outputs["out"][woken], min(ends) - slack, max(ends) + slack)
 
 
-def _modal_bank(seen: Seen) -> str:
+def _modal_bank(seen: NodeSignals) -> str:
     strikes = np.abs(seen.events_in["strike"][:, 1]).sum()
     amplitudes = sum(abs(mode[2]) for mode in seen.values["modes"])
     most = _SLACK * seen.values["level"] * amplitudes * strikes + 1e-9
     return _within(seen.outputs["out"], -most, most)
 
 
-def _drawn_bank(seen: Seen) -> str:
+def _random_bank(seen: NodeSignals) -> str:
     """The squares of its amplitudes sum to 1, so the amplitudes sum to at most the square root of their number."""
     strikes = np.abs(seen.events_in["strike"][:, 1]).sum()
     most = _SLACK * seen.values["level"] * math.sqrt(seen.values["modes"]) * strikes + 1e-9
     return _within(seen.outputs["out"], -most, most)
 
 
-def _stick_slip(seen: Seen) -> str:
+def _stick_slip(seen: NodeSignals) -> str:
     """A block without pressure does not move, and no slip lasts longer than its table."""
     pressed = seen.inputs["force"] > 0.0
     loose = np.where(pressed, 0.0, seen.outputs["acceleration"])
@@ -146,7 +146,7 @@ def _stick_slip(seen: Seen) -> str:
     return ""
 
 
-def _impact(seen: Seen) -> str:
+def _impact(seen: NodeSignals) -> str:
     """A hammer never pulls, and never leaves with more energy than all blows so far supplied: impulse <= m (v + w)."""
     force, mass = seen.outputs["force"], seen.values["mass"]
     if force.min(initial=0.0) < 0.0:
@@ -159,7 +159,9 @@ def _impact(seen: Seen) -> str:
     return ""
 
 
-def _work(force: NDArray[np.float64], moved: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
+def _most_work(
+    force: NDArray[np.float64], moved: NDArray[np.float64], frames: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the most work of a force by each of `frames`, F x, if it is constant after one frame; else infinity."""
     steady = np.flatnonzero(force)
     if steady.size == 0 or np.ptp(force[steady[0] :]) > 0.0 or force[-1] < 0.0 or moved.min(initial=0.0) < 0.0:
@@ -177,13 +179,13 @@ def _released(energy: NDArray[np.float64], work: NDArray[np.float64]) -> str:
     return ""
 
 
-def _slip(seen: Seen) -> str:
+def _slip(seen: NodeSignals) -> str:
     events, values = seen.events_out["events"], seen.values
     energy = np.minimum(events[:, 1], 1e150) ** 2 * max(values["most"], 1.001 * values["least"])
-    return _released(energy, _work(seen.inputs["force"], seen.outputs["displacement"], events[:, 0]))
+    return _released(energy, _most_work(seen.inputs["force"], seen.outputs["displacement"], events[:, 0]))
 
 
-def _bundle(seen: Seen) -> str:
+def _bundle(seen: NodeSignals) -> str:
     """For exact bundles only: chains that stiffen while stretched gain energy, as in the thesis."""
     values, events = seen.values, seen.events_out["events"]
     if values["model"] != "exact" or values["softness"] < 0.1 or values["loudness"] < 1e-3:
@@ -193,10 +195,10 @@ def _bundle(seen: Seen) -> str:
     stress = seen.inputs["force"] * (n * values["stiffness"] * scale * share / values["strength"])
     unit = 0.5 * values["stiffness"] * scale**2
     energy = unit * (events[:, 1] / values["loudness"]) ** (1.0 / values["softness"])
-    return _released(energy, _work(stress, seen.outputs["strain"], events[:, 0]))
+    return _released(energy, _most_work(stress, seen.outputs["strain"], events[:, 0]))
 
 
-LAWS: Mapping[str, Callable[[Seen], str]] = {
+INVARIANTS: Mapping[str, Callable[[NodeSignals], str]] = {
     "low-pass": _resonant,
     "high-pass": _resonant,
     "band-pass": _band_pass,
@@ -206,7 +208,7 @@ LAWS: Mapping[str, Callable[[Seen], str]] = {
     "tone": _tone,
     "scale": _scale,
     "modal-bank": _modal_bank,
-    "drawn-bank": _drawn_bank,
+    "drawn-bank": _random_bank,
     "stick-slip": _stick_slip,
     "impact": _impact,
     "slip": _slip,

@@ -31,8 +31,9 @@ def block_of(values: Mapping[str, Any]) -> BlockOnBelt:
     return BlockOnBelt(w0, share["damping"] * w0, share["noise"] * w0 * v * v, v, share["start"] * v / w0, 0.0)
 
 
-def slip_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
-    """Return duration, distance and period of a node's slips, exact to its asked error, and the thesis's approximation.
+def slip_drawings(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
+    """Return duration, distance and period of a node's slips, exact to its requested error, and the thesis's
+    approximation.
 
     The approximation takes upcrossings of the belt velocity as independent (8.12, 8.14); errors of its equations are
     corrected.
@@ -42,13 +43,15 @@ def slip_laws(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     exact = SlipDistribution.solve(block, t_end, max(float(values["error"]), 1e-3))
     near = white_upcrossings(block, np.linspace(t_end / _TIMES, t_end, _TIMES), _STEP / block.w0)
     return (
-        _law("How long a slip lasts", "duration, ms", 1e3, exact.duration, near, "durations"),
-        _law("How far it goes", "distance, mm", 1e3, exact.distance, near, "distances"),
-        _law("Slip and stick", "period, ms", 1e3, exact.period, near, "periods"),
+        _density_drawing("How long a slip lasts", "duration, ms", 1e3, exact.duration, near, "durations"),
+        _density_drawing("How far it goes", "distance, mm", 1e3, exact.distance, near, "distances"),
+        _density_drawing("Slip and stick", "period, ms", 1e3, exact.period, near, "periods"),
     )
 
 
-def _law(title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str) -> Drawing:
+def _density_drawing(
+    title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str
+) -> Drawing:
     """Return a drawing of one density, exact and approximated; negligible ends are cut off."""
     seen = exact.cdf <= exact.cdf[-1] - (1.0 - _SHOWN) * exact.cdf[-1]
     points: NDArray[np.float64] = exact.points[seen]

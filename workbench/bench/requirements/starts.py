@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from underfoot.bench.reach.row import Timing
+from underfoot.bench.requirements.requirement import Timing
 from underfoot.bench.timing import Run
 from underfoot.errors import UnderfootError
 from underfoot.patch import preset_files

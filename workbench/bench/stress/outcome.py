@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Tried:
+class Outcome:
     """What was tried, how often, what was found, and whether that is as it should be."""
 
     what: str
@@ -24,7 +24,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Scale:
+class Effort:
     """How much a row tries: `times` and `seconds`, each None for what the row does by itself."""
 
     times: int | None = None
@@ -34,7 +34,7 @@ class Scale:
     def count(self, default: int) -> int:
         """How often, where the row's own number is `default`.
 
-        >>> Scale().count(20), Scale(times=3).count(20)
+        >>> Effort().count(20), Effort(times=3).count(20)
         (20, 3)
         """
         return default if self.times is None else self.times

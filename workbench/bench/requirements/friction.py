@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.reach.row import Reach, Timing
+from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.kernels import Floats, kernel
 from underfoot.models.stick_slip import distribution, quantile_table
@@ -27,12 +27,12 @@ _BEST_LAW_S, _BEST_LOOK_UP_NS = 0.072, 27.0
 """Best times seen of the law at 1e-4, and of one slip looked up."""
 
 
-def reaches(quick: bool) -> Iterable[Reach]:
+def requirements(quick: bool) -> Iterable[Requirement]:
     """Yield errors of the law of figure 8.6, and of draws from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
         law = distribution.first_passage(_BLOCK, _T_END_S, error=error)
         apart = float(np.abs(np.interp(_TIMES, law.points, law.cdf) - _GRID).max())
-        yield Reach("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
+        yield Requirement("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
     yield from tables(100_000 if quick else 2_000_000)
 
 
@@ -45,12 +45,12 @@ def timings() -> Iterator[Timing]:
     yield Timing("friction", "a slip looked up, zeta 0.4", look_up, "ns", 1e9 / len(pairs), _BEST_LOOK_UP_NS)
 
 
-def tables(count: int) -> Iterator[Reach]:
+def tables(count: int) -> Iterator[Requirement]:
     """Compare slips looked up at evenly spread probabilities with the law solved ten times as exactly."""
-    asked = 1e-3
+    error = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
-        law = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * asked)
-        table = quantile_table.slip_table(zeta, noise, x0, error=asked)
+        law = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * error)
+        table = quantile_table.slip_table(zeta, noise, x0, error=error)
         pairs = np.empty((count, 2))
         _look_up_evenly(table, pairs)
         durations, distances = pairs.T
@@ -61,7 +61,7 @@ def tables(count: int) -> Iterator[Reach]:
             ("periods", periods, law.period),
         ):
             what = f"CDF error of {name} from a table at 1e-3, zeta {zeta}"
-            yield Reach("friction", what, _apart(values, count, of), high=asked)
+            yield Requirement("friction", what, _apart(values, count, of), high=error)
 
 
 def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:
