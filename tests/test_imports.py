@@ -60,9 +60,9 @@ WORKSPACES = {
 WIDGET_LEVELS = (
     {"theme", "escape", "garbage_collection"},
     {"plots", "controls"},
-    {"floor_map", "level_slider", "menu", "status_line", "transport", "dialogs"},
+    {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},
-    {"workspace", "view_menu", "remembered", "recolour"},
+    {"workspace", "view_menu", "window_state", "recolour"},
     WORKSPACES,
     {"window", "screenshots"},
     {"application", "under_load"},

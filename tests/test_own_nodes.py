@@ -19,20 +19,20 @@ from underfoot.patch.patch import Patch, PlacedNode
      ("convert", "hum.json", "-o", "a.zip"), ("serve", "simulator", "--patch", "hum.json"),
      ("monitor", "simulator", "--patch", "hum.json", "--seconds", "1")],
 )  # fmt: skip
-def test_no_command_runs_a_file_that_nobody_agreed_to(refused, beside, command):
-    assert f"{beside.file}, which runs with your rights" in refused(*command)
-    assert beside.runs == 0
+def test_no_command_runs_a_file_that_nobody_agreed_to(refused, own_node, command):
+    assert f"{own_node.file}, which runs with your rights" in refused(*command)
+    assert own_node.runs == 0
 
 
-def test_run_code_plays_the_node_for_this_command_alone(underfoot, folder, beside):
+def test_run_code_plays_the_node_for_this_command_alone(underfoot, folder, own_node):
     said = underfoot("render", "hum.json", "-o", "a.wav", "--seconds", "0.3", "--force", "none", "--run-code")
     assert (said.status, said.error) == (0, "")
     assert np.abs(soundfile.read("a.wav")[0]).max() > 0.0
-    runs = beside.runs  # here, and where the kernels had to be compiled in another process
+    runs = own_node.runs  # here, and where the kernels had to be compiled in another process
     assert runs >= 1
-    beside.write(sign="-1.0")  # another file than the one that was agreed to
+    own_node.write(sign="-1.0")  # another file than the one that was agreed to
     assert "--run-code" in underfoot("render", "hum.json", "-o", "b.wav").error
-    assert beside.runs == runs
+    assert own_node.runs == runs
 
 
 @pytest.mark.parametrize(
@@ -41,8 +41,8 @@ def test_run_code_plays_the_node_for_this_command_alone(underfoot, folder, besid
      ("raise SystemExit(3)", "cannot be run: SystemExit: 3"), ("", "has no node 'hum-of-mine' but none"),
      ("\n" * 1_000_001, "allowed: 1000000")],
 )  # fmt: skip
-def test_a_broken_file_is_one_line(refused, beside, text, says):
-    beside.file.write_text(text)
+def test_a_broken_file_is_one_line(refused, own_node, text, says):
+    own_node.file.write_text(text)
     assert says in refused("render", "hum.json", "-o", "a.wav", "--run-code")
 
 
@@ -56,20 +56,20 @@ def test_a_file_takes_the_place_of_no_node_and_lies_in_its_own_folder_alone(tmp_
         Patch.load(tmp_path / "p.json", REGISTRY)
 
 
-def test_a_node_with_another_file_is_not_mixed_with_the_first(underfoot, folder, beside):
+def test_a_node_with_another_file_is_not_mixed_with_the_first(underfoot, folder, own_node):
     other = folder / "other"
     (other / "nodes").mkdir(parents=True)
-    (other / "hum2.json").write_bytes(beside.patch.read_bytes())
-    (other / "nodes" / beside.file.name).write_text(beside.file.read_text() + "# changed\n")
+    (other / "hum2.json").write_bytes(own_node.patch.read_bytes())
+    (other / "nodes" / own_node.file.name).write_text(own_node.file.read_text() + "# changed\n")
     said = underfoot("render", "hum.json", "other/hum2.json", "-o", "made", "--seconds", "0.1", "--run-code")
     assert said.status == 1
     assert "are two different nodes of one name" in said.error
     assert [path.name for path in sorted((folder / "made").glob("*.wav"))] == ["hum.wav"]
 
 
-def test_a_live_session_plays_it_and_its_next_version(beside, until):
-    run_file(node_files(beside.folder)[0])
-    session = Session(Target(default_floor(1, 1)), Patch.load(beside.patch, REGISTRY), REGISTRY, beside.folder)
+def test_a_live_session_plays_it_and_its_next_version(own_node, until):
+    run_file(node_files(own_node.folder)[0])
+    session = Session(Target(default_floor(1, 1)), Patch.load(own_node.patch, REGISTRY), REGISTRY, own_node.folder)
 
     def loudest():
         session.poll()
@@ -79,8 +79,8 @@ def test_a_live_session_plays_it_and_its_next_version(beside, until):
     try:
         session.start()
         until(lambda: loudest() > 0.0, "it plays", seconds=120.0)
-        beside.write(sign="0.0")
-        assert run_file(node_files(beside.folder)[0])
+        own_node.write(sign="0.0")
+        assert run_file(node_files(own_node.folder)[0])
         session.edit(session.patch, anew=True)
         until(lambda: 0.0 <= loudest() < 1e-6, "the next version plays, which is silent", seconds=60.0)
     finally:

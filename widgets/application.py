@@ -19,7 +19,7 @@ from underfoot.widgets.recolour import choose_colours
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 
-SCALE = "QT_SCALE_FACTOR"
+SCALE_VARIABLE = "QT_SCALE_FACTOR"
 """What Qt multiplies all sizes by."""
 
 
@@ -54,8 +54,8 @@ def run(
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         status = app.exec()
-    if window.starts_again:
-        _start_again()
+    if window.is_restarting:
+        _restart()
     return status
 
 
@@ -63,13 +63,13 @@ def application(settings: Settings) -> QApplication:
     """The application in the colours and the size that were chosen. A size takes effect before there is one only."""
     made = QApplication.instance()
     if made is None:
-        given = os.environ.get(SCALE)
+        given = os.environ.get(SCALE_VARIABLE)
         if settings.text_size != 100:
-            os.environ[SCALE] = f"{float(given or 1) * settings.text_size / 100:g}"
+            os.environ[SCALE_VARIABLE] = f"{float(given or 1) * settings.text_size / 100:g}"
         made = QApplication(["underfoot"])
-        os.environ.pop(SCALE, None)
+        os.environ.pop(SCALE_VARIABLE, None)
         if given is not None:
-            os.environ[SCALE] = given
+            os.environ[SCALE_VARIABLE] = given
     assert isinstance(made, QApplication)
     made.setApplicationName("Underfoot")
     made.setDesktopFileName("underfoot")
@@ -77,7 +77,7 @@ def application(settings: Settings) -> QApplication:
     return made
 
 
-def _start_again() -> None:
+def _restart() -> None:
     """Open the window anew: in place of this process, where the system can."""
     command = [sys.executable] if getattr(sys, "frozen", False) else [sys.executable, "-m", "underfoot"]
     if os.name == "posix":
@@ -91,5 +91,5 @@ def _take_screenshots(window: MainWindow, folder: Path) -> None:
 
     shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
     taker = ScreenshotTaker(window, shows, lambda: window.controller.played_s, folder)
-    taker.done.connect(window.leave)
+    taker.finished.connect(window.leave)
     taker.start()

@@ -4,7 +4,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 
 
-def asks_for_escape(event: QEvent) -> bool:
+def is_escape_override(event: QEvent) -> bool:
     """Whether this event asks a widget, before the window hears of it, if it has a use for Escape.
 
     A widget that accepts such an event closes something. Shift+Escape is never asked for: that is always panic.

@@ -27,20 +27,20 @@ from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
 
-FULL_N = 1000.0
+FULL_SCALE_N = 1000.0
 """The load at which a tile shows the full amber."""
 
 TRAIL_S = 3.0
 """How long the trail of a contact is shown."""
 
-PRESS_N = 400.0
+DEFAULT_PRESS_N = 400.0
 """The force of a press with the mouse, until another is chosen."""
 
 _MARGIN = 2 * theme.GRID
 _TRAIL_STEP_S = 0.02
 """Points of a trail are this far apart."""
 
-_FADES = 12
+_FADE_STEPS = 12
 """Steps in which a trail fades."""
 
 _BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
@@ -51,10 +51,10 @@ _Trail = list[tuple[float, float, float]]
 _SHADES = 32
 """Shades of a loaded tile."""
 
-_VIBRATES = 1e-4
+_MIN_SHOWN_PEAK = 1e-4
 """Share of full scale from which a tile's vibration is shown."""
 
-_LOADED_N = 2.0
+_MIN_SHOWN_N = 2.0
 """Loads below this are shown as 0."""
 
 
@@ -65,9 +65,9 @@ STEP_MS = 1000
 class FloorMap(QWidget):
     """Shows what it is given; emits which tile was chosen and where the mouse presses, in the tile's own frame."""
 
-    chosen = Signal(str)
+    tile_chosen = Signal(str)
     """A tile's id."""
-    touched = Signal()
+    tile_clicked = Signal()
     """The person chose a tile, by mouse or key."""
     pressed = Signal(str, float, float, float)
     """Tile, x and y in metres, force in newtons; 0 ends the press."""
@@ -78,22 +78,22 @@ class FloorMap(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)
-        self._press_n = PRESS_N
+        self._press_n = DEFAULT_PRESS_N
         self.can_press = False
         self._floor: Floor | None = None
-        self._choice = ""
-        self._pressing = ""
+        self._chosen_tile = ""
+        self._pressed_tile = ""
         self._background: QPixmap | None = None
-        self._left: dict[int, tuple[QPoint, QPixmap]] = {}
+        self._old_trails: dict[int, tuple[QPoint, QPixmap]] = {}
         """Pictures of trails whose contact has gone, and their places."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
-        self.take_colours()
+        self.update_colours()
 
     # --- what it shows ---
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Have the colours that are in use."""
         shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
         self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
@@ -106,30 +106,30 @@ class FloorMap(QWidget):
         self._load_n = np.zeros(count)
         self._untared = np.zeros(count, bool)
         self._peak = np.zeros(count)
-        self._astray = np.zeros(count, bool)
+        self._deviating = np.zeros(count, bool)
         self._contacts: Sequence[OngoingContact] = ()
         self._trails: dict[int, deque[tuple[float, float, float]]] = {}
         self._now_s = 0.0
-        self._pressing = ""
+        self._pressed_tile = ""
         self._background = None
-        self.set_choice(floor.ids[0])
+        self.choose_tile(floor.ids[0])
 
-    def set_choice(self, tile: str) -> None:
-        """Mark a tile as chosen; `chosen` is emitted if it was another one before."""
-        if tile != self._choice:
-            self._choice = tile
-            self.chosen.emit(tile)
-        self.setToolTip(self._help())
+    def choose_tile(self, tile: str) -> None:
+        """Mark a tile as chosen; `tile_chosen` is emitted if it was another one before."""
+        if tile != self._chosen_tile:
+            self._chosen_tile = tile
+            self.tile_chosen.emit(tile)
+        self.setToolTip(self._tooltip())
         self.update()
 
-    def choice(self) -> str:
+    def chosen_tile(self) -> str:
         """The id of the chosen tile."""
-        return self._choice
+        return self._chosen_tile
 
     def set_press(self, force_n: float) -> None:
         """The force of a press with the mouse."""
         self._press_n = force_n
-        self.setToolTip(self._help())
+        self.setToolTip(self._tooltip())
 
     def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
         """Load of each tile in newtons, and which tiles are untared."""
@@ -146,9 +146,9 @@ class FloorMap(QWidget):
         """Largest sample of each tile's vibration lately, of full scale."""
         self._peak = np.asarray(peak)
 
-    def set_astray(self, astray: ArrayLike) -> None:
+    def set_deviating(self, deviating: ArrayLike) -> None:
         """Which tiles do not do what they are told."""
-        self._astray = np.asarray(astray)
+        self._deviating = np.asarray(deviating)
 
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
         """The contacts at `now_s`."""
@@ -158,11 +158,11 @@ class FloorMap(QWidget):
         """Lengthen the trails of contacts by where they have been."""
         for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
             del self._trails[id]
-            self._left.pop(id, None)
+            self._old_trails.pop(id, None)
         for id in np.unique(rows.contact):
             path = rows.select(rows.contact == id)
             path = path.select(np.diff(np.floor(path.time_s / _TRAIL_STEP_S), prepend=-1.0) > 0.0)
-            self._left.pop(int(id), None)
+            self._old_trails.pop(int(id), None)
             points = zip(path.time_s.tolist(), path.x_m.tolist(), path.y_m.tolist(), strict=True)
             self._trails.setdefault(int(id), deque(maxlen=round(TRAIL_S / _TRAIL_STEP_S))).extend(points)
 
@@ -203,16 +203,16 @@ class FloorMap(QWidget):
         tile = self.tile_at(event.position())
         if tile and event.button() == Qt.MouseButton.LeftButton:
             self.setFocus(Qt.FocusReason.MouseFocusReason)
-            self.touched.emit()
-            self.set_choice(tile)
+            self.tile_clicked.emit()
+            self.choose_tile(tile)
             if self.can_press:
                 self._press(tile, event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         tile = self.tile_at(event.position())
         self.setCursor(Qt.CursorShape.PointingHandCursor if tile else Qt.CursorShape.ArrowCursor)
-        if self._pressing:
-            if tile != self._pressing:
+        if self._pressed_tile:
+            if tile != self._pressed_tile:
                 self._end_press()
             if tile:
                 self._press(tile, event.position())
@@ -240,7 +240,7 @@ class FloorMap(QWidget):
             super().keyPressEvent(event)
             return
         towards = np.array(directions[Qt.Key(event.key())])
-        here = np.array(self._floor.tiles[self._floor.index(self._choice)].centre_m)
+        here = np.array(self._floor.tiles[self._floor.index(self._chosen_tile)].centre_m)
         best, nearest = "", math.inf
         for tile in self._floor.tiles:
             step = np.array(tile.centre_m) - here
@@ -249,25 +249,25 @@ class FloorMap(QWidget):
             if along > 1e-9 and across <= along and along + 2.0 * across < nearest:
                 best, nearest = tile.id, along + 2.0 * across
         if best:
-            self.touched.emit()
-            self.set_choice(best)
+            self.tile_clicked.emit()
+            self.choose_tile(best)
 
     def _press(self, tile: str, place: QPointF) -> None:
         assert self._floor is not None
         back, _ = self.to_screen().inverted()
         at = back.map(place)
         x, y = self._floor.tiles[self._floor.index(tile)].to_tile((at.x(), at.y()))
-        self._pressing = tile
+        self._pressed_tile = tile
         self.pressed.emit(tile, float(x), float(y), self._press_n)
 
     def _end_press(self) -> None:
-        if self._pressing:
-            tile, self._pressing = self._pressing, ""
+        if self._pressed_tile:
+            tile, self._pressed_tile = self._pressed_tile, ""
             self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
-    def _help(self) -> str:
+    def _tooltip(self) -> str:
         press = f" Hold the mouse button to press a tile with {quantity(self._press_n, 'N')}." if self.can_press else ""
-        return f"Tile {self._choice} is selected. Click a tile to select it.{press}"
+        return f"Tile {self._chosen_tile} is selected. Click a tile to select it.{press}"
 
     # --- paint ---
 
@@ -280,13 +280,13 @@ class FloorMap(QWidget):
             self._transform = self.to_screen()
             self._polygons = [_polygon(tile.corners_m(), self._transform) for tile in self._floor.tiles]
             self._background = self._paint_background()
-            self._left.clear()
+            self._old_trails.clear()
         painter.drawPixmap(0, 0, self._background)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_loads(painter)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.TEXT if self.hasFocus() else theme.MUTED), 2.0))
-        painter.drawPolygon(self._polygons[self._floor.index(self._choice)])
+        painter.drawPolygon(self._polygons[self._floor.index(self._chosen_tile)])
         if self._step_tile in self._floor.ids:
             self._paint_step(painter, self._polygons[self._floor.index(self._step_tile)])
         self._paint_trails(painter)
@@ -307,28 +307,31 @@ class FloorMap(QWidget):
         assert self._floor is not None
         painter.setFont(theme.font(theme.SMALL_PX))
         for row in map(
-            int, np.flatnonzero((self._load_n > _LOADED_N) | self._untared | self._astray | (self._peak > _VIBRATES))
+            int,
+            np.flatnonzero(
+                (self._load_n > _MIN_SHOWN_N) | self._untared | self._deviating | (self._peak > _MIN_SHOWN_PEAK)
+            ),
         ):
             polygon, load_n, peak = self._polygons[row], float(self._load_n[row]), float(self._peak[row])
             area = polygon.boundingRect().adjusted(6, 4, -6, -4)
-            if load_n > _LOADED_N:
+            if load_n > _MIN_SHOWN_N:
                 painter.setPen(QPen(QColor(theme.LINE), 1.0))
-                painter.setBrush(self._amber[min(int(load_n / FULL_N * _SHADES), _SHADES - 1)])
+                painter.setBrush(self._amber[min(int(load_n / FULL_SCALE_N * _SHADES), _SHADES - 1)])
                 painter.drawPolygon(polygon)
                 self._paint_name(painter, row)
             if area.width() < 36.0:
                 continue
             line = 14 if area.width() < 88.0 else 0
-            if load_n > _LOADED_N:
+            if load_n > _MIN_SHOWN_N:
                 painter.setPen(QColor(theme.TEXT))
                 painter.drawText(area.adjusted(0, line, 0, 0), Qt.AlignmentFlag.AlignRight, f"{load_n:.0f} N")
             if self._untared[row] and area.width() >= 48.0:
                 painter.setPen(QColor(theme.ALARM))
                 painter.drawText(area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
-            if self._astray[row] and area.width() >= 48.0:
+            if self._deviating[row] and area.width() >= 48.0:
                 painter.setPen(QColor(theme.ALARM))
                 painter.drawText(area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command")
-            if peak > _VIBRATES:
+            if peak > _MIN_SHOWN_PEAK:
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
                 painter.fillRect(bar, QColor(theme.VIBRATION))
@@ -379,12 +382,12 @@ class FloorMap(QWidget):
         tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
         for id, trail in self._trails.items():
             if id in tips:
-                self._left.pop(id, None)
+                self._old_trails.pop(id, None)
                 self._paint_trail(painter, [*trail, tips[id]])
                 continue
-            if id not in self._left:
-                self._left[id] = self._picture_of(list(trail))
-            place, picture = self._left[id]
+            if id not in self._old_trails:
+                self._old_trails[id] = self._picture_of(list(trail))
+            place, picture = self._old_trails[id]
             painter.setOpacity(min(max(1.0 - (self._now_s - trail[-1][0]) / TRAIL_S, 0.0), 1.0))
             painter.drawPixmap(place, picture)
         painter.setOpacity(1.0)
@@ -404,12 +407,12 @@ class FloorMap(QWidget):
     def _paint_trail(self, painter: QPainter, line: _Trail) -> None:
         """A trail in pieces that fade."""
         green = QColor(theme.CONTACT)
-        ages = [min(max(int((line[-1][0] - time_s) / TRAIL_S * _FADES), 0), _FADES) for time_s, _, _ in line]
+        ages = [min(max(int((line[-1][0] - time_s) / TRAIL_S * _FADE_STEPS), 0), _FADE_STEPS) for time_s, _, _ in line]
         places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
         begin = 0
         for end in range(1, len(line)):
             if ages[end] != ages[begin] or end == len(line) - 1:
-                green.setAlphaF(1.0 - ages[begin] / _FADES)
+                green.setAlphaF(1.0 - ages[begin] / _FADE_STEPS)
                 painter.setPen(QPen(green, 2.0, c=Qt.PenCapStyle.FlatCap))
                 painter.drawPolyline(places[begin : end + 1])
                 begin = end
@@ -419,7 +422,7 @@ class FloorMap(QWidget):
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
         for contact in self._contacts:
-            radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_N, 1.5))
+            radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_SCALE_N, 1.5))
             inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
             painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
             place = self._transform.map(QPointF(contact.x_m, contact.y_m))

@@ -9,10 +9,10 @@ from PySide6.QtWidgets import QSizePolicy, QSlider
 from underfoot.widgets import theme
 
 LOWEST_DB = -60.0
-USUAL_DB = -30.0
+DEFAULT_DB = -30.0
 """The level to which a double-click goes back."""
 
-HOT_DB = -6.0
+WARNING_DB = -6.0
 """From here on the meter is drawn as a warning."""
 
 _FALL_DB = 1.2
@@ -46,16 +46,16 @@ class LevelSlider(QSlider):
         return QSize(24 * theme.GRID, 3 * theme.GRID)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._go_to(event.position().x())
+        self._set_from_x(event.position().x())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
-            self._go_to(event.position().x())
+            self._set_from_x(event.position().x())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        self.setValue(round(10 * USUAL_DB))
+        self.setValue(round(10 * DEFAULT_DB))
 
-    def _go_to(self, x: float) -> None:
+    def _set_from_x(self, x: float) -> None:
         groove = self._groove()
         share = min(max((x - groove.left()) / groove.width(), 0.0), 1.0)
         self.setValue(round(self.minimum() * (1.0 - share)))
@@ -75,7 +75,7 @@ class LevelSlider(QSlider):
         painter.setBrush(QColor(theme.RAISED))
         painter.drawRoundedRect(groove, 3, 3)
         if self.peak_db > LOWEST_DB:
-            hot = self._x(HOT_DB)
+            hot = self._x(WARNING_DB)
             end = self._x(self.peak_db)
             painter.setBrush(QColor(theme.VIBRATION))
             painter.drawRoundedRect(QRectF(groove.left(), groove.top(), min(end, hot) - groove.left(), 6), 3, 3)

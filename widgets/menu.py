@@ -39,7 +39,7 @@ class MainMenu(QMenu):
         self.addActions([actions["save"], actions["save as"]])
         self.addActions([actions["import"], actions["export"]])
         self.addSeparator()
-        self._behind_workspaces = self.addSeparator()
+        self._end_of_workspaces = self.addSeparator()
         self.addActions([actions[name] for name in ("play", "panic", "record", "mark", "mark with words")])
         self.addActions([actions[name] for name in ("audio", "network", "cost")])
         self.addSeparator()
@@ -48,7 +48,7 @@ class MainMenu(QMenu):
 
     def add_workspace_actions(self, actions: Sequence[QAction]) -> None:
         """Show what a workspace adds."""
-        self.insertActions(self._behind_workspaces, list(actions))
+        self.insertActions(self._end_of_workspaces, list(actions))
 
     def _fill_recent(self) -> None:
         self._recent_menu.clear()

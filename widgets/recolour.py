@@ -1,7 +1,7 @@
 """Other colours while the window is open: nothing is made anew, and so nothing that is open is lost.
 
 What is painted takes its colours as it is painted. What keeps some, as a style, an icon or a picture, is found here, or
-has a method `take_colours`.
+has a method `update_colours`.
 """
 
 import re
@@ -20,11 +20,11 @@ def choose_colours(app: QApplication, settings: Settings) -> None:
     """Take the palette that was chosen, or the system's, for what will be made."""
     is_light = app.styleHints().colorScheme() == Qt.ColorScheme.Light
     system = "light" if is_light else "dark"
-    theme.choose(settings.theme if settings.theme in look.PALETTES else system)
+    theme.choose_palette(settings.theme if settings.theme in look.PALETTES else system)
     theme.apply(app)
 
 
-def recolour(app: QApplication, settings: Settings) -> None:
+def apply_colours(app: QApplication, settings: Settings) -> None:
     """Take the palette that was chosen, with all that there is."""
     before = theme.NAME
     choose_colours(app, settings)
@@ -36,12 +36,12 @@ def recolour(app: QApplication, settings: Settings) -> None:
         if isinstance(widget, QLabel) and _COLOUR.search(widget.text()):
             widget.setText(_recoloured(widget.text()))
         if isinstance(widget, QAbstractButton):
-            widget.setIcon(theme.icon_now(widget.icon()))
-        if hasattr(widget, "take_colours"):
-            widget.take_colours()
+            widget.setIcon(theme.recoloured_icon(widget.icon()))
+        if hasattr(widget, "update_colours"):
+            widget.update_colours()
         widget.update()
 
 
 def _recoloured(text: str) -> str:
     """A text in which colours of any palette are those of the one in use."""
-    return _COLOUR.sub(lambda found: theme.now(found[0]), text)
+    return _COLOUR.sub(lambda found: theme.current_colour(found[0]), text)

@@ -11,7 +11,7 @@ SIZES = ((1280, 800), (1920, 1080))
 
 
 @dataclass(frozen=True)
-class Waits:
+class WaitTimes:
     """How long to wait for what is to be seen."""
 
     play_s: float = 5.0
@@ -20,17 +20,17 @@ class Waits:
     settle_ms: int = 1000
     """From a change of the window to its picture."""
 
-    most_ms: int = 180_000
+    timeout_ms: int = 180_000
     """For a session that does not start: kernels may have to be compiled."""
 
-    look_ms: int = 100
+    poll_ms: int = 100
     """Between two looks at the session."""
 
 
 class ScreenshotTaker(QObject):
     """Waits until the session has played for a while, saves pictures of every workspace in every size, and is done."""
 
-    done = Signal()
+    finished = Signal()
 
     def __init__(
         self,
@@ -38,11 +38,11 @@ class ScreenshotTaker(QObject):
         workspaces: Mapping[str, Callable[[], object]],
         played_s: Callable[[], float],
         folder: Path,
-        waits: Waits | None = None,
+        waits: WaitTimes | None = None,
     ) -> None:
         """`workspaces` gives by name what brings each to the screen; `played_s` how much of the session went by."""
         super().__init__(window)
-        self._window, self._folder, self._waits = window, folder, waits or Waits()
+        self._window, self._folder, self._waits = window, folder, waits or WaitTimes()
         self._workspaces, self._played_s = workspaces, played_s
         self._waited_ms = 0
         self._pictures = self._take_all()
@@ -51,19 +51,19 @@ class ScreenshotTaker(QObject):
         """Begin."""
         list(self._workspaces.values())[-1]()
         self._window.resize(*SIZES[0])
-        QTimer.singleShot(self._waits.look_ms, self._look)
+        QTimer.singleShot(self._waits.poll_ms, self._poll)
 
-    def _look(self) -> None:
-        self._waited_ms += self._waits.look_ms
-        if self._played_s() >= self._waits.play_s or self._waited_ms >= self._waits.most_ms:
+    def _poll(self) -> None:
+        self._waited_ms += self._waits.poll_ms
+        if self._played_s() >= self._waits.play_s or self._waited_ms >= self._waits.timeout_ms:
             self._next()
         else:
-            QTimer.singleShot(self._waits.look_ms, self._look)
+            QTimer.singleShot(self._waits.poll_ms, self._poll)
 
     def _next(self) -> None:
         """Save the picture that the window is ready for, and make it ready for the next."""
         if next(self._pictures, None) is None:
-            self.done.emit()
+            self.finished.emit()
         else:
             QTimer.singleShot(self._waits.settle_ms, self._next)
 

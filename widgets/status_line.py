@@ -7,7 +7,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
 MESSAGE_MS = 20_000
-MOST_WHY = 64
+MAX_REASON_LETTERS = 64
 """So many letters of a reason are shown."""
 
 
@@ -36,11 +36,11 @@ class StatusLine(QWidget):
         self._message.set_full_text(text)
         self._timer.start()
 
-    def show_session(self, text: str, why: str = "") -> None:
+    def show_session(self, text: str, reason: str = "") -> None:
         """What the session does or plays on, and why it is not what was asked for; in full in the tooltip."""
-        short = f"{why[:MOST_WHY]}…" if len(why) > MOST_WHY else why
-        self._session.setText(f"{text} ({short})" if why else text)
-        self._session.setToolTip(why)
+        short = f"{reason[:MAX_REASON_LETTERS]}…" if len(reason) > MAX_REASON_LETTERS else reason
+        self._session.setText(f"{text} ({short})" if reason else text)
+        self._session.setToolTip(reason)
 
     @property
     def message(self) -> str:

@@ -14,14 +14,14 @@ from underfoot.drawing import look
 GRID = 8
 """Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
 
-_OWN = {
+_WINDOW_COLOURS = {
     "panel": ("#191e25", "#f4f6f8"),
     "raised": ("#222933", "#e6eaee"),
     "hover": ("#2a323e", "#d9dfe5"),
 }
 """What only the window has, in the palettes `look.PALETTES`: panels, controls on them, and those under the mouse."""
 
-_SHADES = {
+_MIXTURES = {
     "selected": ("vibration", "raised", 0.45),
     "checked": ("vibration", "raised", 0.3),
     "primary": ("vibration", "raised", 0.35),
@@ -32,7 +32,7 @@ _SHADES = {
 }
 """Mixtures in every palette: a colour, what it is mixed with, and its share."""
 
-READ_ON = {
+TEXT_BACKGROUNDS = {
     "text": ("ground", "panel", "raised", "hover", "selected", "checked", "primary", "alarming", "alarming hover"),
     "muted": ("ground", "panel", "raised", "hover"),
     "alarming text": ("alarming", "alarming hover"),
@@ -42,7 +42,7 @@ READ_ON = {
 }
 """Which colours words have, and on what they stand: each at a contrast of 4.5 at least, in every palette."""
 
-SEEN_ON = {
+LINE_BACKGROUNDS = {
     "faint": ("ground", "panel", "raised"),
     **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised", "hover")),
     **{name: ("ground", "panel") for name in look.COLOURS if name.startswith("corner")},
@@ -64,17 +64,17 @@ _CONSTANTS = (
     "force", "vibration", "events", "contact", "alarm",
     "ground", "panel", "raised", "hover", "line", "text", "muted", "faint",
 )  # fmt: skip
-"""Colours that have a constant above, which `choose` sets."""
+"""Colours that have a constant above, which `choose_palette` sets."""
 
 TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
-_CHECKS = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
+_ICON_FOLDER = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
 _ICON_PX = (16, 18, 24, 32, 36, 48)
 _ICONS: dict[int, tuple[str, str]] = {}
 """What each icon that was made shows, and in which colour, by its key in Qt's cache."""
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
-def choose(name: str) -> None:
+def choose_palette(name: str) -> None:
     """Take the colours of a palette, "dark" or "light". What was made before keeps its own."""
     known = globals()
     known["NAME"], known["PALETTE"] = name, colours(name)
@@ -84,8 +84,8 @@ def choose(name: str) -> None:
 @cache
 def colours(name: str) -> dict[str, str]:
     """All colours of a palette, "dark" or "light", by their names."""
-    known = {**look.palette(name), **{own: both[look.PALETTES.index(name)] for own, both in _OWN.items()}}
-    known.update({made: mixed(known[of], known[on], share) for made, (of, on, share) in _SHADES.items()})
+    known = {**look.palette(name), **{own: both[look.PALETTES.index(name)] for own, both in _WINDOW_COLOURS.items()}}
+    known.update({made: mixed(known[of], known[on], share) for made, (of, on, share) in _MIXTURES.items()})
     return known
 
 
@@ -95,10 +95,10 @@ def _names() -> dict[str, str]:
     return {colour: name for palette in look.PALETTES for name, colour in colours(palette).items()}
 
 
-def now(colour: str) -> str:
+def current_colour(colour: str) -> str:
     """What a colour of any palette is in the one that is in use; another colour is what it was.
 
-    >>> now(colours("light")["force"]), now("#123456")
+    >>> current_colour(colours("light")["force"]), current_colour("#123456")
     ('#f0a63c', '#123456')
     """
     return PALETTE.get(_names().get(colour, ""), colour)
@@ -174,10 +174,10 @@ def icon(name: str, colour: str = "") -> QIcon:
     return made
 
 
-def icon_now(made: QIcon) -> QIcon:
+def recoloured_icon(made: QIcon) -> QIcon:
     """An icon in the colours that are in use, where it is one of `icon`."""
     name, colour = _ICONS.get(made.cacheKey(), ("", ""))
-    return icon(name, now(colour)) if name else made
+    return icon(name, current_colour(colour)) if name else made
 
 
 @lru_cache(maxsize=128)
@@ -312,7 +312,7 @@ QCheckBox::indicator, QRadioButton::indicator, QAbstractItemView::indicator {{
     width: 13px; height: 13px; border: 1px solid {FAINT}; border-radius: 3px; background: {RAISED}; }}
 QRadioButton::indicator {{ border-radius: 7px; }}
 QCheckBox::indicator:checked, QAbstractItemView::indicator:checked {{
-    background: {VIBRATION}; border-color: {VIBRATION}; image: url({_CHECKS}/check-{NAME}.svg); }}
+    background: {VIBRATION}; border-color: {VIBRATION}; image: url({_ICON_FOLDER}/check-{NAME}.svg); }}
 QRadioButton::indicator:checked {{ border: 4px solid {VIBRATION}; width: 7px; height: 7px; background: {GROUND}; }}
 QCheckBox::indicator:focus, QRadioButton::indicator:focus {{ border-color: {VIBRATION}; }}
 QCheckBox::indicator:disabled, QRadioButton::indicator:disabled {{ background: {PANEL}; border-color: {LINE}; }}
@@ -321,4 +321,4 @@ QProgressBar::chunk {{ background: {VIBRATION}; border-radius: 2px; }}
 """
 
 
-choose("dark")
+choose_palette("dark")

@@ -14,7 +14,7 @@ from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
 from underfoot.widgets.window import MainWindow
 
-TELL_MS = 1000
+REPORT_MS = 1000
 
 
 def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> None:
@@ -33,21 +33,21 @@ def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> N
     window.resize(1280, 800)
     window.show()
     window.show_workspace("Monitor")
-    telling = Telling(window)
-    window.bridge.started.connect(telling.begin)
+    reporter = TickReporter(window)
+    window.bridge.started.connect(reporter.begin)
     window.start()
     app.exec()
 
 
-class Telling:
+class TickReporter:
     """Counts how far apart the window's ticks are, and prints a line of JSON a second."""
 
     def __init__(self, window: MainWindow) -> None:
         self._window = window
         self._ticks_s: list[float] = []
         self._timer = QTimer(window)
-        self._timer.setInterval(TELL_MS)
-        self._timer.timeout.connect(self._tell)
+        self._timer.setInterval(REPORT_MS)
+        self._timer.timeout.connect(self._report)
         window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
 
     def begin(self) -> None:
@@ -58,14 +58,14 @@ class Telling:
             controller.record(True)
             self._timer.start()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         session = self._window.controller.session
         if session is None:
             return
         health = session.health
-        apart_s = np.diff(self._ticks_s)
+        intervals_s = np.diff(self._ticks_s)
         self._ticks_s = self._ticks_s[-1:]
         figures = {name: getattr(health, name) for name in health.__dataclass_fields__}
         recording = str(session.recording or "")
-        ticks_ms = [round(1e3 * one, 2) for one in apart_s.tolist()]
+        ticks_ms = [round(1e3 * one, 2) for one in intervals_s.tolist()]
         print(json.dumps(figures | {"ticks_ms": ticks_ms, "pids": session.pids, "recording": recording}), flush=True)

@@ -14,16 +14,16 @@ from underfoot.widgets.session.settings import TEXT_SIZES, THEMES, Settings
 class ViewMenu(QMenu):
     """Changes `theme` and `text_size` of the settings. The keys work in the whole `window`."""
 
-    said = Signal(str)
-    colours_chosen = Signal()
+    notified = Signal(str)
+    theme_chosen = Signal()
     """Other colours are wanted, at once."""
-    again_wanted = Signal()
+    restart_requested = Signal()
     """Underfoot is to be closed and started again."""
 
     def __init__(self, settings: Settings, window: QWidget) -> None:
         super().__init__("View", window)
         self._settings = settings
-        self._shown = settings.text_size
+        self._running_size = settings.text_size
         self._themes = QActionGroup(self)
         for name, words in THEMES.items():
             self._add_choice(self._themes, words, name)
@@ -33,17 +33,17 @@ class ViewMenu(QMenu):
         for percent in TEXT_SIZES:
             self._add_choice(self._sizes, f"Text {percent} %", percent)
         self._sizes.triggered.connect(lambda action: self._choose(text_size=action.data()))
-        self.larger = self._act("Larger text", ("Ctrl++", "Ctrl+="))
-        self.larger.triggered.connect(lambda: self._step(1))
-        self.smaller = self._act("Smaller text", ("Ctrl+-",))
-        self.smaller.triggered.connect(lambda: self._step(-1))
+        self.larger_text = self._add_action("Larger text", ("Ctrl++", "Ctrl+="))
+        self.larger_text.triggered.connect(lambda: self._step(1))
+        self.smaller_text = self._add_action("Smaller text", ("Ctrl+-",))
+        self.smaller_text.triggered.connect(lambda: self._step(-1))
         self.addSeparator()
-        self.again = self._act("Start again now, in the chosen size", ())
-        self.again.triggered.connect(self.again_wanted)
-        window.addActions([self.larger, self.smaller])
+        self.restart = self._add_action("Start again now, in the chosen size", ())
+        self.restart.triggered.connect(self.restart_requested)
+        window.addActions([self.larger_text, self.smaller_text])
         self._show()
 
-    def _act(self, words: str, keys: tuple[str, ...]) -> QAction:
+    def _add_action(self, words: str, keys: tuple[str, ...]) -> QAction:
         action = self.addAction(words)
         action.setShortcuts([QKeySequence(key) for key in keys])
         return action
@@ -64,13 +64,13 @@ class ViewMenu(QMenu):
         self._settings.text_size = text_size or self._settings.text_size
         self._show()
         if theme:
-            self.colours_chosen.emit()
+            self.theme_chosen.emit()
             return
         words = f"Text {self._settings.text_size} %"
-        if self.again.isEnabled():
-            self.said.emit(f"{words}: from the next start on. Menu, View, Start again now does it at once.")
+        if self.restart.isEnabled():
+            self.notified.emit(f"{words}: from the next start on. Menu, View, Start again now does it at once.")
         else:
-            self.said.emit(f"{words}: as it is now.")
+            self.notified.emit(f"{words}: as it is now.")
 
     def _show(self) -> None:
         """Mark what is chosen."""
@@ -78,4 +78,4 @@ class ViewMenu(QMenu):
         for group, value in zip((self._themes, self._sizes), chosen, strict=True):
             for action in group.actions():
                 action.setChecked(action.data() == value)
-        self.again.setEnabled(self._settings.text_size != self._shown)
+        self.restart.setEnabled(self._settings.text_size != self._running_size)

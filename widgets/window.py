@@ -19,10 +19,10 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.effective import without_missing
 from underfoot.patch.patch import Patch
-from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.dialogs.file_chooser import FileChooser
+from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.menu import MainMenu
-from underfoot.widgets.recolour import recolour
-from underfoot.widgets.remembered import keep_splitters, keep_window, restore_splitters, restore_window
+from underfoot.widgets.recolour import apply_colours
 from underfoot.widgets.session import targets
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import DroppedFiles, Handlers
@@ -31,20 +31,20 @@ from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.marking import Marking
 from underfoot.widgets.session.network_link import NetworkLink
 from underfoot.widgets.session.open_patch import OpenPatch
-from underfoot.widgets.session.settings import WAYS, Settings
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
 from underfoot.widgets.session.target_chooser import TargetChooser
 from underfoot.widgets.session.target_selection import TargetSelection
-from underfoot.widgets.session.target_settings import remembered_target, target_in_words
+from underfoot.widgets.session.target_settings import remembered_target, target_text
 from underfoot.widgets.status_line import StatusLine
-from underfoot.widgets.transport import TransportBar
 from underfoot.widgets.view_menu import ViewMenu
+from underfoot.widgets.window_state import restore_splitters, restore_window, save_splitters, save_window
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 FIRST_PRESET = "gravel"
 
 STARTING = "Starting the engine…"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
-WITHOUT_SOUND = "going on without sound"
+SILENT_NOTICE = "going on without sound"
 """How a notice ends of a sound card that does not play."""
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
@@ -76,13 +76,13 @@ class MainWindow(QMainWindow):
         """
         super().__init__()
         self._folder = folder
-        self._is_leaving = self._is_painted = False
-        self.starts_again = False
+        self._is_leaving = self._was_painted = False
+        self.is_restarting = False
         """Whether it was closed to be opened anew."""
-        self._playing_on, self._why_silent = STARTING, ""
+        self._output_text, self._silence_reason = STARTING, ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
-        self.open_patch.nodes.agreed.connect(self._keep_settings)
+        self.open_patch.nodes.consent_given.connect(self._save_settings)
         self.controller = SessionController(
             REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
@@ -90,12 +90,12 @@ class MainWindow(QMainWindow):
         self.network = NetworkLink(self.controller, self.settings, self.panic)
         self.marking = Marking(self.controller, self)
         self.target_selection = TargetSelection(self.controller, self.settings)
-        files = FileQuestion(self, lambda: self.settings.folder, self.say)
+        file_chooser = FileChooser(self, lambda: self.settings.folder, self.show_message)
         self._target_chooser = TargetChooser(
-            self, self.controller, self.target_selection, files, self.say, self.open_file
+            self, self.controller, self.target_selection, file_chooser, self.show_message, self.open_file
         )
-        self._exchange = Exchange(self, self.open_patch, self.controller, files, self.say)
-        self._dropped = DroppedFiles(self, self._handlers, self.say)
+        self._exchange = Exchange(self, self.open_patch, self.controller, file_chooser, self.show_message)
+        self._dropped_files = DroppedFiles(self, self._handlers, self.show_message)
         self._declarations = discover()
         self.listening = Listening(self.controller, self.open_patch, REGISTRY)
         self._context = WorkspaceContext(
@@ -105,7 +105,7 @@ class MainWindow(QMainWindow):
         self.actions_by_name = self._make_actions()
         self._build()
         self._connect()
-        self.open_patch.begin(patch_path, otherwise=_first_patch())
+        self.open_patch.restore_or_open(patch_path, default_patch=_first_patch())
         self._show_title()
         remembered = self.settings.workspace
         self.show_workspace(remembered if remembered in self.workspace_names else self.workspace_names[0])
@@ -129,7 +129,7 @@ class MainWindow(QMainWindow):
         """Bring a workspace to the screen; those that are not there are not drawn."""
         self._make_workspace(name)
         self._stack.setCurrentWidget(self.workspaces[name])
-        self.transport.set_workspace(name)
+        self.main_bar.set_workspace(name)
         self.workspaces[name].setFocus()
         for other, workspace in self.workspaces.items():
             workspace.set_active(other == name)
@@ -149,42 +149,42 @@ class MainWindow(QMainWindow):
     def _make_workspace(self, name: str) -> None:
         if name in self.workspaces:
             return
-        declared = next(one for one in self._declarations if one.name == name)
+        declared = next(declared for declared in self._declarations if declared.name == name)
         workspace = self.workspaces[name] = declared.make(self._context)
         self._stack.addWidget(workspace)
         restore_splitters(workspace, self.settings)
         self.menu.add_workspace_actions(workspace.menu_actions())
-        workspace.said.connect(self.say)
-        workspace.flagged.connect(partial(self.transport.set_flags, name))
+        workspace.notified.connect(self.show_message)
+        workspace.warnings_changed.connect(partial(self.main_bar.set_warnings, name))
         workspace.loaded.connect(self.loaded)
-        workspace.files_pasted.connect(self._dropped.open)
-        workspace.listen(self._context)
+        workspace.files_pasted.connect(self._dropped_files.open)
+        workspace.attach(self._context)
         workspace.set_active(False)
         self.loaded.emit()
 
-    def say(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show one line for the person at the bottom of the window; of a place in a file, the place as well."""
         self.status.show_message(readable(text))
         place = file_place(text)
         if place is not None:
-            from underfoot.widgets.dialogs.file_trouble import FileTrouble
+            from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 
-            for opened in self.findChildren(FileTrouble):
+            for opened in self.findChildren(FileErrorDialog):
                 opened.close()  # or they lie on one another
-            FileTrouble(place, self).open()
+            FileErrorDialog(place, self).open()
 
     def open_file(self, path: Path) -> None:
         """Open a file in the workspace that opens files of its suffix."""
-        declared = next((one for one in self._declarations if path.suffix.lower() in one.opens), None)
+        declared = next((declared for declared in self._declarations if path.suffix.lower() in declared.suffixes), None)
         if declared is None:
-            self.say(f"{path} cannot be opened here")
+            self.show_message(f"{path} cannot be opened here")
             return
         self.show_workspace(declared.name)
         self.workspaces[declared.name].open_file(path)
 
     def _handlers(self) -> Handlers:
         """What opens files that are dropped: workspaces theirs, patches of any program, forces to be replayed."""
-        ours = {suffix: self.open_file for declared in self._declarations for suffix in declared.opens}
+        ours = {suffix: self.open_file for declared in self._declarations for suffix in declared.suffixes}
         forces = dict.fromkeys((".csv", ".c3d"), self.target_selection.use_forces)
         return {**self._exchange.handlers(), **forces, **ours}
 
@@ -197,17 +197,17 @@ class MainWindow(QMainWindow):
     # --- what the session reports ---
 
     def _show_target(self, target: Target) -> None:
-        self.transport.set_target(target_in_words(target))
+        self.main_bar.set_target(target_text(target))
 
     def _show_start(self, report: Started) -> None:
-        self._playing_on, self._why_silent = f"Playing on: {report.where}", report.notice
+        self._output_text, self._silence_reason = f"Playing on: {report.where}", report.notice
         self._show_compiling(1, 1)
 
     def _show_notice(self, text: str) -> None:
         """Say it; why there is no sound stays, at the right, when the line has gone."""
-        self.say(text)
-        if text.endswith(WITHOUT_SOUND):
-            self._why_silent = text
+        self.show_message(text)
+        if text.endswith(SILENT_NOTICE):
+            self._silence_reason = text
             self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:
@@ -217,13 +217,13 @@ class MainWindow(QMainWindow):
         if is_busy:
             self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
         else:
-            self.status.show_session(self._playing_on, self._why_silent)
+            self.status.show_session(self._output_text, self._silence_reason)
 
     def _show_health(self, health: Health) -> None:
-        self.transport.set_health(health, len(self.controller.target.floor.tiles))
+        self.main_bar.set_health(health, len(self.controller.target.floor.tiles))
 
     def _show_recording(self, path: Path | None) -> None:
-        self.transport.set_recording(f"Recording to {path}" if path else "")
+        self.main_bar.set_recording(f"Recording to {path}" if path else "")
 
     # --- dialogs ---
 
@@ -239,7 +239,7 @@ class MainWindow(QMainWindow):
         )
         dialog.set_values(target.sound, target.rate, target.block, self.settings.accelerometers)
         dialog.applied.connect(self.target_selection.set_sound)
-        dialog.pulse_wanted.connect(lambda tile: self.controller.send(Pulse(tile)))
+        dialog.pulse_requested.connect(lambda tile: self.controller.send(Pulse(tile)))
         dialog.open()
 
     def _open_network(self) -> None:
@@ -251,8 +251,8 @@ class MainWindow(QMainWindow):
             return
         settings, network = self.settings, self.network
         dialog = NetworkDialog(
-            network.apply, lambda: network.counts, lambda: network.trouble,
-            {**WAYS, **settings.network_addresses}, settings.network_on, self,
+            network.apply, lambda: network.counts, lambda: network.problem,
+            {**DEFAULT_ADDRESSES, **settings.network_addresses}, settings.network_on, self,
         )  # fmt: skip
         dialog.show()
 
@@ -313,8 +313,8 @@ class MainWindow(QMainWindow):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        if not self._is_painted:
-            self._is_painted = True
+        if not self._was_painted:
+            self._was_painted = True
             QTimer.singleShot(0, self.painted.emit)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -331,41 +331,43 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.open_patch.is_all_saved:
             event.ignore()
-            self.open_patch.when_all_safe(self._leave)
+            self.open_patch.ask_to_save_all(self._leave)
             return
-        keep_window(self, self.settings)
+        save_window(self, self.settings)
         self.settings.workspace = self.workspace
         self.hide()
         for workspace in self.workspaces.values():
-            keep_splitters(workspace, self.settings)
+            save_splitters(workspace, self.settings)
             workspace.close_down()
         self._exchange.close()
         self.network.close()
         self.controller.close()
         self.open_patch.close()
-        self._keep_settings()
+        self._save_settings()
         super().closeEvent(event)
 
-    def _keep_settings(self) -> None:
+    def _save_settings(self) -> None:
         try:
             self.settings.save(self._folder)
         except UnderfootError as error:
-            self.say(str(error))
+            self.show_message(str(error))
 
     def leave(self) -> None:
         """Close without a question; unsaved work comes back at the next start."""
-        self.open_patch.keeps_unsaved = True
+        self.open_patch.keeps_autosave = True
         self._leave()
 
-    def start_again(self) -> None:
+    def restart(self) -> None:
         """Close, to be opened anew at once; not while a recording, a study or hardware would have to be found again."""
         target = self.controller.target
-        if self.transport.record.isChecked() or self.controller.is_lent or target.kind not in ("simulator", "replay"):
-            self.say("A recording, a study or hardware is at work: end it, or close Underfoot and start it by hand.")
+        if self.main_bar.record.isChecked() or self.controller.is_lent or target.kind not in ("simulator", "replay"):
+            self.show_message(
+                "A recording, a study or hardware is at work: end it, or close Underfoot and start it by hand."
+            )
             return
-        self.starts_again = True
+        self.is_restarting = True
         for workspace in self.workspaces.values():
-            workspace.keep_for_next_start(self._folder)
+            workspace.save_for_restart(self._folder)
         self.leave()
 
     def _leave(self) -> None:
@@ -375,38 +377,38 @@ class MainWindow(QMainWindow):
     # --- layout ---
 
     def _build(self) -> None:
-        self.view = ViewMenu(self.settings, self)
-        self.menu = MainMenu(self.actions_by_name, lambda: self.settings.recent, self.view, self)
-        self.transport = TransportBar(self.menu)
-        self.transport.set_targets(targets.choices())
-        self.transport.set_target(target_in_words(self.controller.target))
-        self.transport.set_level(self.settings.level_db)
-        self.transport.set_playing(self.controller.playing)
-        self.transport.set_recording("")
+        self.view_menu = ViewMenu(self.settings, self)
+        self.menu = MainMenu(self.actions_by_name, lambda: self.settings.recent, self.view_menu, self)
+        self.main_bar = MainBar(self.menu)
+        self.main_bar.set_targets(targets.choices())
+        self.main_bar.set_target(target_text(self.controller.target))
+        self.main_bar.set_level(self.settings.level_db)
+        self.main_bar.set_playing(self.controller.is_playing)
+        self.main_bar.set_recording("")
         self._progress = QProgressBar()
         self._progress.setAccessibleName("Compiling")
         self._progress.setTextVisible(False)
         self._progress.setFixedHeight(2)
         self._stack = QStackedWidget()
         for declared in self._declarations:
-            self.transport.add_workspace(declared.name, declared.key, declared.icon)
+            self.main_bar.add_workspace(declared.name, declared.key, declared.icon)
         self.status = StatusLine()
         middle = QWidget()
         layout = QVBoxLayout(middle)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self.transport)
+        layout.addWidget(self.main_bar)
         layout.addWidget(self._progress)
         layout.addWidget(self._stack, 1)
         layout.addWidget(self.status)
         self.setCentralWidget(middle)
         restore_window(self, self.settings)
 
-    def _take_colours(self) -> None:
+    def _update_colours(self) -> None:
         app = QApplication.instance()
         assert isinstance(app, QApplication)
-        recolour(app, self.settings)
-        self._keep_settings()
+        apply_colours(app, self.settings)
+        self._save_settings()
 
     def _show_title(self) -> None:
         slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
@@ -418,32 +420,34 @@ class MainWindow(QMainWindow):
         key = QKeySequence.StandardKey
         open_patch, controller = self.open_patch, self.controller
         return {
-            "new": self._act("New patch", key.New, open_patch.new),
-            "open": self._act("Open…", key.Open, lambda: open_patch.open()),
-            "save": self._act("Save", key.Save, lambda: open_patch.save()),
-            "save as": self._act("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
-            "import": self._act("Import…", "Ctrl+Shift+I", self._exchange.ask),
-            "export": self._act("Export…", "Ctrl+Shift+E", self._exchange.export),
-            "play": self._act("Play or stop", "Ctrl+Space", controller.play_or_stop),
-            "panic": self._act("Panic: silence at once", PANIC_KEYS, self.panic),
-            "record": self._act("Record", "Ctrl+R", lambda: controller.record(not self.transport.record.isChecked())),
-            "mark": self._act("Mark this moment", "Ctrl+M", self.marking.mark),
-            "mark with words": self._act("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
-            "audio": self._act("Audio…", "Ctrl+,", self._open_audio),
-            "network": self._act("Network…", "Ctrl+Shift+N", self._open_network),
-            "cost": self._act("Cost of a block…", "Ctrl+Shift+B", self._open_cost),
-            "keys": self._act("Keyboard shortcuts", "F1", self._show_shortcuts),
-            "about": self._act("About Underfoot", "", self._show_about),
-            "quit": self._act("Quit", "Ctrl+Q", self.close),
+            "new": self._add_action("New patch", key.New, open_patch.new),
+            "open": self._add_action("Open…", key.Open, lambda: open_patch.open()),
+            "save": self._add_action("Save", key.Save, lambda: open_patch.save()),
+            "save as": self._add_action("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
+            "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
+            "export": self._add_action("Export…", "Ctrl+Shift+E", self._exchange.export),
+            "play": self._add_action("Play or stop", "Ctrl+Space", controller.play_or_stop),
+            "panic": self._add_action("Panic: silence at once", PANIC_KEYS, self.panic),
+            "record": self._add_action(
+                "Record", "Ctrl+R", lambda: controller.record(not self.main_bar.record.isChecked())
+            ),
+            "mark": self._add_action("Mark this moment", "Ctrl+M", self.marking.mark),
+            "mark with words": self._add_action("Mark with words…", "Ctrl+Shift+M", self.marking.ask),
+            "audio": self._add_action("Audio…", "Ctrl+,", self._open_audio),
+            "network": self._add_action("Network…", "Ctrl+Shift+N", self._open_network),
+            "cost": self._add_action("Cost of a block…", "Ctrl+Shift+B", self._open_cost),
+            "keys": self._add_action("Keyboard shortcuts", "F1", self._show_shortcuts),
+            "about": self._add_action("About Underfoot", "", self._show_about),
+            "quit": self._add_action("Quit", "Ctrl+Q", self.close),
             **{
-                declared.name: self._act(
+                declared.name: self._add_action(
                     f"Show {declared.name}", declared.key, partial(self.show_workspace, declared.name)
                 )
                 for declared in self._declarations
             },
         }
 
-    def _act(
+    def _add_action(
         self, text: str, keys: QKeySequence.StandardKey | str | tuple[str, ...], do: Callable[[], object]
     ) -> QAction:
         action = QAction(text, self)
@@ -458,34 +462,34 @@ class MainWindow(QMainWindow):
     # --- connections ---
 
     def _connect(self) -> None:
-        transport, bridge, open_patch = self.transport, self.bridge, self.open_patch
+        main_bar, bridge, open_patch = self.main_bar, self.bridge, self.open_patch
         controller = self.controller
-        self.view.said.connect(self.say)
-        self.view.again_wanted.connect(self.start_again)
-        self.view.colours_chosen.connect(self._take_colours)
+        self.view_menu.notified.connect(self.show_message)
+        self.view_menu.restart_requested.connect(self.restart)
+        self.view_menu.theme_chosen.connect(self._update_colours)
         self.menu.recent_chosen.connect(open_patch.open)
-        self.menu.preset_chosen.connect(open_patch.adopt)
-        transport.workspace_chosen.connect(self.show_workspace)
-        transport.flags_clicked.connect(self.show_workspace)
-        transport.target_chosen.connect(self._target_chooser.choose)
-        transport.play_wanted.connect(controller.play)
-        transport.stop_wanted.connect(controller.stop)
-        transport.panic_wanted.connect(self.panic)
-        transport.record_wanted.connect(controller.record)
-        transport.level_chosen.connect(controller.set_level)
-        transport.audio_wanted.connect(self._open_audio)
-        controller.said.connect(self.say)
+        self.menu.preset_chosen.connect(open_patch.open_preset)
+        main_bar.workspace_chosen.connect(self.show_workspace)
+        main_bar.warnings_clicked.connect(self.show_workspace)
+        main_bar.target_chosen.connect(self._target_chooser.choose)
+        main_bar.play_requested.connect(controller.play)
+        main_bar.stop_requested.connect(controller.stop)
+        main_bar.panic_requested.connect(self.panic)
+        main_bar.record_requested.connect(controller.record)
+        main_bar.level_chosen.connect(controller.set_level)
+        main_bar.audio_requested.connect(self._open_audio)
+        controller.notified.connect(self.show_message)
         controller.opened.connect(self._show_target)
-        controller.playing_changed.connect(transport.set_playing)
+        controller.playing_changed.connect(main_bar.set_playing)
         controller.recording_changed.connect(self._show_recording)
-        controller.target_locked.connect(transport.target.setDisabled)
+        controller.target_locked.connect(main_bar.target.setDisabled)
         bridge.started.connect(self._show_start)
-        bridge.noticed.connect(self._show_notice)
-        bridge.compiling.connect(self._show_compiling)
-        bridge.health.connect(self._show_health)
-        self.listening.said.connect(self.say)
+        bridge.notified.connect(self._show_notice)
+        bridge.compile_progressed.connect(self._show_compiling)
+        bridge.health_reported.connect(self._show_health)
+        self.listening.notified.connect(self.show_message)
         open_patch.title_changed.connect(self._show_title)
-        open_patch.said.connect(self.say)
+        open_patch.notified.connect(self.show_message)
 
 
 def _first_patch() -> Patch:

@@ -36,18 +36,18 @@ class WorkspaceContext:
 
 
 class Workspace(QWidget):
-    """One page of the window. It works alone, too, as tests use it: only `listen` binds it to anything else."""
+    """One page of the window. It works alone, too, as tests use it: only `attach` binds it to anything else."""
 
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the person, shown at the bottom of the window."""
-    flagged = Signal(object)
+    warnings_changed = Signal(object)
     """Lines of warning, shown in the transport bar; a click there brings this workspace to the screen."""
     loaded = Signal()
     """Modules or kernels that stay have been loaded just now."""
     files_pasted = Signal(list)
     """Paths of files that were copied elsewhere and pasted here: to be opened as if they had been dropped."""
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         """Show the present, and connect to what is listened to from now on. Called once."""
 
     def menu_actions(self) -> Sequence[QAction]:
@@ -67,7 +67,7 @@ class Workspace(QWidget):
     def silence(self) -> None:
         """Panic: end whatever makes sound by itself."""
 
-    def keep_for_next_start(self, folder: Path) -> None:
+    def save_for_restart(self, folder: Path) -> None:
         """The window is closed to be opened anew at once: write what no file has to `folder`."""
 
     def close_down(self) -> None:
@@ -78,16 +78,16 @@ class Workspace(QWidget):
 class WorkspaceDeclaration:
     """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
 
-    `opens` are the suffixes of files that it opens: dropped on the window, or named on the command line. `name` is on
-    its tab, or in a narrow window the picture `icon`; `key` brings it to the screen; tabs are in the order of their
-    keys. `focus` says where the focus must be for its shortcuts, if that is not the whole workspace.
+    `suffixes` are those of files that it opens: dropped on the window, or named on the command line. `name` is on its
+    tab, or in a narrow window the picture `icon`; `key` brings it to the screen; tabs are in the order of their keys.
+    `focus` says where the focus must be for its shortcuts, if that is not the whole workspace.
     """
 
     name: str
     key: str
     make: Callable[[WorkspaceContext], Workspace]
     focus: str = ""
-    opens: tuple[str, ...] = ()
+    suffixes: tuple[str, ...] = ()
     icon: str = "list"
 
 

@@ -55,8 +55,8 @@ def test_what_arrives_is_what_the_engine_says_it_played(null_sink, until):
             part = playing.played(first, 4_800)
             if first not in late and part.any() and (place := placed(arrived, part)) is not None:
                 late[first] = place - first
-        at_once = [late[first] == late[first + 4_800] for first in late if first + 4_800 in late]
-        return len(late) >= 10 and sum(at_once) >= 5
+        ask_nothing = [late[first] == late[first + 4_800] for first in late if first + 4_800 in late]
+        return len(late) >= 10 and sum(ask_nothing) >= 5
 
     with listening(null_sink) as heard, live(rough_step(), until, sound="", latency_s=BUFFER_S) as playing:
         assert playing.started().where == "sound card"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from given_forces import FLOOR, RATE, Given, drawn, standing
+from given_forces import FLOOR, RATE, GivenForces, intake_signals, standing_forces
 
 from underfoot.engine.intake import Intake
 
@@ -14,8 +14,8 @@ RATES = pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0])
 
 @RATES
 def test_force_is_linear_between_samples_and_late_by_exactly_one_period(rate_hz):
-    stamps, forces = standing(rate_hz)
-    force, x, y = drawn(Given(rate_hz, stamps, forces), 90_000)[:, 0]
+    stamps, forces = standing_forces(rate_hz)
+    force, x, y = intake_signals(GivenForces(rate_hz, stamps, forces), 90_000)[:, 0]
     period = RATE / rate_hz
     frames = np.arange(90_000)
     onset, off = stamps[forces[:, 0].any(axis=1)][[0, -1]]
@@ -33,8 +33,8 @@ def test_force_is_linear_between_samples_and_late_by_exactly_one_period(rate_hz)
 
 @RATES
 def test_off_contact_all_is_exactly_zero_and_the_gate_takes_5_ms(rate_hz):
-    stamps, forces = standing(rate_hz)
-    signals = drawn(Given(rate_hz, stamps, forces), 90_000)
+    stamps, forces = standing_forces(rate_hz)
+    signals = intake_signals(GivenForces(rate_hz, stamps, forces), 90_000)
     assert not signals[:, 1].any()
     force = signals[0, 0]
     loaded = np.flatnonzero(forces[:, 0].any(axis=1))
@@ -52,18 +52,18 @@ def test_off_contact_all_is_exactly_zero_and_the_gate_takes_5_ms(rate_hz):
 
 @RATES
 def test_noise_of_an_empty_tile_is_not_let_through(rate_hz):
-    stamps, forces = standing(rate_hz)
+    stamps, forces = standing_forces(rate_hz)
     forces[:, 1] = 3.0 + np.random.default_rng(2).normal(0.0, 0.4, (len(stamps), 4))
-    assert not drawn(Given(rate_hz, stamps, forces), 90_000)[:, 1].any()
+    assert not intake_signals(GivenForces(rate_hz, stamps, forces), 90_000)[:, 1].any()
 
 
 @RATES
 def test_a_gap_is_held_and_then_ramped_to_nothing(rate_hz):
-    stamps, forces = standing(rate_hz)
+    stamps, forces = standing_forces(rate_hz)
     before = np.searchsorted(stamps, 0.8 * RATE)
     after = np.searchsorted(stamps, 1.0 * RATE)
     kept = np.r_[:before, after : len(stamps)]
-    force = drawn(Given(rate_hz, stamps[kept], forces[kept]), 90_000)[0, 0]
+    force = intake_signals(GivenForces(rate_hz, stamps[kept], forces[kept]), 90_000)[0, 0]
     period = RATE / rate_hz
     reached = int(np.ceil(stamps[before - 1] + period))
     height = forces[before - 1, 0].sum()
@@ -79,30 +79,30 @@ def test_a_gap_is_held_and_then_ramped_to_nothing(rate_hz):
 
 @RATES
 def test_nothing_jumps_at_the_edges_of_a_gap(rate_hz):
-    stamps, forces = standing(rate_hz)
+    stamps, forces = standing_forces(rate_hz)
     gone = (stamps > 0.8 * RATE) & (stamps < (0.8 + 0.030) * RATE)
-    force = drawn(Given(rate_hz, stamps[~gone], forces[~gone]), 90_000)[0, 0]
+    force = intake_signals(GivenForces(rate_hz, stamps[~gone], forces[~gone]), 90_000)[0, 0]
     steepest = 750.0 / (RATE / rate_hz) + 750.0 / (GATE * RATE)  # a line through an opening gate
     assert np.abs(np.diff(force)).max() <= 1.05 * steepest
 
 
 def test_a_sample_that_is_late_changes_nothing_before_it_came():
-    stamps, forces = standing(1000.0)
+    stamps, forces = standing_forces(1000.0)
     arrivals = stamps.copy()
     arrivals[900:904] += 30.0
     changed = forces.copy()
     changed[902, 0] *= 1.5
-    one = drawn(Given(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
-    other = drawn(Given(1000.0, stamps, changed, arrivals), 60_000)[0, 0]
+    one = intake_signals(GivenForces(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
+    other = intake_signals(GivenForces(1000.0, stamps, changed, arrivals), 60_000)[0, 0]
     assert np.flatnonzero(one != other)[0] in range(int(arrivals[902]), int(arrivals[902]) + 2)
 
 
 def test_after_a_hold_up_the_force_is_on_time_again():
     """Fifty samples come at once when the gate has closed: the newest counts, and the next are late by one period."""
-    stamps, forces = standing(1000.0)
+    stamps, forces = standing_forces(1000.0)
     arrivals = stamps.copy()
     arrivals[800:850] = stamps[850] - 1.0
-    force = drawn(Given(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
+    force = intake_signals(GivenForces(1000.0, stamps, forces, arrivals), 60_000)[0, 0]
     line = np.interp(np.arange(60_000) - 48.0, stamps, forces[:, 0].sum(axis=1))
     on_time = slice(int(stamps[850] + GATE * RATE) + 1, 60_000)
     np.testing.assert_allclose(force[on_time], line[on_time], rtol=1e-12, atol=1e-9)
@@ -110,8 +110,8 @@ def test_after_a_hold_up_the_force_is_on_time_again():
 
 
 def test_samples_that_are_always_late_by_the_same_are_still_straight_lines():
-    stamps, forces = standing(1000.0)
-    force = drawn(Given(1000.0, stamps, forces, stamps + 130.0), 60_000)[0, 0]
+    stamps, forces = standing_forces(1000.0)
+    force = intake_signals(GivenForces(1000.0, stamps, forces, stamps + 130.0), 60_000)[0, 0]
     line = np.interp(np.arange(60_000) - 48.0 - 82.0 - 48.0, stamps, forces[:, 0].sum(axis=1))
     inside = slice(int(0.4 * RATE), int(1.2 * RATE))
     np.testing.assert_allclose(force[inside], line[inside], rtol=1e-9)
@@ -121,31 +121,31 @@ def test_samples_that_are_always_late_by_the_same_are_still_straight_lines():
 @pytest.mark.parametrize("rate_hz", [1000.0, 240.0, 160.0, 970.3])
 def test_any_block_size_gives_the_same_bytes(rate, rate_hz):
     random = np.random.default_rng(5)
-    stamps, forces = standing(rate_hz, rate)
+    stamps, forces = standing_forces(rate_hz, rate)
     kept = random.random(len(stamps)) > 0.02
     kept[: round(0.35 * rate_hz)] = True
     stamps, forces = stamps[kept], forces[kept]
     late = np.where(random.random(len(stamps)) < 0.05, random.exponential(0.02 * rate, len(stamps)), 0.0)
     arrivals = np.maximum.accumulate(stamps + late)
-    whole = drawn(Given(rate_hz, stamps, forces, arrivals), 60_000, rate, [1024])
+    whole = intake_signals(GivenForces(rate_hz, stamps, forces, arrivals), 60_000, rate, [1024])
     assert whole.any()
     for blocks in ([64], [7], [1, 250, 33]):
-        again = drawn(Given(rate_hz, stamps, forces, arrivals), 60_000, rate, blocks)
+        again = intake_signals(GivenForces(rate_hz, stamps, forces, arrivals), 60_000, rate, blocks)
         assert again.tobytes() == whole.tobytes(), blocks
 
 
 def test_a_tare_takes_what_the_tile_reads_now_as_its_zero():
-    stamps, forces = standing(1000.0)
+    stamps, forces = standing_forces(1000.0)
     forces[:, 0] += np.where(stamps > 0.1 * RATE, 4.0, 0.0)[:, None]
-    intake = Intake(Given(1000.0, stamps, forces), RATE, 480)
+    intake = Intake(GivenForces(1000.0, stamps, forces), RATE, 480)
     intake.take(round(0.25 * RATE))
     intake.tare()
     np.testing.assert_allclose(intake.tracker.baseline_n, [[4.0] * 4, [0.0] * 4])
 
 
 def test_every_sample_is_told_of_once():
-    stamps, forces = standing(1000.0)
-    intake = Intake(Given(1000.0, stamps, forces), RATE, 480)
+    stamps, forces = standing_forces(1000.0)
+    intake = Intake(GivenForces(1000.0, stamps, forces), RATE, 480)
     heard = []
     intake.on_samples = lambda count: heard.extend(intake.source.stamps[:count])
     for end in (1, 500, 40_000, 90_000):

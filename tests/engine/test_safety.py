@@ -154,8 +154,8 @@ def test_what_opens_at_a_level_is_at_no_moment_louder(gain):
 
     hum, close = sine(0.3, 50.0, 0.2), {0: lambda safety: safety.open(False, 0)}
     out = guarded(hum, at_frame={**close, 960: begin})[960:, 0]
-    at_once = guarded(gain * hum, at_frame={**close, 960: lambda safety: safety.open(True, 960)})[960:, 0]
-    np.testing.assert_allclose(out, at_once, atol=1e-6 * gain)
+    ask_nothing = guarded(gain * hum, at_frame={**close, 960: lambda safety: safety.open(True, 960)})[960:, 0]
+    np.testing.assert_allclose(out, ask_nothing, atol=1e-6 * gain)
     assert np.abs(out).max() <= 0.31 * gain
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from given_forces import Given, drawn, standing
+from given_forces import GivenForces, intake_signals, standing_forces
 
 from underfoot.engine.intake import GATE_S, HOLD_S
 from underfoot.floor.contacts import ContactTracker
@@ -15,13 +15,13 @@ PERIOD = 48.0
 
 
 def test_a_tile_that_is_silent_fades_as_a_gap_does_and_the_other_does_not():
-    stamps, forces = standing(1000.0)
+    stamps, forces = standing_forces(1000.0)
     forces[:, 1] = forces[:, 0]
     silent = forces.copy()
     first, last = np.searchsorted(stamps, (0.8 * RATE, 1.0 * RATE))
     silent[first:last, 0] = np.nan
-    gone = drawn(Given(1000.0, stamps, silent), 90_000)[0]
-    np.testing.assert_array_equal(gone[1], drawn(Given(1000.0, stamps, forces), 90_000)[0, 1])
+    gone = intake_signals(GivenForces(1000.0, stamps, silent), 90_000)[0]
+    np.testing.assert_array_equal(gone[1], intake_signals(GivenForces(1000.0, stamps, forces), 90_000)[0, 1])
     frames = np.arange(int(stamps[first - 1] + PERIOD) + 1, int(stamps[last]))
     height = forces[first - 1, 0].sum()
     held = np.interp(frames - PERIOD - stamps[first - 1], [0.0, HOLD_S * RATE, 2 * HOLD_S * RATE], [1.0, 1.0, 0.0])
@@ -31,14 +31,14 @@ def test_a_tile_that_is_silent_fades_as_a_gap_does_and_the_other_does_not():
 
 
 def test_a_single_sample_that_is_missing_is_as_if_its_row_were():
-    stamps, forces = standing(1000.0)
+    stamps, forces = standing_forces(1000.0)
     forces[:, 1] = 0.0
     holes = np.arange(310, 1290, 7)
     broken = forces.copy()
     broken[holes, 0] = np.nan
     kept = np.delete(np.arange(len(stamps)), holes)
-    with_holes = drawn(Given(1000.0, stamps, broken), 90_000)[:, 0]
-    without = drawn(Given(1000.0, stamps[kept], forces[kept]), 90_000)[:, 0]
+    with_holes = intake_signals(GivenForces(1000.0, stamps, broken), 90_000)[:, 0]
+    without = intake_signals(GivenForces(1000.0, stamps[kept], forces[kept]), 90_000)[:, 0]
     np.testing.assert_allclose(with_holes, without, atol=1e-9)
 
 

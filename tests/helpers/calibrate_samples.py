@@ -13,7 +13,7 @@ from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Response
 from underfoot.parameters import Choice, Number, Text
-from underfoot.widgets.calibrate.catalogue import Kind
+from underfoot.widgets.calibrate.catalogue import CalibrationKind
 
 TILE = default_floor().tiles[0]
 MIDDLE = (0.02, -0.05)
@@ -172,7 +172,7 @@ def weighing(made, by_hand=False, gate=None, failure=None):
         made.append((Weighing(gate), Scale(by_hand)))
         return made[-1]
 
-    return Kind("response", "Bell", "Bell: how loud it is", "A weight, and a bell.", make, REFERENCE)
+    return CalibrationKind("response", "Bell", "Bell: how loud it is", "A weight, and a bell.", make, REFERENCE)
 
 
 def weighings(made, by_hand=False, gate=None, failure=None):

@@ -15,7 +15,7 @@ COMPILING = re.compile(r"^underfoot: (first use|\d+ kernels?).*\n", re.MULTILINE
 
 
 @dataclass
-class Said:
+class CommandResult:
     """Result of a command: its exit status and its outputs."""
 
     status: int
@@ -34,7 +34,7 @@ def underfoot(monkeypatch, capfd):
         with pytest.raises(SystemExit) as exit:
             main()
         out, error = capfd.readouterr()
-        return Said(exit.value.code, out, COMPILING.sub("", error))
+        return CommandResult(exit.value.code, out, COMPILING.sub("", error))
 
     return run
 
@@ -52,14 +52,14 @@ def refused(underfoot, folder):
 
     def run(*arguments):
         before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-        said = underfoot(*arguments)
-        assert said.status == 1
-        assert said.out == ""
-        assert said.error.startswith("underfoot: ")
-        assert said.error.count("\n") == 1
-        assert said.error.endswith("\n")
+        result = underfoot(*arguments)
+        assert result.status == 1
+        assert result.out == ""
+        assert result.error.startswith("underfoot: ")
+        assert result.error.count("\n") == 1
+        assert result.error.endswith("\n")
         assert before == {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-        return said.error
+        return result.error
 
     return run
 

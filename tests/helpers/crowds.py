@@ -22,7 +22,7 @@ class Frame:
 
     time_s: float
     contacts: tuple
-    sure: frozenset
+    certain: frozenset
     possible: frozenset
 
 

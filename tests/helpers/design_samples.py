@@ -9,7 +9,7 @@ from underfoot.patch.node import Input, Output, node
 from underfoot.patch.patch import Patch
 
 
-def nothing():
+def no_op():
     pass
 
 
@@ -18,7 +18,7 @@ class Push:
     """Force, in newtons."""
 
     force = Output("N")
-    run = nothing
+    run = no_op
 
 
 @node("step", "Timing")
@@ -28,7 +28,7 @@ class Step:
     force = Input("N")
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force at which a foot is down")
     onset = Output(kind="event")
-    run = nothing
+    run = no_op
 
 
 @node("shaker", "Outputs")
@@ -39,7 +39,7 @@ class Shaker:
     level = Number(1.0, 0.0, 10.0, wire="audio", doc="factor on the way out")
     tiles = Tiles()
     played = Output("m/s^2")
-    run = nothing
+    run = no_op
     is_sink = True
 
 
@@ -51,7 +51,7 @@ class Hum:
     chains = Count(2000, 1, 100_000, doc="how many")
     sharing = Choice("global", options=("global", "local"))
     out = Output("m/s^2")
-    run = nothing
+    run = no_op
 
 
 @node("beat", "Timing")
@@ -60,7 +60,7 @@ class Beat:
 
     notes = Rows(((0, 4, 1.0),), (("step", 0, 23), ("length", 1, 24), ("amplitude", 0.0, 1.0)), most=24)
     out = Output(kind="event")
-    run = nothing
+    run = no_op
 
 
 @node("through", "Shapes")
@@ -69,7 +69,7 @@ class Through:
 
     signal = Input()
     out = Output()
-    run = nothing
+    run = no_op
 
 
 REGISTRY = {type.type: type for type in (Push, Step, Shaker, Hum, Beat, Through)}
@@ -93,7 +93,7 @@ def port(workspace, id: str, side: str, name: str) -> QPoint:
 def middle(workspace, id: str) -> QPoint:
     """Return a position in a node's small plot, away from its ports."""
     item = workspace.canvas.patch_scene.nodes[id]
-    return workspace.canvas.mapFromScene(item.mapToScene(item.shape_now.plot.center()))
+    return workspace.canvas.mapFromScene(item.mapToScene(item.geometry.plot.center()))
 
 
 def drag(workspace, start: QPoint, end: QPoint, release: bool = True) -> None:

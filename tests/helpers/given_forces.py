@@ -11,7 +11,7 @@ RATE = 48_000.0
 QUIET_S, STAND_S = 0.3, 1.0
 
 
-class Given:
+class GivenForces:
     """A source that delivers given samples in the frame of their arrival."""
 
     def __init__(self, rate_hz, stamps, forces, arrivals=None):
@@ -30,7 +30,7 @@ class Given:
         return count
 
 
-def standing(rate_hz, rate=RATE, seconds=2.0):
+def standing_forces(rate_hz, rate=RATE, seconds=2.0):
     """Return samples of a person who stands and sways on the first tile from 0.3 to 1.3 s: stamps in frames, forces."""
     time_s = np.arange(round(seconds * rate_hz)) / rate_hz
     forces = np.zeros((len(time_s), 2, 4))
@@ -41,7 +41,7 @@ def standing(rate_hz, rate=RATE, seconds=2.0):
     return time_s * rate, forces
 
 
-def drawn(source, frames, rate=RATE, blocks=(512,)):
+def intake_signals(source, frames, rate=RATE, blocks=(512,)):
     """Return force, x and y [signal, tile, frame] from the intake, in blocks of these sizes."""
     intake = Intake(source, rate, max(blocks))
     out = np.zeros((3, 2, frames))

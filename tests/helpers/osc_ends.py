@@ -18,7 +18,7 @@ class OscEnd:
         self.socket.bind((LOOPBACK, 0))
         self.socket.setblocking(False)
         self.port = self.socket.getsockname()[1]
-        self.heard = []
+        self.messages = []
 
     @property
     def text(self):
@@ -28,7 +28,7 @@ class OscEnd:
     def close(self):
         self.socket.close()
 
-    def say(self, port, address, *arguments):
+    def send_message(self, port, address, *arguments):
         self.send(port, build_msg(address, list(arguments)).dgram)
 
     def send(self, port, datagram):
@@ -44,10 +44,10 @@ class OscEnd:
                 return found
             found.append([(timed.message.address, timed.message.params) for timed in OscPacket(datagram).messages])
 
-    def hear(self, address):
+    def received(self, address):
         """Return the arguments of all messages to an address so far."""
-        self.heard += [message for datagram in self.datagrams() for message in datagram]
-        return [arguments for heard, arguments in self.heard if heard == address]
+        self.messages += [message for datagram in self.datagrams() for message in datagram]
+        return [arguments for to, arguments in self.messages if to == address]
 
 
 def free_port():
@@ -63,7 +63,7 @@ class CursorDecoder:
         self.cursors, self.added, self.removed, self.sequences, self.sources = {}, [], [], [], set()
         self._alive, self._sets = [], {}
 
-    def take(self, datagram):
+    def decode(self, datagram):
         for address, (kind, *arguments) in datagram:
             assert address == "/tuio/2Dcur"
             if kind == "source":

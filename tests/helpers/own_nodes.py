@@ -25,7 +25,7 @@ class Hum:
 """
 
 
-class Beside:
+class OwnNodeFolder:
     """A folder with a patch `hum.json` whose node is in `nodes/hum-of-mine.py`; that file records each run."""
 
     def __init__(self, folder):
@@ -46,16 +46,16 @@ class Beside:
     @property
     def runs(self):
         """Return how often the file was run, in any process."""
-        told = self.file.with_suffix(".ran")
-        return len(told.read_text()) if told.exists() else 0
+        runs = self.file.with_suffix(".ran")
+        return len(runs.read_text()) if runs.exists() else 0
 
 
 @pytest.fixture
-def beside(tmp_path):
+def own_node(tmp_path):
     """Yield such a folder; unregister its nodes afterwards."""
     from underfoot.nodes import REGISTRY
     from underfoot.patch.node_files import RUNNING
 
-    yield Beside(tmp_path)
+    yield OwnNodeFolder(tmp_path)
     RUNNING.clear()
     REGISTRY.pop("hum-of-mine", None)

@@ -23,12 +23,12 @@ class Person:
     def __init__(self, runner, until, answers=first_answers):
         self.runner, self._until, self._answers = runner, until, answers
         self.tile = runner.session.target.floor.tiles[0].id
-        self.seen = []
+        self.phases = []
 
     def poll(self):
         self.runner.poll(self.runner.session.poll())
-        if not self.seen or self.seen[-1] != self.runner.phase:
-            self.seen.append(self.runner.phase)
+        if not self.phases or self.phases[-1] != self.runner.phase:
+            self.phases.append(self.runner.phase)
 
     def until(self, holds, what=""):
         def look():
@@ -53,7 +53,7 @@ class Person:
     def until_phase(self, *phases):
         return self.until(lambda: self.runner.phase in phases and self.runner.phase, f"phase {phases}")
 
-    def one_page(self):
+    def answer_page(self):
         """Do what the present page wants, and go to the next."""
         runner = self.runner
         self.until_phase(Phase.PAGE, Phase.READY, Phase.ANSWERING, Phase.END, Phase.PAUSE)
@@ -82,10 +82,10 @@ class Person:
         gone = (Phase.ANSWERING, Phase.END)
         self.until(lambda: runner.phase in gone or runner.interval != interval, "the presentation ends")
 
-    def whole(self):
+    def finish_study(self):
         """Go through the study to its end."""
         while self.runner.phase is not Phase.END:
-            self.one_page()
+            self.answer_page()
 
 
 @contextmanager

@@ -16,7 +16,7 @@ LONG_MS = 120_000
 """Timeout in milliseconds that allows for compiling kernels."""
 
 
-def hiss(title="Hiss"):
+def noise_patch(title="Hiss"):
     """Return a patch of noise on every tile."""
     patch = Patch(title=title).add("noise", REGISTRY).add("tile-output", REGISTRY, at=(240.0, 0.0))
     return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
@@ -40,13 +40,13 @@ def play_on_simulator(folder):
     window.show()
     window.make_workspaces()
     window.start()
-    window.open_patch.keep()
-    until_it_plays(window)
+    window.open_patch.write_autosave()
+    wait_until_playing(window)
     assert window.bridge.wait_for_kernels(LONG_MS / 1000)
     return window
 
 
-def until_it_plays(window):
+def wait_until_playing(window):
     """Wait until the engine runs, and every process of the session has started."""
 
     def plays():
@@ -79,15 +79,15 @@ def choose_file(window, path, open_dialog):
     dialog.accept()
 
 
-class Heard:
+class VibrationRecorder:
     """The newest vibration of a window's session."""
 
     def __init__(self, window):
         self._window, self._samples = window, np.zeros((0, 0))
-        window.bridge.vibrated.connect(self._hear)
+        window.bridge.vibration_read.connect(self._keep_samples)
         window.bridge.want_vibration(True)
 
-    def _hear(self, first, samples):
+    def _keep_samples(self, first, samples):
         self._samples = samples
 
     def any(self):

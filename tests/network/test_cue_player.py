@@ -45,14 +45,14 @@ class Stage:
 
         return self.playing.until(look, what)
 
-    def say(self, address, *arguments):
-        self.client.say(self.port, address, *arguments)
+    def send_message(self, address, *arguments):
+        self.client.send_message(self.port, address, *arguments)
 
     def answer(self, address, number):
         """The answer to the cue of this number."""
 
         def found():
-            return next((rest for n, *rest in self.client.hear(address) if n == number), None)
+            return next((rest for n, *rest in self.client.received(address) if n == number), None)
 
         return self.until(found, f"{address} {number}")
 
@@ -81,7 +81,7 @@ def stage(until, recorded):
 
 
 def test_a_preset_on_one_tile_is_answered_with_the_frame_from_which_it_plays(stage):
-    stage.say("/underfoot/play", "stimulus-sp", "t2", -6.0, 11)
+    stage.send_message("/underfoot/play", "stimulus-sp", "t2", -6.0, 11)
     frame, time_s, ago_s = stage.answer("/underfoot/played", 11)
     assert frame == stage.frame_of(lambda command: isinstance(command, Swap))
     assert time_s == frame / 48_000.0
@@ -94,8 +94,8 @@ def test_a_preset_on_one_tile_is_answered_with_the_frame_from_which_it_plays(sta
 
 
 def test_a_strike_behind_a_preset_waits_until_that_plays(stage):
-    stage.say("/underfoot/play", "tacton-ws1", "t2", 0.0, 21)
-    stage.say("/underfoot/strike", "t2", 1.0, 22)
+    stage.send_message("/underfoot/play", "tacton-ws1", "t2", 0.0, 21)
+    stage.send_message("/underfoot/strike", "t2", 1.0, 22)
     frame, _, _ = stage.answer("/underfoot/played", 21)
     struck, _, _ = stage.answer("/underfoot/played", 22)
     assert struck >= frame
@@ -106,29 +106,29 @@ def test_a_strike_behind_a_preset_waits_until_that_plays(stage):
 
 def test_another_gain_moves_in_a_ramp_without_a_new_program(stage):
     swaps = len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Swap)])
-    stage.say("/underfoot/play", "tacton-ws1", "t2", -12.0, 31)
+    stage.send_message("/underfoot/play", "tacton-ws1", "t2", -12.0, 31)
     frame, _, _ = stage.answer("/underfoot/played", 31)
     assert frame == stage.frame_of(lambda command: isinstance(command, Set) and command.name == "gain")
     assert swaps == len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Swap)])
-    stage.say("/underfoot/play", "tacton-ws1", "t2", -12.0, 32)
+    stage.send_message("/underfoot/play", "tacton-ws1", "t2", -12.0, 32)
     again, _, ago_s = stage.answer("/underfoot/played", 32)
     assert again >= frame
     assert abs(ago_s) < 5.0, "nothing had to be done"
 
 
 def test_a_value_is_set_and_stop_undoes_it(stage):
-    stage.say("/underfoot/set", "tone", "frequency", 160, 41)
+    stage.send_message("/underfoot/set", "tone", "frequency", 160, 41)
     frame, _, _ = stage.answer("/underfoot/played", 41)
     assert frame == stage.frame_of(lambda command: command == Set("tone", "frequency", 160.0))
     assert stage.player.cued.values
-    stage.say("/underfoot/stop", "all", 42)
+    stage.send_message("/underfoot/stop", "all", 42)
     frame, _, _ = stage.answer("/underfoot/played", 42)
     assert frame == stage.frame_of(lambda command: isinstance(command, Swap))
     assert stage.playing.session.patch == hum()
 
 
 def test_a_mark_is_told_and_recorded_at_its_frame(stage):
-    stage.say("/underfoot/mark", "trial 1", 51)
+    stage.send_message("/underfoot/mark", "trial 1", 51)
     frame, _, _ = stage.answer("/underfoot/played", 51)
     assert frame == stage.frame_of(lambda command: command == Mark("trial 1"))
     stage.marked = frame
@@ -149,7 +149,7 @@ REFUSED = (
 @pytest.mark.parametrize("cue", REFUSED, ids=lambda cue: " ".join(map(str, cue[:3])))
 def test_what_cannot_be_is_refused_and_changes_nothing(stage, cue):
     before = stage.playing.session.patch
-    stage.say(*cue)
+    stage.send_message(*cue)
     address, reason = stage.answer("/underfoot/refused", cue[-1])
     assert address == cue[0]
     assert "allowed: " in reason
@@ -157,9 +157,9 @@ def test_what_cannot_be_is_refused_and_changes_nothing(stage, cue):
 
 
 def test_a_bad_cue_does_not_spoil_the_good_ones_with_it(stage):
-    stage.say("/underfoot/set", "tone", "frequency", 90.0, 71)
-    stage.say("/underfoot/set", "tone", "frequency", 1e9, 72)
-    stage.say("/underfoot/set", "tone", "amplitude", 0.5, 73)
+    stage.send_message("/underfoot/set", "tone", "frequency", 90.0, 71)
+    stage.send_message("/underfoot/set", "tone", "frequency", 1e9, 72)
+    stage.send_message("/underfoot/set", "tone", "amplitude", 0.5, 73)
     stage.answer("/underfoot/refused", 72)
     for number in (71, 73):
         stage.answer("/underfoot/played", number)
@@ -174,13 +174,13 @@ def test_an_edit_of_the_floors_own_patch_keeps_the_cues(stage):
     stage.playing.session.edit(stage.player.set_base_patch(Patch()))
     assert stage.playing.session.patch == Patch()
     stage.playing.session.edit(stage.player.set_base_patch(hum()))
-    stage.say("/underfoot/stop")
+    stage.send_message("/underfoot/stop")
     stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
 
 
 def test_while_a_study_has_the_floor_cues_are_refused(stage):
     before = stage.server.counts.received
-    stage.say("/underfoot/mark", "m", 81)
+    stage.send_message("/underfoot/mark", "m", 81)
     stage.playing.until(lambda: stage.server.counts.received > before, "it came")
     stage.player.tick([], "a study has the floor")
     _, reason = stage.answer("/underfoot/refused", 81)
@@ -188,10 +188,10 @@ def test_while_a_study_has_the_floor_cues_are_refused(stage):
 
 
 def test_panic_is_silence_until_somebody_at_the_computer_plays(stage):
-    stage.say("/underfoot/panic")
+    stage.send_message("/underfoot/panic")
     stage.until(lambda: any(isinstance(done.command, Panic) for done in stage.playing.of(CommandApplied)), "panic")
     assert stage.playing.session.panicked
-    stage.say("/underfoot/play", "gravel", "t1", 0.0, 91)
+    stage.send_message("/underfoot/play", "gravel", "t1", 0.0, 91)
     frame, _, _ = stage.answer("/underfoot/played", 91)
     stage.playing.play(12_000)
     assert not stage.playing.played(frame, 9_000).any()
@@ -222,7 +222,7 @@ def test_a_node_that_is_called_as_a_cue_would_be_is_said(stage):
 
 def test_strikes_are_commands_of_the_engine_for_each_tile(stage):
     before = len([done for done in stage.playing.of(CommandApplied) if isinstance(done.command, Strike)])
-    stage.say("/underfoot/strike", "all", 0.5, 95)
+    stage.send_message("/underfoot/strike", "all", 0.5, 95)
     stage.answer("/underfoot/played", 95)
     struck = [done.command for done in stage.playing.of(CommandApplied) if isinstance(done.command, Strike)][before:]
     assert struck == [Strike("", tile, 0.5) for tile in ("t1", "t2", "t3", "t4")]

@@ -71,7 +71,7 @@ def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
     server.show(1.0, [])
     until(lambda: hear()[-1][1][1] == ["alive"], "the contact has ended")
     for frame in frames:
-        decoder.take(frame)
+        decoder.decode(frame)
     assert decoder.sources == {"underfoot@127.0.0.1"}
     assert (decoder.added, decoder.removed) == ([1], [1])
     assert decoder.sequences == list(range(decoder.sequences[0], decoder.sequences[0] + len(decoder.sequences)))
@@ -80,30 +80,32 @@ def test_contacts_go_out_sixty_times_a_second_until_they_end(serve, end, until):
 def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
     server = serve(send=end.text)
     server.show(0.5, [contact()])
-    until(lambda: end.hear("/underfoot/contact") and end.hear("/underfoot/contact")[0][3] == 700.0, "it is sent")
-    until(lambda: end.hear("/underfoot/contacts")[-1][1] == 0, "nobody is there any more", seconds=10 * IDLE_S)
+    until(
+        lambda: end.received("/underfoot/contact") and end.received("/underfoot/contact")[0][3] == 700.0, "it is sent"
+    )
+    until(lambda: end.received("/underfoot/contacts")[-1][1] == 0, "nobody is there any more", seconds=10 * IDLE_S)
 
 
 def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
     first = serve(tuio=end.text)
     first.show(0.5, [contact()])
-    until(lambda: ["alive", 1] in end.hear("/tuio/2Dcur"), "the contact is sent")
+    until(lambda: ["alive", 1] in end.received("/tuio/2Dcur"), "the contact is sent")
     first.close()
-    assert end.hear("/tuio/2Dcur")[-2:-1] == [["alive"]]
-    last = end.hear("/tuio/2Dcur")[-1][1]
+    assert end.received("/tuio/2Dcur")[-2:-1] == [["alive"]]
+    last = end.received("/tuio/2Dcur")[-1][1]
     second = serve(before=first, tuio=end.text)
     second.show(0.1, [contact()])
-    until(lambda: ["alive", 2] in end.hear("/tuio/2Dcur"), "the next id")
-    assert last + 1 in [arguments[1] for arguments in end.hear("/tuio/2Dcur") if arguments[0] == "fseq"]
+    until(lambda: ["alive", 2] in end.received("/tuio/2Dcur"), "the next id")
+    assert last + 1 in [arguments[1] for arguments in end.received("/tuio/2Dcur") if arguments[0] == "fseq"]
     assert second.counts.sent > 0
 
 
 def test_a_step_names_the_contact_under_which_it_was_sent(serve, end, until):
     server = serve(send=end.text)
     server.show(0.5, [contact(load=4, id=9)])
-    until(lambda: end.hear("/underfoot/contact"), "the contact is sent")
+    until(lambda: end.received("/underfoot/contact"), "the contact is sent")
     server.send_step(Step(2, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0, 120.0, 80.0, contact=9), 0.7)
-    (step,) = until(lambda: end.hear("/underfoot/step"), "the step is sent")
+    (step,) = until(lambda: end.received("/underfoot/step"), "the step is sent")
     assert step == [2, 1, 0, "t1", "left", 0.25, 650.0, 800.0, 500.0, 780.0, 400.0, 9.0]
 
 
@@ -142,8 +144,8 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
 def test_hello_is_answered_with_all_that_a_client_needs(serve, end, until):
     port, address = listening()
     serve(listen=address, tuio="127.0.0.1:3333")
-    end.say(port, "/underfoot/hello")
-    ((name, version, text),) = until(lambda: end.hear("/underfoot/hello"), "an answer")
+    end.send_message(port, "/underfoot/hello")
+    ((name, version, text),) = until(lambda: end.received("/underfoot/hello"), "an answer")
     about = json.loads(text)
     assert (name, version) == ("underfoot", __version__)
     assert about["ways"] == {"tuio": "127.0.0.1:3333", "listen": address}
@@ -156,8 +158,8 @@ def test_cues_come_in_the_order_in_which_they_were_sent(serve, end, until):
     port, address = listening()
     server = serve(listen=address)
     end.send(port, bundle([message("/underfoot/mark", "one", 1), bundle([message("/underfoot/mark", "two")])]))
-    end.say(port, "/underfoot/play", "gravel", "t1", -6.0, 4)
-    end.say(port, "/underfoot/panic")
+    end.send_message(port, "/underfoot/play", "gravel", "t1", -6.0, 4)
+    end.send_message(port, "/underfoot/panic")
     until(lambda: server.counts.received == 4, "all came")
     found = server.cues()
     assert [one.cue for one in found] == [
@@ -165,15 +167,15 @@ def test_cues_come_in_the_order_in_which_they_were_sent(serve, end, until):
     ]  # fmt: skip
     server.answer_played(found[2], 96_000, 0.125)
     server.answer_refused(found[0], "no")
-    assert until(lambda: end.hear("/underfoot/played")) == [[4, 96_000, 2.0, 0.125]]
-    assert until(lambda: end.hear("/underfoot/refused")) == [[1, "/underfoot/mark", "no"]]
+    assert until(lambda: end.received("/underfoot/played")) == [[4, 96_000, 2.0, 0.125]]
+    assert until(lambda: end.received("/underfoot/refused")) == [[1, "/underfoot/mark", "no"]]
 
 
 def test_what_is_osc_but_no_cue_is_refused_with_a_reason(serve, end, until):
     port, address = listening()
     server = serve(listen=address)
-    end.say(port, "/underfoot/play", "gravel", "t1", float("nan"))
-    ((number, refused, reason),) = until(lambda: end.hear("/underfoot/refused"))
+    end.send_message(port, "/underfoot/play", "gravel", "t1", float("nan"))
+    ((number, refused, reason),) = until(lambda: end.received("/underfoot/refused"))
     assert (number, refused, reason) == (-1, "/underfoot/play", "gain_db is nan; allowed: -80 to 20 dB")
     assert server.counts.refused == 1
     assert not server.cues()
@@ -213,7 +215,7 @@ def test_malformed_datagrams_are_counted_and_nothing_else(serve, end, until):
             until(lambda sent=k + 1: server.counts.refused >= sent, "all are refused", every=0.001)
     assert (server.counts.refused, server.counts.received, server.cues()) == (count, 0, [])
     end.datagrams()
-    until(lambda: end.say(port, "/underfoot/hello") or end.hear("/underfoot/hello"), "it still answers")
+    until(lambda: end.send_message(port, "/underfoot/hello") or end.received("/underfoot/hello"), "it still answers")
 
 
 def test_more_than_so_many_cues_a_second_are_refused_but_panic_is_heard(serve, end, until):
@@ -221,11 +223,11 @@ def test_more_than_so_many_cues_a_second_are_refused_but_panic_is_heard(serve, e
     server = serve(listen=address)
     counts, sent = server.counts, 0
     while counts.refused == 0 and sent < 100 * MOST_CUES_S:
-        end.say(port, "/underfoot/mark", "m", sent)
+        end.send_message(port, "/underfoot/mark", "m", sent)
         sent += 1
         if sent % 20 == 0:  # the system keeps so many until they are read
             until(lambda sent=sent: counts.received + counts.refused >= sent, "all were read", every=0.001)
-    end.say(port, "/underfoot/panic")
+    end.send_message(port, "/underfoot/panic")
     until(lambda: counts.received + counts.refused > sent, "the panic was read")
     heard = server.cues()
     assert heard[-1].cue == PanicCue()

@@ -59,9 +59,9 @@ def test_twelve_contacts_keep_their_ids_and_none_is_lost():
         for number, frame in enumerate(crowd.frames(seconds), 1):
             sender.send(client.port, cursor_frame(frame.contacts, number, SOURCE))
             (datagram,) = client.datagrams()
-            decoder.take(datagram)
+            decoder.decode(datagram)
             here = {crowd.tile_at(contact.x_m, contact.y_m) for contact in frame.contacts}
-            assert frame.sure <= here <= frame.possible
+            assert frame.certain <= here <= frame.possible
             assert len(here) == len(decoder.cursors)
             most = max(most, len(here))
             for contact in frame.contacts:

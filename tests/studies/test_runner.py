@@ -53,7 +53,7 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
         person.until_phase(Phase.READY)
         if start == "key":
             person.press(600.0)  # who stands on the tile feels what a key begins
-        person.whole()
+        person.finish_study()
     file = SessionFile.open(path)
     entries = file.entries()
     assert [entry.kind for entry in entries] == ["trials"] * 3
@@ -86,7 +86,7 @@ def test_two_intervals_follow_one_another(session, until, tmp_path):
     stimuli = {"TD": TD, "WC": CONSTANT}
     protocol = made_protocol("constant-stimuli", parameters, stimuli, start="step", interval_pause_s=0.2)
     with taking_part(session, protocol, tmp_path / "a.session", until) as person:
-        person.whole()
+        person.finish_study()
         file = person.runner.file
         kinds = [(excerpt.part, excerpt.kind) for excerpt in file.excerpts(1)]
     assert kinds == [(part, kind) for part in (0, 1) for kind in ("force", "measured", "vibration")]
@@ -96,12 +96,12 @@ def test_a_study_that_was_left_goes_on_at_the_next_trial(session, until, tmp_pat
     path = tmp_path / "a.session"
     two = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT, "X": {}}, start="step")
     with taking_part(session, two, path, until) as person:
-        person.one_page()
+        person.answer_page()
         next_page = person.runner.page.key
     with taking_part(session, two, path, until) as person:
         person.until_phase(Phase.READY)
         assert person.runner.page.key == next_page
-        person.whole()
+        person.finish_study()
     file = SessionFile.open(path)
     assert [entry.trial.number for entry in file.entries()] == [1, 2]
     file.close()
@@ -113,9 +113,9 @@ def test_a_spoiled_trial_is_kept_and_presented_again(session, until, tmp_path):
         trial = person.runner.page.trial
         person.present()
         person.runner.spoil("a door slammed")
-        person.one_page()
+        person.answer_page()
         person.runner.repeat_last("pressed too early")
-        person.one_page()
+        person.answer_page()
         kept = person.runner.file.entries()
     assert [(entry.trial.number, entry.attempt, entry.spoiled) for entry in kept] == [
         (trial.number, 1, "a door slammed"),
@@ -138,7 +138,7 @@ def full_disk():
 def test_an_answer_that_the_disk_refuses_waits_until_there_is_room(session, until, tmp_path):
     with taking_part(session, rated("key"), tmp_path / "a.session", until) as person:
         runner = person.runner
-        person.one_page()
+        person.answer_page()
         person.until_phase(Phase.READY)
         person.present()
         number = runner.page.trial.number
@@ -150,7 +150,7 @@ def test_an_answer_that_the_disk_refuses_waits_until_there_is_room(session, unti
                 runner.go_on()
             assert runner.phase is Phase.STOPPED
         runner.go_on()
-        person.whole()
+        person.finish_study()
         kept = runner.file.entries()
     assert [entry.trial.number for entry in kept] == [1, 2, 3]
     assert kept[number - 1].answers == {"rating": 70.0}
@@ -246,7 +246,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
             person.wait(0.4)
             assert (len(emulated.moves), emulated.position) == (1, held)
             person.press(0.0)
-            person.whole()
+            person.finish_study()
         wanted = [plate.calibration.position(stimuli[e.trial.intervals[0].stimulus]["stiffness_n_mm"])
                   for e in person.runner.study.entries]  # fmt: skip
         assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
@@ -274,7 +274,7 @@ def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
         person.until(lambda: runner.session.health.peak < 0.001, "it ends by itself")
         runner.answer({})
         assert runner.study.gain_db == -6.0
-        person.whole()
+        person.finish_study()
         (entry,) = [entry for entry in runner.file.entries() if entry.trial is not None]
     assert entry.facts["commanded_m_s2"] < 2.0
 
@@ -330,7 +330,7 @@ def test_those_who_want_marks_get_them(session, until, tmp_path):
     inlet.open_stream(timeout=20.0)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
     with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
-        person.whole()
+        person.finish_study()
         (entry,) = person.runner.file.entries()
         samples = []
         until(lambda: samples.append(inlet.pull_sample(timeout=0.1)) or samples[-1][0] == ["answer main"], "all marks")

@@ -10,7 +10,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QDialog
 
-PATIENCE_MS = 120_000
+TIMEOUT_MS = 120_000
 """How long something is waited for where nothing else is said: a busy machine may take its time."""
 
 
@@ -28,7 +28,7 @@ def qapp(qapp):
 def qtbot(qtbot):
     """As ever, with patience."""
     for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed", "waitActive"):
-        setattr(qtbot, name, partial(getattr(qtbot, name), timeout=PATIENCE_MS))
+        setattr(qtbot, name, partial(getattr(qtbot, name), timeout=TIMEOUT_MS))
     return qtbot
 
 
@@ -77,29 +77,29 @@ def workspace(qtbot):
 
 
 @pytest.fixture
-def desk(qtbot, tmp_path):
+def driver(qtbot, tmp_path):
     """The Calibrate workspace on the screen."""
-    from calibrate_desk import Desk
+    from calibrate_driver import CalibrateDriver
 
-    return Desk(qtbot, tmp_path)
+    return CalibrateDriver(qtbot, tmp_path)
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def patch_folder(tmp_path_factory):
     """A folder with a patch to open and room for what the window keeps."""
-    from windows import hiss
+    from windows import noise_patch
 
     folder = tmp_path_factory.mktemp("window")
-    hiss().save(folder / "hiss.json")
+    noise_patch().save(folder / "hiss.json")
     return folder
 
 
 @pytest.fixture(scope="module")
-def playing(qapp, place):
+def playing(qapp, patch_folder):
     """A window whose session plays on the simulated floor, shared by the tests of a file."""
     from windows import play_on_simulator
 
-    window = play_on_simulator(place)
+    window = play_on_simulator(patch_folder)
     yield window
     window.leave()
     window.deleteLater()
@@ -107,7 +107,7 @@ def playing(qapp, place):
 
 
 @pytest.fixture
-def window(playing, place, qtbot):
+def window(playing, patch_folder, qtbot):
     """The same window as it was at first: playing, its own patch open and saved, Design on the screen."""
     from on_screen import show
 
@@ -116,6 +116,6 @@ def window(playing, place, qtbot):
     for dialog in playing.findChildren(QDialog):
         dialog.close()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    playing.open_patch.read(place / "hiss.json")
+    playing.open_patch.read(patch_folder / "hiss.json")
     playing.show_workspace("Design")
     playing.controller.play()

@@ -12,19 +12,19 @@ from windows import quiet_window
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.design.view import LEAST_FIT
+from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
-from underfoot.widgets.transport import TransportBar
+from underfoot.widgets.main_bar import MainBar
 
 
 @pytest.mark.parametrize("width", [1024, 1100, 1280, 1600])
 @pytest.mark.parametrize("tabs", [4, 5])
 def test_nothing_in_the_toolbar_overlaps_at_any_width(qtbot, width, tabs):
-    bar = TransportBar(QMenu())
+    bar = MainBar(QMenu())
     qtbot.addWidget(bar)
     for name in ("Design", "Monitor", "Calibrate", "Experiment", "Recordings")[:tabs]:
         bar.add_workspace(name, "", "list")
-    bar.set_flags("Calibrate", ["t1 is old"])
+    bar.set_warnings("Calibrate", ["t1 is old"])
     bar.resize(width, 48)
     show(qtbot, bar)
     shown = [child for child in bar.findChildren(QWidget) if child.isVisible() and child.parent() is bar]
@@ -49,7 +49,7 @@ def test_the_hint_goes_with_the_first_node_and_comes_back(workspace):
     workspace.canvas.select_all()
     QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
     assert hint.isVisible()
-    workspace.palette_panel.chosen.emit("hum")
+    workspace.node_palette.chosen.emit("hum")
     assert not hint.isVisible()
     workspace.undo_action.trigger()
     assert hint.isVisible()
@@ -59,8 +59,8 @@ def test_a_wide_patch_is_opened_at_its_left_end_and_can_be_read(workspace):
     wide = sample().add("hum", REGISTRY, (6000.0, 0.0))
     workspace.set_patch(wide)
     canvas = workspace.canvas
-    assert canvas.transform().m11() == pytest.approx(LEAST_FIT)
-    assert theme.TEXT_PX * LEAST_FIT > 9.0
+    assert canvas.transform().m11() == pytest.approx(MIN_FIT_ZOOM)
+    assert theme.TEXT_PX * MIN_FIT_ZOOM > 9.0
     seen = canvas.mapToScene(canvas.viewport().rect()).boundingRect()
     assert seen.left() < 0.0 < seen.right()
     QTest.keyClick(canvas, Qt.Key.Key_Home)

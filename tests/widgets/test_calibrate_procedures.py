@@ -39,13 +39,13 @@ class Hands:
     def __init__(self, qtbot, workspace):
         self.qtbot, self.workspace, self.wizard = qtbot, workspace, workspace.wizard
         self.pages, self.refused = [], []
-        self.wizard.shown.connect(self._see)
+        self.wizard.page_shown.connect(self._see)
 
     def _see(self, snapshot):
         if snapshot.page.key not in self.pages:
             self.pages.append(snapshot.page.key)
-        if snapshot.refused:
-            self.refused.append(snapshot.refused)
+        if snapshot.rejection:
+            self.refused.append(snapshot.rejection)
 
     def click(self, widget):
         assert widget.isVisible()
@@ -111,7 +111,7 @@ def test_forces_by_clicks(hands):
     assert (kind, profile) == ("fsr", Profile.load(folder / "t1.json"))
     assert profile.is_calibrated
     assert not np.isnan(profile.force(np.full((1, 4), 20_000.0))).any()
-    assert hands.workspace.choice.cards["fsr"].text_shown().startswith(profile.fsr.made)
+    assert hands.workspace.choice.cards["fsr"].visible_text().startswith(profile.fsr.made)
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +168,7 @@ def test_vibration_by_keys_alone(hands):
 
 def test_they_run_by_themselves_from_first_to_last_and_what_is_cancelled_leaves_nothing(hands, workspace):
     hands.click(workspace.choice.cards["response"])
-    hands.click(workspace.overview.begin_alone)
+    hands.click(workspace.overview.begin_automatic)
     hands.wait(lambda: hands.wizard.snapshot is not None and hands.wizard.snapshot.page.share > 0.1)
     assert hands.wizard.running.text() == "Pause"
     hands.click(hands.wizard.leaving)

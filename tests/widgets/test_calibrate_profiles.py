@@ -1,7 +1,7 @@
 """What the Calibrate workspace does with results: profiles, reports, and the tile shown on the floor."""
 
 import pytest
-from calibrate_desk import LEFT
+from calibrate_driver import LEFT
 from calibrate_samples import MIDDLE
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
@@ -15,126 +15,126 @@ from underfoot.floor.profile import Profile, Response
 # --- profiles ---
 
 
-def test_an_earlier_part_is_compared_and_restored(desk):
+def test_an_earlier_part_is_compared_and_restored(driver):
     first, second = (
         Response(made=f"2026-01-0{day}", error=float(day), error_unit="dB", figures={"level_db": 10.0 * day},
                  frequencies_hz=(50.0, 100.0), magnitude=(1.0, day))
         for day in (1, 2)
     )  # fmt: skip
-    Profile(tile="t1").with_part(first).with_part(second).save(desk.file())
-    desk.workspace.profiles.follow(default_floor())
-    choice, overview = desk.workspace.choice, desk.workspace.overview
-    desk.wait(lambda: choice.history.count() == 1)
+    Profile(tile="t1").with_part(first).with_part(second).save(driver.file())
+    driver.workspace.profiles.follow(default_floor())
+    choice, overview = driver.workspace.choice, driver.workspace.overview
+    driver.wait(lambda: choice.history.count() == 1)
     assert choice.history.item(0).text() == "2026-01-01 · errs by 1 dB"
     assert not choice.restore.isEnabled()
     place = choice.history.visualItemRect(choice.history.item(0)).center()
-    desk.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
+    driver.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
     assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
-    desk.wait(lambda: overview.drawings.plots and len(overview.drawings.plots[0].drawing.series) == 2)
-    desk.click(choice.restore)
-    desk.wait(lambda: desk.written)
-    assert Profile.load(desk.file()).response.made == "2026-01-01"
-    assert Profile.load(desk.file()).earlier[0].response.made == "2026-01-02"
+    driver.wait(lambda: overview.drawings.plots and len(overview.drawings.plots[0].drawing.series) == 2)
+    driver.click(choice.restore)
+    driver.wait(lambda: driver.written)
+    assert Profile.load(driver.file()).response.made == "2026-01-01"
+    assert Profile.load(driver.file()).earlier[0].response.made == "2026-01-02"
 
 
-def test_a_profile_that_is_too_old_is_flagged(desk):
+def test_a_profile_that_is_too_old_is_flagged(driver):
     old = Response(
         made="2020-01-01", frequencies_hz=(50.0,), magnitude=(1.0,), error=2.0, error_allowed=1.0, error_unit="dB"
     )
-    Profile(tile="t2").with_part(old).save(desk.file("t2"))
-    with desk.qtbot.waitSignal(desk.workspace.flagged, check_params_cb=bool) as flagged:
-        desk.workspace.profiles.follow(default_floor())
+    Profile(tile="t2").with_part(old).save(driver.file("t2"))
+    with driver.qtbot.waitSignal(driver.workspace.warnings_changed, check_params_cb=bool) as flagged:
+        driver.workspace.profiles.follow(default_floor())
     lines = flagged.args[0]
     assert len(lines) == 2
     assert "days old" in lines[0]
     assert lines[1] == "response calibration of t2 errs by 2 dB; 1 allowed"
-    desk.workspace.choice.map.set_choice("t2")
-    assert "days old" in desk.workspace.choice.flags.text()
+    driver.workspace.choice.map.choose_tile("t2")
+    assert "days old" in driver.workspace.choice.flags.text()
 
 
-def test_a_profile_that_cannot_be_read_is_said(desk):
-    desk.file().write_text("{")
-    desk.workspace.profiles.follow(default_floor())
-    desk.wait(lambda: any("t1.json" in line for line in desk.said))
+def test_a_profile_that_cannot_be_read_is_said(driver):
+    driver.file().write_text("{")
+    driver.workspace.profiles.follow(default_floor())
+    driver.wait(lambda: any("t1.json" in line for line in driver.said))
 
 
-def test_floors_keep_their_profiles_apart(desk):
-    before = desk.workspace.profiles.folder
-    desk.workspace.set_target(Target(default_floor(2, 3)))
-    assert desk.workspace.profiles.folder != before
-    assert desk.workspace.profiles.folder.parent == before.parent
+def test_floors_keep_their_profiles_apart(driver):
+    before = driver.workspace.profiles.folder
+    driver.workspace.set_target(Target(default_floor(2, 3)))
+    assert driver.workspace.profiles.folder != before
+    assert driver.workspace.profiles.folder.parent == before.parent
 
 
 # --- the report ---
 
 
-def _choose_folder(desk, folder):
-    choose_file(desk.workspace, folder, lambda: desk.click(desk.wizard.reporting))
+def _choose_folder(driver, folder):
+    choose_file(driver.workspace, folder, lambda: driver.click(driver.wizard.reporting))
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
-def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(desk, tmp_path):
-    desk.begin()
-    desk.go("result")
+def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp_path):
+    driver.begin()
+    driver.go("result")
     folder = tmp_path / "report"
-    _choose_folder(desk, folder)
-    desk.wait(lambda: any(str(folder / "response.html") in line for line in desk.said))
+    _choose_folder(driver, folder)
+    driver.wait(lambda: any(str(folder / "response.html") in line for line in driver.said))
     page = (folder / "response.html").read_text()
-    result = desk.wizard.snapshot.result
+    result = driver.wizard.snapshot.result
     assert page.count("<svg") == len(result.drawings) == 1
     assert "It rings true." in page
     assert 'href="response-bell.csv"' in page
     rows = (folder / "response-bell.csv").read_text().splitlines()
     assert rows[0].endswith("frequency_hz,level")
     assert len(rows) == 3
-    assert desk.settings.folder == str(folder)
-    assert desk.files() == []
-    assert desk.wizard.saving.isEnabled()
+    assert driver.settings.folder == str(folder)
+    assert driver.files() == []
+    assert driver.wizard.saving.isEnabled()
 
 
-def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(desk, tmp_path):
-    desk.begin()
-    desk.go("result")
+def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(driver, tmp_path):
+    driver.begin()
+    driver.go("result")
     folder = tmp_path / "report"
     folder.write_text("no folder")
-    _choose_folder(desk, folder)
-    desk.wait(lambda: desk.said)
-    assert len(desk.said) == 1
-    assert str(folder) in desk.said[0]
-    assert "cannot be written" in desk.said[0]
-    assert "\n" not in desk.said[0]
-    assert desk.page == "result"
-    desk.click(desk.wizard.saving)
-    desk.wait(lambda: desk.written)
+    _choose_folder(driver, folder)
+    driver.wait(lambda: driver.said)
+    assert len(driver.said) == 1
+    assert str(folder) in driver.said[0]
+    assert "cannot be written" in driver.said[0]
+    assert "\n" not in driver.said[0]
+    assert driver.page == "result"
+    driver.click(driver.wizard.saving)
+    driver.wait(lambda: driver.written)
 
 
-def test_a_result_that_cannot_be_saved_stays_and_can_be_saved_later(desk):
-    desk.begin()
-    desk.go("result")
-    desk.file().mkdir()
-    desk.click(desk.wizard.saving)
-    desk.wait(desk.wizard.refusal.isVisible)
-    assert desk.wizard.refusal.text().startswith("Nothing is saved: ")
-    assert desk.said == [desk.wizard.refusal.text()]
-    assert desk.page == "result"
-    assert not desk.written
-    desk.file().rmdir()
-    desk.click(desk.wizard.saving)
-    desk.wait(lambda: desk.written)
-    assert not desk.wizard.refusal.isVisible()
-    assert Profile.load(desk.file()).response is not None
-    assert not desk.wizard.saving.isEnabled()
+def test_a_result_that_cannot_be_saved_stays_and_can_be_saved_later(driver):
+    driver.begin()
+    driver.go("result")
+    driver.file().mkdir()
+    driver.click(driver.wizard.saving)
+    driver.wait(driver.wizard.refusal.isVisible)
+    assert driver.wizard.refusal.text().startswith("Nothing is saved: ")
+    assert driver.said == [driver.wizard.refusal.text()]
+    assert driver.page == "result"
+    assert not driver.written
+    driver.file().rmdir()
+    driver.click(driver.wizard.saving)
+    driver.wait(lambda: driver.written)
+    assert not driver.wizard.refusal.isVisible()
+    assert Profile.load(driver.file()).response is not None
+    assert not driver.wizard.saving.isEnabled()
 
 
 # --- on the floor ---
 
 
-def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
-    desk.begin()
-    desk.go("weigh")
-    desk.click(desk.wizard.projecting)
-    view = desk.workspace.projection
-    desk.wait(view.isActiveWindow)
+def test_the_projection_is_true_to_scale_and_closes_by_escape(driver):
+    driver.begin()
+    driver.go("weigh")
+    driver.click(driver.wizard.projecting)
+    view = driver.workspace.projection
+    driver.wait(view.isActiveWindow)
     screen = view.screen()
     assert view.px_per_m == pytest.approx(1e3 * screen.geometry().width() / screen.physicalSize().width())
     apart = view.place((0.1, 0.0)) - view.place((-0.1, 0.0))
@@ -144,23 +144,23 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(desk):
     QTest.keyClick(view, Qt.Key.Key_Plus)
     QTest.keyClick(view, Qt.Key.Key_Up)
     QTest.keyClick(view, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
-    assert desk.settings.projector_scale == pytest.approx(1.01)
-    assert desk.settings.projector_at == pytest.approx((0.001, 0.005))
+    assert driver.settings.projector_scale == pytest.approx(1.01)
+    assert driver.settings.projector_at == pytest.approx((0.001, 0.005))
     assert view.place((0.0, 0.0)).y() < before.y()
     QTest.keyClick(view, Qt.Key.Key_Return)
-    desk.wait(lambda: desk.wizard.snapshot.page.questions == () or desk.page != "weigh")
+    driver.wait(lambda: driver.wizard.snapshot.page.questions == () or driver.page != "weigh")
     QTest.keyClick(view, Qt.Key.Key_Escape)
-    assert desk.workspace.projection is None
-    desk.wait(desk.workspace.isActiveWindow)
-    assert desk.wizard.isVisible()
+    assert driver.workspace.projection is None
+    driver.wait(driver.workspace.isActiveWindow)
+    assert driver.wizard.isVisible()
 
 
 # --- plates ---
 
 
-def test_plates_are_sought_as_one_types_and_the_report_is_written(desk, tmp_path):
-    workspace = desk.workspace
-    desk.click(workspace.choice.plates)
+def test_plates_are_sought_as_one_types_and_the_report_is_written(driver, tmp_path):
+    workspace = driver.workspace
+    driver.click(workspace.choice.plates)
     page = workspace.plates
     assert page.isVisible()
     assert page.table.rowCount() == len(page.found.best) > 0

@@ -12,7 +12,7 @@ from underfoot.devices.plate import PlateCalibration
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import default_floor
 from underfoot.studies.equipment import EquipmentChoice
-from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, choice_of_settings
 from underfoot.widgets.session.settings import Settings
 
 LEFT = Qt.MouseButton.LeftButton
@@ -37,7 +37,7 @@ class Hand:
         return self.dialog
 
     def switch(self, name):
-        box = self.dialog.used[name]
+        box = self.dialog.check_boxes[name]
         box.setFocus()
         self.qtbot.keyClick(box, Qt.Key.Key_Space)
 
@@ -59,7 +59,7 @@ def test_a_plate_and_a_trigger_are_chosen_tried_and_remembered(hand, tmp_path):
         hand.qtbot.keyClicks(dialog.trigger.lineEdit(), os.ttyname(slave))
         hand.click(dialog.try_out)
         assert dialog.note.text() == "Opened: plate, trigger."
-        hand.click(dialog.take)
+        hand.click(dialog.use_button)
         (chosen,) = hand.used
         assert chosen == EquipmentChoice(plate=f"{emulated.name}:{tmp_path / 'plate.json'}", trigger=os.ttyname(slave))
         with_all = chosen.opened(Sounds(), default_floor(), 1000.0)
@@ -77,7 +77,7 @@ def test_a_plate_and_a_trigger_are_chosen_tried_and_remembered(hand, tmp_path):
 def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
     dialog = hand.opened()
     hand.switch("trigger")
-    hand.click(dialog.take)
+    hand.click(dialog.use_button)
     assert dialog.note.text() == "trigger is ''; allowed: a serial port, as /dev/ttyUSB0 or COM3"
     hand.qtbot.keyClicks(dialog.trigger.lineEdit(), str(tmp_path / "no-port"))
     hand.click(dialog.try_out)
@@ -86,7 +86,7 @@ def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
     hand.switch("plate")
     hand.qtbot.keyClicks(dialog.plate.lineEdit(), "/dev/ttyACM9")
     hand.qtbot.keyClicks(dialog.calibration, str(tmp_path / "none.json"))
-    hand.click(dialog.take)
+    hand.click(dialog.use_button)
     assert dialog.note.text().startswith(f"{tmp_path / 'none.json'} cannot be read")
     assert "\n" not in dialog.note.text()
     assert hand.used == []
@@ -95,5 +95,5 @@ def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
 def test_the_window_remembers_and_forgives(tmp_path):
     settings = Settings(study_equipment={"trigger": "COM3", "masking": ""})
     settings.save(tmp_path)
-    assert kept_choice(Settings.load(tmp_path).study_equipment) == EquipmentChoice(trigger="COM3", masking="")
-    assert kept_choice({"plate": "nowhere"}) == EquipmentChoice()
+    assert choice_of_settings(Settings.load(tmp_path).study_equipment) == EquipmentChoice(trigger="COM3", masking="")
+    assert choice_of_settings({"plate": "nowhere"}) == EquipmentChoice()

@@ -7,13 +7,13 @@ from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import QFileDialog
-from windows import dialog_of, hiss, play_on_simulator
+from windows import dialog_of, noise_patch, play_on_simulator
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
 from underfoot.studies.runner import Phase
-from underfoot.widgets.dialogs.file_trouble import FileTrouble
+from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
 
 pytest.importorskip("statsmodels")
@@ -24,9 +24,9 @@ CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6
 @pytest.fixture(scope="module")
 def window(qapp, tmp_path_factory):
     folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(hiss().dumps())
+    (folder / "hiss.json").write_bytes(noise_patch().dumps())
     made = play_on_simulator(folder)
-    made.transport.tabs["Experiment"].click()
+    made.main_bar.tabs["Experiment"].click()
     yield made
     made.leave()
     made.close()
@@ -124,8 +124,8 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     answers = [entry.answers for entry in bench.entries()]
     assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
     assert [round(answer["rating"], 3) for answer in answers[2:]] == [52.0, 52.0]
-    bench.wait(lambda: bench.workspace.desk.next.text() == "Back to the studies")
-    bench.click(bench.workspace.desk.next)
+    bench.wait(lambda: bench.workspace.experimenter.next.text() == "Back to the studies")
+    bench.click(bench.workspace.experimenter.next)
     assert bench.person is None
     overview = bench.workspace.overview
     assert bench.workspace.stack.currentWidget() is overview
@@ -179,7 +179,7 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
 
 def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     bench.choose(stages=[rated(start="step")], stimuli={"WC": CONSTANT})
-    desk = bench.workspace.desk
+    desk = bench.workspace.experimenter
     bench.until(Phase.READY)
     tile = bench.window.controller.target.floor.tiles[0]
     bench.qtbot.mousePress(desk.map, LEFT, pos=place_on(desk.map, tile))
@@ -204,8 +204,11 @@ def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
         bench.key(Qt.Key.Key_Space)
         bench.until(Phase.ANSWERING)
         bench.key(Qt.Key.Key_1)
-    bench.wait(lambda: bench.workspace.desk.drawings.plots)
-    assert [plot.drawing.title for plot in bench.workspace.desk.drawings.plots] == ["Learning", "All: confusions"]
+    bench.wait(lambda: bench.workspace.experimenter.drawings.plots)
+    assert [plot.drawing.title for plot in bench.workspace.experimenter.drawings.plots] == [
+        "Learning",
+        "All: confusions",
+    ]
     bench.workspace.background.join()
 
 
@@ -239,7 +242,7 @@ def test_words_are_learned_chosen_by_their_keys_and_told(bench):
     assert bench.person.text.text() == "1: snow,  2: ice"
     bench.key(Qt.Key.Key_Return)
     bench.until(Phase.READY)
-    assert not bench.workspace.desk.repeat.isEnabled()  # nothing was answered
+    assert not bench.workspace.experimenter.repeat.isEnabled()  # nothing was answered
     bench.key(Qt.Key.Key_Space)
     bench.until(Phase.ANSWERING)
     assert [button.text() for button in bench.person.form.buttons] == ["1  sand", "2  snow", "3  ice"]
@@ -248,13 +251,13 @@ def test_words_are_learned_chosen_by_their_keys_and_told(bench):
     _, first = bench.entries()
     told = "Right." if first.trial.correct == "snow" else "It was ice."
     assert (first.answers, bench.person.text.text()) == ({"answer": "snow"}, told)
-    bench.wait(bench.workspace.desk.repeat.isEnabled)
+    bench.wait(bench.workspace.experimenter.repeat.isEnabled)
 
 
 def test_the_experimenter_ends_a_pause_with_the_button(bench):
     bench.choose(stages=[{"id": "rest", "kind": "pause", "seconds": 3600.0}, rated()], stimuli={"WC": CONSTANT})
     bench.until(Phase.PAUSE)
-    desk = bench.workspace.desk
+    desk = bench.workspace.experimenter
     bench.wait(lambda: desk.next.text() == "End the pause")
     bench.qtbot.keyClick(desk, Qt.Key.Key_Space)  # too easily hit
     assert bench.runner.phase is Phase.PAUSE
@@ -279,16 +282,16 @@ def test_on_the_simulated_floor_space_presses_the_button_that_is_shown(bench):
 
 def test_stop_note_and_present_again_by_the_experimenter(bench):
     bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
-    desk = bench.workspace.desk
+    desk = bench.workspace.experimenter
     bench.until(Phase.READY)
     bench.key(Qt.Key.Key_Escape)
     assert bench.runner.phase is Phase.STOPPED
     bench.wait(lambda: desk.pause.text() == "Go on")
     bench.click(desk.pause)
     bench.until(Phase.READY)
-    bench.qtbot.keyClicks(desk.words, "shoes changed")
-    bench.click(desk.note)
-    bench.qtbot.keyClicks(desk.words, "fire drill")
+    bench.qtbot.keyClicks(desk.note_field, "shoes changed")
+    bench.click(desk.note_button)
+    bench.qtbot.keyClicks(desk.note_field, "fire drill")
     bench.click(desk.spoil)
     bench.until(Phase.READY)
     assert bench.runner.page.attempt == 2
@@ -303,7 +306,7 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
     bench.click(yes)
     bench.until(Phase.READY)
     key = bench.runner.page.key
-    bench.click(bench.workspace.desk.leave)
+    bench.click(bench.workspace.experimenter.leave)
     assert bench.workspace.overview.begin.text() == "Go on"
     bench.begin()
     bench.until(Phase.READY)
@@ -313,12 +316,12 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
 def test_the_patch_plays_again_behind_a_study(bench):
     patch = bench.window.controller.session.patch
     bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
-    assert not bench.window.transport.target.isEnabled()
+    assert not bench.window.main_bar.target.isEnabled()
     bench.until(Phase.READY)
     assert bench.window.controller.session.patch != patch
-    bench.click(bench.workspace.desk.leave)
+    bench.click(bench.workspace.experimenter.leave)
     assert bench.window.controller.session.patch == patch
-    assert bench.window.transport.target.isEnabled()
+    assert bench.window.main_bar.target.isEnabled()
 
 
 def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
@@ -343,11 +346,11 @@ def test_who_is_simulated_is_chosen_and_said(bench):
     for name, text in {"people": "6", "impact_share_it": "9"}.items():
         dialog.rows.controls[name].selectAll()
         bench.qtbot.keyClicks(dialog.rows.controls[name], text)
-    bench.click(dialog.take)
+    bench.click(dialog.use_button)
     assert dialog.note.text() == "impact_share_it is 9.0; allowed: 0 to 1"
     dialog.rows.controls["impact_share_it"].selectAll()
     bench.qtbot.keyClicks(dialog.rows.controls["impact_share_it"], "0.9")
-    bench.click(dialog.take)
+    bench.click(dialog.use_button)
     assert overview.simulate.text() == "Simulate 6 people, with your settings"
     bench.click(overview.simulate)
     bench.wait(lambda: "6 simulated participants" in overview.table.toPlainText())
@@ -390,15 +393,15 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
 
 def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     said = []
-    bench.workspace.said.connect(said.append)
+    bench.workspace.notified.connect(said.append)
     path = bench.folder / "bad.json"
     path.write_text(json.dumps({"format": "underfoot-protocol", "version": 1, "stimuli": {"TD": TD}}))
     before = len(bench.workspace.studies)
     bench.workspace.open_protocol(path)
     assert len(bench.workspace.studies) == before
     assert said == [f"{path}: $.stages is []; allowed: at least one"]
-    shown = dialog_of(bench.window, FileTrouble)
-    assert "at least one" in shown.says.text()
+    shown = dialog_of(bench.window, FileErrorDialog)
+    assert "at least one" in shown.error_text.text()
     shown.close()
 
 
@@ -422,7 +425,7 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     workspace.own = bench.folder / "protocols"
     bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
     bench.click(workspace.list.new)
-    bench.qtbot.keyClick(workspace.maker, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     actions += ["Ctrl+4", "New study…", "Ctrl+S"]
     assert window.focusWidget() is workspace.overview.participant
     key(workspace.overview.participant, "P", "1", Qt.Key.Key_Return)
@@ -453,7 +456,7 @@ def test_a_foot_of_the_mouse_on_the_simulated_floor_answers_in_the_participants_
     assert bench.person.foot.isVisible()
     assert not bench.person.form.isVisible()
     assert (bench.person.text.text(), bench.person.hint.text()) == ("Felt it?", "Step on your answer.")
-    floor_map, tile = bench.workspace.desk.map, bench.window.controller.target.floor.tiles[0]
+    floor_map, tile = bench.workspace.experimenter.map, bench.window.controller.target.floor.tiles[0]
     place = place_on(floor_map, tile, 0.08)
     bench.qtbot.mousePress(floor_map, LEFT, pos=place)
     bench.until(Phase.END)

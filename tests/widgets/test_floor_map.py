@@ -35,7 +35,7 @@ def floor_map(qtbot, turned):
 
 def test_a_click_chooses_the_tile_under_it(floor_map, qtbot, turned):
     for tile in (turned.tiles[2], turned.tiles[1], turned.tiles[0]):
-        with qtbot.waitSignal(floor_map.chosen) as chosen:
+        with qtbot.waitSignal(floor_map.tile_chosen) as chosen:
             qtbot.mouseClick(floor_map, Qt.MouseButton.LeftButton, pos=place_on(floor_map, tile, 0.14, 0.14))
         assert chosen.args == [tile.id]
     assert floor_map.tile_at(QPointF(2, 2)) == ""
@@ -44,9 +44,9 @@ def test_a_click_chooses_the_tile_under_it(floor_map, qtbot, turned):
 def test_arrows_go_to_the_next_tile_that_way(floor_map, qtbot):
     for key, tile in ((Qt.Key.Key_Right, "b"), (Qt.Key.Key_Left, "a"), (Qt.Key.Key_Up, "c"), (Qt.Key.Key_Down, "a")):
         qtbot.keyClick(floor_map, key)
-        assert floor_map.choice() == tile
+        assert floor_map.chosen_tile() == tile
     qtbot.keyClick(floor_map, Qt.Key.Key_Down)
-    assert floor_map.choice() == "a"
+    assert floor_map.chosen_tile() == "a"
 
 
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):

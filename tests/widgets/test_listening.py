@@ -7,7 +7,7 @@ import pytest
 from design_samples import NONE, send
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
-from windows import Heard, design, hiss
+from windows import VibrationRecorder, design, noise_patch
 
 from underfoot.engine.commands import Swap
 from underfoot.engine.reports import CommandApplied
@@ -30,9 +30,9 @@ def bench(window, qtbot):
         )
     )
     workspace.canvas.setFocus()
-    workspace.canvas.frame(everything=True)
+    workspace.canvas.fit_view(all_nodes=True)
     yield workspace
-    window.listening.hear_all()
+    window.listening.end_audition()
     window.listening.loop(False)
 
 
@@ -63,31 +63,31 @@ def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monk
 
 def test_from_start_plays_where_it_was_stopped(window, bench, qtbot):
     window.controller.stop()
-    QTest.mouseClick(bench.listen_bar.start, LEFT)
-    assert window.controller.playing
+    QTest.mouseClick(bench.listen_bar.start_button, LEFT)
+    assert window.controller.is_playing
 
 
 def test_the_button_on_a_node_and_its_key_play_it_alone(window, bench, qtbot):
     node = bench.canvas.patch_scene.nodes["noise"]
-    place = bench.canvas.mapFromScene(node.mapToScene(node.shape_now.plot.topRight()))
-    heard = Heard(window)
+    place = bench.canvas.mapFromScene(node.mapToScene(node.geometry.plot.topRight()))
+    vibration = VibrationRecorder(window)
     send(bench.canvas.viewport(), QEvent.Type.MouseButtonPress, place, LEFT)
     send(bench.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, LEFT)
-    qtbot.waitUntil(lambda: window.listening.ear is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: window.listening.auditioned_output is not None, timeout=LONG_MS)
     assert "Auditioning noise on t1: as it is, in m/s²" in window.status.message
-    assert node.is_alone
-    assert bench.listen_bar.alone.isVisible()
-    assert bench.patch() == hiss()  # the document is as it was
-    qtbot.waitUntil(lambda: heard.tiles() == ["t1"], timeout=LONG_MS)
+    assert node.is_auditioned
+    assert bench.listen_bar.audition_button.isVisible()
+    assert bench.patch() == noise_patch()  # the document is as it was
+    qtbot.waitUntil(lambda: vibration.tiles() == ["t1"], timeout=LONG_MS)
     bench.canvas.patch_scene.select(["noise"])
     key(bench, Qt.Key.Key_A)
-    assert window.listening.ear is None
-    assert not node.is_alone
+    assert window.listening.auditioned_output is None
+    assert not node.is_auditioned
     key(bench, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
-    qtbot.waitUntil(lambda: window.listening.ear is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: window.listening.auditioned_output is not None, timeout=LONG_MS)
     assert "on all tiles" in window.status.message
-    QTest.mouseClick(bench.listen_bar.alone, LEFT)
-    assert window.listening.ear is None
+    QTest.mouseClick(bench.listen_bar.audition_button, LEFT)
+    assert window.listening.auditioned_output is None
 
 
 def test_marks_are_set_by_keys_heard_and_undone(window, bench, qtbot):
@@ -98,15 +98,15 @@ def test_marks_are_set_by_keys_heard_and_undone(window, bench, qtbot):
     assert window.controller.session.patch == bench.patch()
     assert bench.document.stack.undoText() == "Mute"
     key(bench, Qt.Key.Key_M)
-    assert bench.patch() == hiss()
+    assert bench.patch() == noise_patch()
     canvas.patch_scene.select(["tile-output"])
     key(bench, Qt.Key.Key_S)
     assert bench.patch().node("tile-output").marks == ("soloed",)
     key(bench, Qt.Key.Key_B)
-    assert "cannot be bypassed" in canvas.said
+    assert "cannot be bypassed" in canvas.message
     for _ in range(3):
         bench.undo_action.trigger()
-    assert bench.patch() == hiss()
+    assert bench.patch() == noise_patch()
 
 
 def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_path):
@@ -132,13 +132,13 @@ def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_pa
     bench.redo_action.trigger()
     # The louder one is played as softly as the other.
     listening = window.listening
-    qtbot.waitUntil(lambda: listening.factor("B") != 1.0, timeout=LONG_MS)
-    assert listening.factor("A") == 1.0
-    assert listening.factor("B") == pytest.approx(0.25, rel=0.02)
+    qtbot.waitUntil(lambda: listening.gain("B") != 1.0, timeout=LONG_MS)
+    assert listening.gain("A") == 1.0
+    assert listening.gain("B") == pytest.approx(0.25, rel=0.02)
     assert "B −12" in bench.listen_bar.state.text()
     assert any(node.type == "gain" for node in window.controller.session.patch.nodes)
     QTest.mouseClick(bench.listen_bar.match, LEFT)
-    assert listening.factor("B") == 1.0
+    assert listening.gain("B") == 1.0
     QTest.mouseClick(bench.listen_bar.match, LEFT)
     # The preview draws A over B, and says by how much B is more.
     bench.canvas.patch_scene.select(["noise"])
@@ -161,7 +161,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
     if window.open_patch.other is None:
         key(bench, Qt.Key.Key_X)
         key(bench, Qt.Key.Key_X)
-    QTest.mouseClick(bench.listen_bar.blind, LEFT)
+    QTest.mouseClick(bench.listen_bar.blind_button, LEFT)
     test = window.findChildren(BlindTest)[-1]
     assert test.isVisible()
     assert test.size() == window.size()

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow, QSplitter
 from windows import quiet_window
 
-from underfoot.widgets import application, remembered, theme
+from underfoot.widgets import application, theme, window_state
 from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
 
@@ -33,11 +33,11 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     across.setSizes([300, 500])
     sizes = across.sizes()
     QTest.keyClick(first, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
-    next(action for action in first.view.actions() if action.text() == "Light").trigger()
+    next(action for action in first.view_menu.actions() if action.text() == "Light").trigger()
     assert (theme.NAME, Settings.load(tmp_path).theme) == ("light", "light")
     assert "Text 115 %: from the next start on" in first.status.message
-    first.start_again()
-    assert first.starts_again
+    first.restart()
+    assert first.is_restarting
     assert first.isHidden()
 
     kept = Settings.load(tmp_path)
@@ -55,12 +55,12 @@ def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(
             made = window.workspaces[name]
             qapp.processEvents()
             if name == "Design":
-                made.canvas.frame(everything=True)
-            for part in (made.side, made.canvas, made.inspector, window.transport) if name == "Design" else (made,):
+                made.canvas.fit_view(all_nodes=True)
+            for part in (made.side, made.canvas, made.inspector, window.main_bar) if name == "Design" else (made,):
                 yield (name, type(part).__name__), part.grab().toImage()
 
     def turn(window, words):
-        next(action for action in window.view.actions() if action.text() == words).trigger()
+        next(action for action in window.view_menu.actions() if action.text() == words).trigger()
 
     window = quiet_window(qtbot, tmp_path)
     window.make_workspaces()
@@ -81,14 +81,14 @@ def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
     qtbot.addWidget(window)
     menu = ViewMenu(settings, window)
     show(qtbot, window)
-    assert not menu.again.isEnabled()
+    assert not menu.restart.isEnabled()
     seen = []
     for key in [Qt.Key.Key_Plus] * 5 + [Qt.Key.Key_Minus] * 5:
         QTest.keyClick(window, key, Qt.KeyboardModifier.ControlModifier)
         seen.append(settings.text_size)
     assert seen == [115, 130, 150, 150, 150, 130, 115, 100, 100, 100]
     assert set(seen) == set(TEXT_SIZES)
-    assert not menu.again.isEnabled()
+    assert not menu.restart.isEnabled()
 
 
 @pytest.mark.parametrize("chosen", ["dark", "light"])
@@ -102,11 +102,11 @@ def test_the_application_has_the_colours_of_the_settings(qapp, chosen):
 def test_everything_grows_with_the_text_and_programs_that_are_started_do_not():
     script = """
 import os
-from underfoot.widgets.application import SCALE, application
+from underfoot.widgets.application import SCALE_VARIABLE, application
 from underfoot.widgets.session.settings import Settings
-print(application(Settings(text_size=130)).devicePixelRatio(), os.environ.get(SCALE))
+print(application(Settings(text_size=130)).devicePixelRatio(), os.environ.get(SCALE_VARIABLE))
 """
-    for given, seen in (({}, "1.3 None"), ({application.SCALE: "2"}, "2.6 2")):
+    for given, seen in (({}, "1.3 None"), ({application.SCALE_VARIABLE: "2"}, "2.6 2")):
         environment = {**os.environ, **given}
         done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
         assert done.stdout.strip() == seen, done.stderr
@@ -119,7 +119,7 @@ def test_a_window_is_never_larger_than_the_screen_nor_beside_it(qtbot):
     for settings in (Settings(), Settings(geometry=b64encode(bytes(far.saveGeometry().data())).decode())):
         window = QMainWindow()
         qtbot.addWidget(window)
-        remembered.restore_window(window, settings)
+        window_state.restore_window(window, settings)
         room = window.screen().availableGeometry()
         assert room.size() == QSize(800, 800)  # the screen of the tests, smaller than the least size
         show(qtbot, window)

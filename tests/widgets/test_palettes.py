@@ -23,7 +23,7 @@ def pairs(declared):
 
 
 @pytest.mark.parametrize("name", look.PALETTES)
-@pytest.mark.parametrize(("declared", "least"), [(theme.READ_ON, 4.5), (theme.SEEN_ON, 3.0)])
+@pytest.mark.parametrize(("declared", "least"), [(theme.TEXT_BACKGROUNDS, 4.5), (theme.LINE_BACKGROUNDS, 3.0)])
 def test_every_pair_stands_out(name, declared, least):
     known = theme.colours(name)
     found = {(a, b): round(contrast(known[a], known[b]), 2) for a, b in pairs(declared)}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
-from windows import hiss, play_on_simulator
+from windows import noise_patch, play_on_simulator
 
 from underfoot.engine.commands import Walk
 from underfoot.floor.layout import default_floor
@@ -19,7 +19,7 @@ LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 60_000
 @pytest.fixture(scope="module")
 def window(qapp, tmp_path_factory):
     folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(hiss().dumps())
+    (folder / "hiss.json").write_bytes(noise_patch().dumps())
     made = play_on_simulator(folder)
     yield made
     made.leave()
@@ -29,7 +29,7 @@ def window(qapp, tmp_path_factory):
 
 @pytest.fixture
 def scenes(window, qtbot):
-    window.transport.tabs["Scenes"].click()
+    window.main_bar.tabs["Scenes"].click()
     made = window.workspaces["Scenes"]
     window.controller.send(Walk(False))
     yield made
@@ -54,20 +54,20 @@ def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, 
     place = pixel(scenes, scene.button.x_m, scene.button.y_m)
     qtbot.mousePress(scenes.view, LEFT, pos=place)
     qtbot.waitUntil(lambda: scene.button.presses == 1, timeout=SLOW_MS)
-    qtbot.waitUntil(lambda: bool(scenes.view.times.shown_s), timeout=SLOW_MS)
+    qtbot.waitUntil(lambda: bool(scenes.view.times.display_latency_s), timeout=SLOW_MS)
     qtbot.mouseRelease(scenes.view, LEFT, pos=place)
     qtbot.waitUntil(lambda: not scene.button.held_by, timeout=SLOW_MS)
-    qtbot.waitUntil(lambda: "Button up" in scenes.panel.said.toPlainText(), timeout=SLOW_MS)
+    qtbot.waitUntil(lambda: "Button up" in scenes.panel.log.toPlainText(), timeout=SLOW_MS)
     qtbot.waitUntil(lambda: "pictures a second" in scenes.panel.speed.text(), timeout=SLOW_MS)
-    assert all(0.0 < late_s < 60.0 for late_s in scenes.view.times.shown_s)
+    assert all(0.0 < late_s < 60.0 for late_s in scenes.view.times.display_latency_s)
     window.controller.set_level(-33.0)  # the level is the window's as ever
     assert session.level_db == -33.0
     assert window.controller.lend() is None  # nobody else gets the session meanwhile
-    assert not window.transport.target.isEnabled()
+    assert not window.main_bar.target.isEnabled()
     qtbot.mouseClick(scenes.panel.start, LEFT)
     assert scenes.stage is None
     assert session.patch.title == "Hiss"
-    assert window.transport.target.isEnabled()
+    assert window.main_bar.target.isEnabled()
 
 
 def test_panic_ends_a_scene(scenes, window, qtbot):

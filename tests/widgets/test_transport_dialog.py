@@ -9,7 +9,7 @@ from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
-from underfoot.widgets.session.target_settings import target_in_words
+from underfoot.widgets.session.target_settings import target_text
 from underfoot.widgets.session.targets import choices
 
 
@@ -24,7 +24,7 @@ def test_the_menu_has_it(transport):
 
 def test_a_target_is_told_in_its_words(transport):
     target = Target(default_floor(), kind=transport.scheme, source="somewhere")
-    assert target_in_words(target) == f"{transport.label}  somewhere"
+    assert target_text(target) == f"{transport.label}  somewhere"
 
 
 def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, monkeypatch):

@@ -8,7 +8,17 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMessageBox, QPushButton
-from windows import LONG_MS, Heard, calibrate, choose_file, design, dialog_of, hiss, monitor, quiet_window
+from windows import (
+    LONG_MS,
+    VibrationRecorder,
+    calibrate,
+    choose_file,
+    design,
+    dialog_of,
+    monitor,
+    noise_patch,
+    quiet_window,
+)
 
 from underfoot.calibration.result import Result
 from underfoot.engine.commands import TileEqualiser
@@ -21,7 +31,7 @@ from underfoot.widgets.dialogs.about import AboutDialog
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.garbage_collection import freeze_loaded
-from underfoot.widgets.screenshots import SIZES, ScreenshotTaker, Waits
+from underfoot.widgets.screenshots import SIZES, ScreenshotTaker, WaitTimes
 from underfoot.widgets.session.settings import LOW_LEVEL_DB
 from underfoot.widgets.window import MainWindow
 
@@ -33,15 +43,15 @@ def test_the_simulator_plays_at_once_at_a_low_level(window, qtbot):
     assert session.playing
     assert session.level_db == LOW_LEVEL_DB
     qtbot.waitUntil(lambda: session.health.peak > 0.0, timeout=LONG_MS)
-    qtbot.waitUntil(lambda: window.transport.engine.text().endswith(" %"), timeout=LONG_MS)
-    assert window.transport.target.text() == "Simulated floor  2 × 2"
+    qtbot.waitUntil(lambda: window.main_bar.engine.text().endswith(" %"), timeout=LONG_MS)
+    assert window.main_bar.target.text() == "Simulated floor  2 × 2"
 
 
 def test_workspaces_change_by_key_and_only_what_is_seen_is_read(window, qtbot):
     qtbot.keyClick(window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
     assert window.workspace == "Monitor"
     assert monitor(window).isVisible()
-    with qtbot.waitSignal(window.bridge.vibrated, timeout=LONG_MS):
+    with qtbot.waitSignal(window.bridge.vibration_read, timeout=LONG_MS):
         pass
     qtbot.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.ControlModifier)
     assert window.workspace == "Design"
@@ -55,7 +65,7 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
     qtbot.keyClick(monitor(window).table, Qt.Key.Key_Space)
     assert window.controller.session.playing
     window.show_workspace("Design")
-    field = design(window).palette_panel.findChild(QLineEdit)
+    field = design(window).node_palette.findChild(QLineEdit)
     field.setFocus()
     qtbot.keyClick(field, Qt.Key.Key_Space)
     assert field.text() == " "
@@ -66,16 +76,16 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
 @pytest.mark.parametrize("workspace", ["Design", "Monitor", "Calibrate"])
 def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace):
     window.show_workspace(workspace)
-    session, heard = window.controller.session, Heard(window)
-    qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
+    session, vibration = window.controller.session, VibrationRecorder(window)
+    qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
     qtbot.keyClick(window.focusWidget() or window, Qt.Key.Key_Escape)
     assert session.panicked
-    assert not window.controller.playing
+    assert not window.controller.is_playing
     assert "Panic" in window.status.message
-    qtbot.waitUntil(lambda: not heard.any(), timeout=LONG_MS)
-    qtbot.mouseClick(window.transport.play, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: not vibration.any(), timeout=LONG_MS)
+    qtbot.mouseClick(window.main_bar.play, Qt.MouseButton.LeftButton)
     assert not session.panicked
-    qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
 
 
 def test_escape_closes_what_is_open_and_is_panic_when_nothing_is(window, qtbot):
@@ -116,29 +126,29 @@ def test_a_key_of_its_own_is_panic_whatever_is_open(window, qtbot, key, modifier
     target = dialog_of(window, ShortcutsDialog) if over == "a dialog" else window.focusWidget()
     qtbot.keyClick(target, key, modifiers)
     assert window.controller.session.panicked
-    assert not window.controller.playing
-    canvas.inline.close_with(give=False)
+    assert not window.controller.is_playing
+    canvas.inline.finish(commit=False)
 
 
 def test_space_plays_and_stops_on_the_canvas_too_unless_it_moves_the_view(window, qtbot):
     canvas = design(window).canvas
     canvas.setFocus()
     qtbot.keyClick(canvas, Qt.Key.Key_Space)
-    assert not window.controller.playing
+    assert not window.controller.is_playing
     qtbot.keyPress(canvas, Qt.Key.Key_Space)
     qtbot.mousePress(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(300, 40))
     qtbot.mouseRelease(canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(300, 40))
     qtbot.keyRelease(canvas, Qt.Key.Key_Space)
-    assert not window.controller.playing
+    assert not window.controller.is_playing
     qtbot.keyClick(canvas, Qt.Key.Key_Space)
-    assert window.controller.playing
+    assert window.controller.is_playing
 
 
 def test_the_level_goes_to_the_engine_and_is_remembered(window, qtbot):
-    window.transport.level.setFocus()
-    qtbot.keyClick(window.transport.level, Qt.Key.Key_PageUp)
+    window.main_bar.level.setFocus()
+    qtbot.keyClick(window.main_bar.level, Qt.Key.Key_PageUp)
     assert window.controller.session.level_db == LOW_LEVEL_DB + 3.0 == window.settings.level_db
-    qtbot.keyClick(window.transport.level, Qt.Key.Key_PageDown)
+    qtbot.keyClick(window.main_bar.level, Qt.Key.Key_PageDown)
 
 
 def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
@@ -148,12 +158,12 @@ def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
-    qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(window.main_bar.record, Qt.MouseButton.LeftButton)
     path = window.controller.session.recording
     assert path.parent == tmp_path / "Underfoot"
-    assert window.transport.record.isChecked()
+    assert window.main_bar.record.isChecked()
     qtbot.waitUntil(lambda: path.exists() and path.stat().st_size > 0, timeout=LONG_MS)
-    qtbot.mouseClick(window.transport.record, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(window.main_bar.record, Qt.MouseButton.LeftButton)
     assert window.controller.session.recording is None
     assert str(path) in window.status.message
     qtbot.waitUntil(
@@ -162,7 +172,7 @@ def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeyp
 
 
 def test_a_preview_comes_for_what_is_selected(window, qtbot):
-    with qtbot.waitSignal(window.bridge.previewed, timeout=LONG_MS) as came:
+    with qtbot.waitSignal(window.bridge.preview_computed, timeout=LONG_MS) as came:
         design(window).canvas.patch_scene.select(["noise"])
     assert not came.args[0].error
 
@@ -180,12 +190,12 @@ def test_an_edit_is_played_and_leaves_an_unsaved_mark(window, qtbot):
     assert not window.isWindowModified()
 
 
-def test_save_writes_the_file_and_takes_the_mark_away(window, qtbot, place):
+def test_save_writes_the_file_and_takes_the_mark_away(window, qtbot, patch_folder):
     design(window).document.edit(design(window).patch().set("noise", "low", 80.0, REGISTRY), "Set low")
     qtbot.keyClick(window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    assert Patch.load(place / "hiss.json", REGISTRY).node("noise").parameters["low"] == 80.0
+    assert Patch.load(patch_folder / "hiss.json", REGISTRY).node("noise").parameters["low"] == 80.0
     assert not window.isWindowModified()
-    hiss().save(place / "hiss.json")
+    noise_patch().save(patch_folder / "hiss.json")
 
 
 def test_save_as_asks_for_a_file(window, qtbot, tmp_path):
@@ -214,7 +224,7 @@ def test_a_file_that_cannot_be_opened_is_said_in_one_line(window, tmp_path):
 
 
 def test_presets_open_as_a_copy(window):
-    menu = next(a.menu() for a in window.transport.menu.menu().actions() if a.text() == "Presets")
+    menu = next(a.menu() for a in window.main_bar.menu.menu().actions() if a.text() == "Presets")
     menu.actions()[0].trigger()
     assert window.open_patch.path is None
     assert window.open_patch.is_saved
@@ -224,8 +234,8 @@ def test_presets_open_as_a_copy(window):
 def test_pictures_are_taken_of_every_workspace(window, qtbot, tmp_path):
     shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
     played_s = iter((0.0, 0.5, 1.0))
-    taker = ScreenshotTaker(window, shows, lambda: next(played_s), tmp_path, Waits(1.0, settle_ms=50, look_ms=1))
-    with qtbot.waitSignal(taker.done, timeout=LONG_MS):
+    taker = ScreenshotTaker(window, shows, lambda: next(played_s), tmp_path, WaitTimes(1.0, settle_ms=50, poll_ms=1))
+    with qtbot.waitSignal(taker.finished, timeout=LONG_MS):
         taker.start()
     assert next(played_s, None) is None
     sizes = {path.name: QImage(str(path)).size().toTuple() for path in tmp_path.iterdir()}
@@ -258,10 +268,10 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     assert sent == [TileEqualiser("t2", 31.0, ((0.5, 0.0, 0.0, 1.0, 0.0, 0.0),))]
     assert window.controller.session is session
     assert Profile.load(f"{window.controller.target.profiles}/t2.json").acceleration_per_unit == 31.0
-    assert window.transport.flags.isVisible()
-    assert "days old" in window.transport.flags.toolTip()
+    assert window.main_bar.warnings.isVisible()
+    assert "days old" in window.main_bar.warnings.toolTip()
     window.show_workspace("Design")
-    qtbot.mouseClick(window.transport.flags, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(window.main_bar.warnings, Qt.MouseButton.LeftButton)
     assert window.workspace == "Calibrate"
 
 
@@ -276,17 +286,17 @@ def test_shortcuts_are_listed(window, qtbot):
 
 
 def test_the_audio_dialog_pulses_one_tile(window, qtbot):
-    heard = Heard(window)
-    qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
+    vibration = VibrationRecorder(window)
+    qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
     design(window).document.edit(design(window).patch().set("noise", "amplitude", 0.0, REGISTRY), "Silence")
-    qtbot.waitUntil(lambda: not heard.any(), timeout=LONG_MS)
-    qtbot.mouseClick(window.transport.audio, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: not vibration.any(), timeout=LONG_MS)
+    qtbot.mouseClick(window.main_bar.audio, Qt.MouseButton.LeftButton)
     dialog = dialog_of(window, AudioDialog)
     qtbot.waitUntil(lambda: dialog.devices is not None, timeout=LONG_MS)
     assert dialog.values() == (None, 48_000, 128, "")
     qtbot.mouseClick(next(b for b in dialog.findChildren(QPushButton) if b.text() == "t3"), Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: heard.any(), timeout=LONG_MS)
-    assert heard.tiles() == ["t3"]
+    qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
+    assert vibration.tiles() == ["t3"]
 
 
 # --- the process ---

@@ -9,7 +9,7 @@ from windows import dialog_of
 
 from underfoot.engine.commands import PressTile
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
-from underfoot.widgets.session.network_link import LENT
+from underfoot.widgets.session.network_link import LENT_MESSAGE
 from underfoot.widgets.session.settings import Settings
 
 
@@ -27,7 +27,7 @@ def served(window, client, qtbot):
     dialog = dialog_of(window, NetworkDialog)
     for name, address in (("tuio", client.text), ("listen", f"{LOOPBACK}:{port}")):
         dialog.addresses[name].setText(address)
-        qtbot.keyClick(dialog.used[name], Qt.Key.Key_Space)
+        qtbot.keyClick(dialog.check_boxes[name], Qt.Key.Key_Space)
     qtbot.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
     assert not dialog.note.text()
     yield port
@@ -35,16 +35,16 @@ def served(window, client, qtbot):
 
 
 def answer(client, qtbot, address, number):
-    qtbot.waitUntil(lambda: any(n == number for n, *_ in client.hear(address)), timeout=60_000)
-    return next(rest for n, *rest in client.hear(address) if n == number)
+    qtbot.waitUntil(lambda: any(n == number for n, *_ in client.received(address)), timeout=60_000)
+    return next(rest for n, *rest in client.received(address) if n == number)
 
 
 def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
     decoder, session = CursorDecoder(), window.controller.session
 
-    def hear():
+    def decoded():
         for datagram in client.datagrams():
-            decoder.take(datagram)
+            decoder.decode(datagram)
         return decoder.cursors
 
     tile = session.target.floor.tiles[3]
@@ -53,7 +53,7 @@ def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
 
     def is_there():
         x, y = tile.centre_m
-        return any(abs(at[0] - x / box_m) + abs(at[1] - 1.0 + y / box_m) < 0.02 for at in hear().values() if at)
+        return any(abs(at[0] - x / box_m) + abs(at[1] - 1.0 + y / box_m) < 0.02 for at in decoded().values() if at)
 
     qtbot.waitUntil(is_there)
     session.send(PressTile(tile.id, 0.0, 0.0, 0.0))
@@ -63,18 +63,18 @@ def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
 
 def test_a_cue_is_played_and_leaves_the_document_as_it_is(window, served, client, qtbot):
     document = window.open_patch.patch
-    client.say(served, "/underfoot/play", "wood", "t1", -6.0, 5)
+    client.send_message(served, "/underfoot/play", "wood", "t1", -6.0, 5)
     frame, _, _ = answer(client, qtbot, "/underfoot/played", 5)
     assert frame > 0
     assert window.open_patch.patch == document
     assert any(node.id.endswith("--wood") for node in window.controller.session.patch.nodes)
-    client.say(served, "/underfoot/stop", "all", 6)
+    client.send_message(served, "/underfoot/stop", "all", 6)
     answer(client, qtbot, "/underfoot/played", 6)
     assert window.controller.session.patch == document
 
 
 def test_cues_end_when_nothing_is_served_any_more(window, served, client, qtbot):
-    client.say(served, "/underfoot/play", "wood", "t1", -6.0, 7)
+    client.send_message(served, "/underfoot/play", "wood", "t1", -6.0, 7)
     answer(client, qtbot, "/underfoot/played", 7)
     window.network.apply(window.settings.network_addresses, ["tuio"])
     assert window.controller.session.patch != window.open_patch.patch, "a session that is served keeps its cues"
@@ -83,12 +83,12 @@ def test_cues_end_when_nothing_is_served_any_more(window, served, client, qtbot)
 
 
 def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, client, qtbot):
-    client.say(served, "/underfoot/panic")
-    qtbot.waitUntil(lambda: not window.controller.playing)
+    client.send_message(served, "/underfoot/panic")
+    qtbot.waitUntil(lambda: not window.controller.is_playing)
     assert "Panic" in window.status.message
     window.controller.lend()
-    client.say(served, "/underfoot/mark", "m", 8)
-    assert answer(client, qtbot, "/underfoot/refused", 8)[1] == LENT
+    client.send_message(served, "/underfoot/mark", "m", 8)
+    assert answer(client, qtbot, "/underfoot/refused", 8)[1] == LENT_MESSAGE
     window.controller.take_back()
 
 
@@ -103,5 +103,5 @@ def test_a_port_that_is_taken_leaves_all_as_it_was(window, served, client, qtbot
     with closing(OscEnd()) as other, pytest.raises(Exception, match="choose another port"):
         window.network.apply({**window.settings.network_addresses, "listen": other.text}, ["listen"])
     assert window.settings.network_on == ["tuio", "listen"]
-    client.say(served, "/underfoot/mark", "still here", 9)
+    client.send_message(served, "/underfoot/mark", "still here", 9)
     answer(client, qtbot, "/underfoot/played", 9)

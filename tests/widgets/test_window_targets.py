@@ -12,16 +12,16 @@ from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports.serial import PtySender
 from underfoot.floor.layout import default_floor
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.widgets.dialogs.file_trouble import FileTrouble
+from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
 
 
 @pytest.fixture
-def window(qtbot, tmp_path, place):
+def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session another one will be opened."""
-    made = quiet_window(qtbot, tmp_path / "kept", place / "hiss.json")
+    made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
     with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
         made.start()
     return made
@@ -30,14 +30,14 @@ def window(qtbot, tmp_path, place):
 def test_another_target_is_another_session_with_the_same_patch(window, qtbot):
     before = window.controller.session
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        window.transport.target_chosen.emit("simulator 1 3")
+        window.main_bar.target_chosen.emit("simulator 1 3")
         assert window.controller.session is None
     session = window.controller.session
     assert session is not before
     assert [tile.id for tile in session.target.floor.tiles] == ["t1", "t2", "t3"]
     assert session.patch == design(window).patch()
     assert session.level_db == window.settings.level_db
-    assert window.transport.target.text() == "Simulated floor  1 × 3"
+    assert window.main_bar.target.text() == "Simulated floor  1 × 3"
     assert "The target is now" in window.status.message
 
 
@@ -45,7 +45,7 @@ def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(window,
     default_floor(1, 1).save(tmp_path / "walk.floor.json")
     (tmp_path / "walk.csv").write_text("time_s,t1.1\n0,1\n")
     said = []
-    window.controller.said.connect(said.append)
+    window.controller.notified.connect(said.append)
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
         window.target_selection.use_forces(tmp_path / "walk.csv")
     assert any("no column t1.2" in line for line in said)
@@ -56,19 +56,19 @@ def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(window, qtbot):
     """Its sensors err, and its profiles are its own."""
     ideal = calibrate(window).profiles.folder
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        choose(window.transport.target, "Simulated tile", "Plywood tile")
+        choose(window.main_bar.target, "Simulated tile", "Plywood tile")
     target = window.controller.target
     assert TileParameters.load(target.simulation).title.startswith("A tile of plywood")
     assert target.floor == default_floor()
-    assert window.transport.target.text() == "Plywood tile  2 × 2"
+    assert window.main_bar.target.text() == "Plywood tile  2 × 2"
     assert calibrate(window).profiles.folder != ideal
     loads = []
-    window.bridge.forces.connect(lambda forces: loads.append(forces.force_n))
+    window.bridge.forces_tracked.connect(lambda forces: loads.append(forces.force_n))
     qtbot.waitUntil(lambda: len(loads) > 20, timeout=LONG_MS)
     assert np.nanstd(np.concatenate(loads)[:200, -1]) > 0.0
     assert remembered_target(window.settings).simulation == target.simulation
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        choose(window.transport.target, "Simulated tile", "Ideal sensors")
+        choose(window.main_bar.target, "Simulated tile", "Ideal sensors")
     assert window.controller.target.simulation == ""
     assert calibrate(window).profiles.folder == ideal
 
@@ -79,10 +79,10 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
     bad.write_text('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}')
     TileParameters().save(tmp_path / "mine.json")
     for name in ("bad.json", "mine.json"):
-        choose_file(window, tmp_path / name, lambda: choose(window.transport.target, "Simulated tile", "Open…"))
+        choose_file(window, tmp_path / name, lambda: choose(window.main_bar.target, "Simulated tile", "Open…"))
         if name == "bad.json":
             assert "sensors, creep is 2" in window.status.message
-            dialog_of(window, FileTrouble).close()
+            dialog_of(window, FileErrorDialog).close()
             assert window.controller.target.simulation == ""
     assert window.controller.target.simulation == str(tmp_path / "mine.json")
 
@@ -95,13 +95,13 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
     sender = PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
-    window.transport.target_chosen.emit("serial")
+    window.main_bar.target_chosen.emit("serial")
     dialog = window.findChild(TransportDialog)
     dialog.address.setEditText("/dev/no such port")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: "cannot be opened" in window.status.message, timeout=LONG_MS)
     assert window.controller.target.kind == "simulator"
-    window.transport.target_chosen.emit("serial")
+    window.main_bar.target_chosen.emit("serial")
     dialog = next(found for found in window.findChildren(TransportDialog) if found.isVisible())
     dialog.address.setEditText(sender.name)
     emulator.start()
@@ -109,9 +109,9 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
         with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
             connect = next(b for b in dialog.findChildren(QPushButton) if b.text() == "Connect")
             qtbot.mouseClick(connect, Qt.MouseButton.LeftButton)
-        assert window.transport.target.text() == f"Serial port  {sender.name}"
+        assert window.main_bar.target.text() == f"Serial port  {sender.name}"
         heard = []
-        window.bridge.forces.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
+        window.bridge.forces_tracked.connect(lambda forces: heard.append(np.nanmax(forces.force_n)))
         qtbot.waitUntil(lambda: bool(heard) and max(heard) > 100.0, timeout=LONG_MS)
     finally:
         emulator.close()

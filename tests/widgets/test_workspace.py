@@ -45,7 +45,7 @@ class Whole(Workspace):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.action = QAction("Do the whole", self)
 
-    def listen(self, context):
+    def attach(self, context):
         self.context = context
         self.patch_at_first = context.open_patch.patch
 
@@ -76,17 +76,17 @@ def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypat
     assert (whole.folder, whole.context.controller) == (tmp_path, window.controller)
     assert whole.patch_at_first == window.open_patch.patch
     assert whole.patch_at_first.nodes
-    assert list(window.transport.tabs) == [declared.name for declared in window_module.discover()]
+    assert list(window.main_bar.tabs) == [declared.name for declared in window_module.discover()]
     assert whole.action in window.menu.actions()
     qtbot.keyClick(window, Qt.Key.Key_9, Qt.KeyboardModifier.ControlModifier)
     assert window.workspace == "Whole"
     assert whole.isVisible()
-    qtbot.mouseClick(window.transport.tabs["Design"], Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(window.main_bar.tabs["Design"], Qt.MouseButton.LeftButton)
     assert window.workspace == "Design"
-    whole.said.emit("A line")
+    whole.notified.emit("A line")
     assert window.status.message == "A line"
-    whole.flagged.emit(["A warning"])
-    qtbot.mouseClick(window.transport.flags, Qt.MouseButton.LeftButton)
+    whole.warnings_changed.emit(["A warning"])
+    qtbot.mouseClick(window.main_bar.warnings, Qt.MouseButton.LeftButton)
     assert window.workspace == "Whole"
     window.panic()
     qtbot.keyClick(window, Qt.Key.Key_F1)

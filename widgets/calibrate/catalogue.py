@@ -18,12 +18,12 @@ from underfoot.parameters import Parameter, Text
 if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
-MakeReady = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
+MakeProcedure = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
 """From target, tile, its profile, and the reference that was entered."""
 
 
 @dataclass(frozen=True)
-class Kind:
+class CalibrationKind:
     """A calibration: the part of a profile that it makes, its name, its purpose, and its factory.
 
     `reference` is the parameter that asks for the reference on hardware; `first` is the part that must be calibrated
@@ -34,7 +34,7 @@ class Kind:
     name: str
     title: str
     about: str
-    make: MakeReady
+    make: MakeProcedure
     reference: Parameter
     first: str = ""
 
@@ -114,6 +114,6 @@ _REFERENCES = {
 """Parameters that ask for a rig's reference on hardware."""
 
 KINDS = tuple(
-    Kind(one.kind, one.name, one.title, one.about, partial(_make, one), _REFERENCES[one.rig], one.requires)
+    CalibrationKind(one.kind, one.name, one.title, one.about, partial(_make, one), _REFERENCES[one.rig], one.requires)
     for one in CALIBRATIONS.values()
 )

@@ -16,8 +16,8 @@ from PySide6.QtWidgets import (
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import part_in_words
-from underfoot.widgets.calibrate.tile_picture import tile_in_words
+from underfoot.widgets.calibrate.quantity_views import part_text
+from underfoot.widgets.calibrate.tile_picture import tile_text
 from underfoot.widgets.floor_map import FloorMap
 
 WIDTH_PX = 34 * theme.GRID
@@ -30,8 +30,8 @@ class ChoicePanel(QWidget):
     kind_chosen = Signal(str)
     earlier_chosen = Signal(int)
     """Index among the profile's earlier parts of the one to compare with; -1 for none."""
-    restore_wanted = Signal(int)
-    plates_wanted = Signal()
+    restore_requested = Signal(int)
+    plate_search_requested = Signal()
     """Open the search for plates for the chosen tile."""
 
     def __init__(self, kinds: Sequence[tuple[str, str]]) -> None:
@@ -46,7 +46,7 @@ class ChoicePanel(QWidget):
         self.flags = theme.label("", "force")
         self.flags.setWordWrap(True)
         self.flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self.cards: dict[str, Card] = {}
+        self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
         self.history.setAccessibleName("Earlier calibrations")
@@ -54,7 +54,7 @@ class ChoicePanel(QWidget):
         self.restore = QPushButton("Use this one again")
         self.restore.setToolTip("Use the selected calibration from now on; the one in use is kept as an earlier one")
         self._none = theme.label("None yet", "small")
-        self._places: list[int] = []
+        self._indices: list[int] = []
         layout = QVBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
         layout.setSpacing(theme.GRID)
@@ -63,7 +63,7 @@ class ChoicePanel(QWidget):
         layout.addWidget(self._tile)
         layout.addWidget(theme.label("CALIBRATION", "heading"))
         for key, name in kinds:
-            card = Card(name)
+            card = KindCard(name)
             card.clicked.connect(lambda _=False, key=key: self._choose(key))
             self._group.addButton(card)
             self.cards[key] = card
@@ -76,11 +76,11 @@ class ChoicePanel(QWidget):
         layout.addStretch()
         self.plates = QPushButton("Which plates fit…")
         self.plates.setToolTip("Search modulus and thickness of a plate for this tile, before it is built")
-        self.plates.clicked.connect(self.plates_wanted)
+        self.plates.clicked.connect(self.plate_search_requested)
         layout.addWidget(self.plates)
-        self.map.chosen.connect(self.tile_chosen)
+        self.map.tile_chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
-        self.restore.clicked.connect(lambda: self.restore_wanted.emit(self._places[self.history.currentRow()]))
+        self.restore.clicked.connect(lambda: self.restore_requested.emit(self._indices[self.history.currentRow()]))
         self.setFocusProxy(self.map)
 
     def set_floor(self, floor: Floor) -> None:
@@ -92,22 +92,22 @@ class ChoicePanel(QWidget):
         """Show the chosen tile's profile, and the history of its part `kind`."""
         tile = self._floor.tiles[self._floor.index(profile.tile)]
         serial = f" · serial {profile.serial}" if profile.serial else ""
-        self._tile.setText(f"{tile_in_words(tile)}{serial}")
+        self._tile.setText(f"{tile_text(tile)}{serial}")
         for key, card in self.cards.items():
             card.show_part(profile.part(key))
         self.cards[kind].setChecked(True)
         shown = flags if profile.made else ()
         self.flags.setText("\n".join(f"{flag[:1].upper()}{flag[1:]}." for flag in shown))
         self.flags.setVisible(bool(shown))
-        self._places = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
+        self._indices = [i for i, earlier in enumerate(profile.earlier) if earlier.kind == kind][::-1]
         with QSignalBlocker(self.history):
             self.history.clear()
-            for place in self._places:
-                self.history.addItem(part_in_words(getattr(profile.earlier[place], kind)))
+            for index in self._indices:
+                self.history.addItem(part_text(getattr(profile.earlier[index], kind)))
             self.history.setCurrentRow(-1)
-        self.history.setVisible(bool(self._places))
-        self._none.setVisible(not self._places)
-        self.restore.setVisible(bool(self._places))
+        self.history.setVisible(bool(self._indices))
+        self._none.setVisible(not self._indices)
+        self.restore.setVisible(bool(self._indices))
         self.restore.setEnabled(False)
 
     def _choose(self, key: str) -> None:
@@ -115,10 +115,10 @@ class ChoicePanel(QWidget):
 
     def _compare(self, row: int) -> None:
         self.restore.setEnabled(row >= 0)
-        self.earlier_chosen.emit(self._places[row] if row >= 0 else -1)
+        self.earlier_chosen.emit(self._indices[row] if row >= 0 else -1)
 
 
-class Card(QPushButton):
+class KindCard(QPushButton):
     """A procedure's name, above the state of the profile."""
 
     def __init__(self, name: str) -> None:
@@ -136,12 +136,12 @@ class Card(QPushButton):
 
     def show_part(self, part: Part | None) -> None:
         """Show the part of the profile that this procedure makes."""
-        words = part_in_words(part)
+        words = part_text(part)
         self._state.setText(words)
         theme.set_role(self._state, "small" if part is None or part.good else "alarm")
         self.setAccessibleName(f"{self._name}: {words}")
         self.setToolTip(words if part is None else part.verdict or words)
 
-    def text_shown(self) -> str:
+    def visible_text(self) -> str:
         """Return the text under the name."""
         return self._state.text()

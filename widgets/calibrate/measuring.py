@@ -17,12 +17,12 @@ from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, UnderfootError
 
-Make = Callable[[], tuple[Procedure, Rig]]
+MakeProcedure = Callable[[], tuple[Procedure, Rig]]
 
-_TELL_S, _DRAW_S = 0.033, 0.25
+_SNAPSHOT_S, _DRAW_S = 0.033, 0.25
 """Intervals in seconds between snapshots, and between those with new drawings."""
-_DRAIN_S, _EMPTY_S = 0.02, 0.005
-_LONGEST_REST_S = 0.25
+_IDLE_READ_S, _NO_READINGS_S = 0.02, 0.005
+_MAX_PAUSE_S = 0.25
 
 
 @dataclass(frozen=True)
@@ -37,17 +37,17 @@ class Pace:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """State of a procedure. `waits` is true while it waits for the user; `alone` while it runs automatically;
-    `refused` is the reason for which the page's measurement was rejected, in one line.
+    """State of a procedure. `is_waiting` is true while it waits for the user; `is_automatic` while it runs without.
+    `rejection` is the reason for which the page's measurement was rejected, in one line.
     """
 
     page: Page
     live: PageProgress
     drawings: tuple[Drawing, ...]
     result: Result | None
-    waits: bool = True
-    alone: bool = False
-    refused: str = ""
+    is_waiting: bool = True
+    is_automatic: bool = False
+    rejection: str = ""
 
 
 class Measurement(QObject):
@@ -64,15 +64,17 @@ class Measurement(QObject):
     ended = Signal()
     """The rig is released; the last signal."""
 
-    def __init__(self, make: Make, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None) -> None:
+    def __init__(
+        self, make: MakeProcedure, *, by_hand: bool, pace: Pace | None = None, parent: QObject | None = None
+    ) -> None:
         super().__init__(parent)
         self.by_hand = by_hand
         self.snapshot: Snapshot | None = None
         self._make, self._pace = make, pace or Pace()
-        self._work: _Work | None = None
+        self._worker: _Worker | None = None
         self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
-        self._seen = threading.Event()
-        self._seen.set()
+        self._is_acknowledged = threading.Event()
+        self._is_acknowledged.set()
         self._began_s = time.monotonic()
         self._thread = threading.Thread(target=self._run, name="calibrate")
 
@@ -80,41 +82,41 @@ class Measurement(QObject):
         """Start the thread."""
         self._thread.start()
 
-    def go(self, values: Mapping[str, Any]) -> None:
+    def proceed(self, values: Mapping[str, Any]) -> None:
         """Do what Continue means on the page of `snapshot`: submit the answer, begin the press, play the sound."""
         page = self.snapshot.page if self.snapshot is not None else None
-        self._allow()
-        self._orders.put(lambda work: work.go(values, page))
+        self._allow_sound()
+        self._orders.put(lambda worker: worker.proceed(values, page))
 
-    def run_alone(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
+    def run_automatically(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
         """On a simulator: run automatically, with `values` as the answer to the present page; or pause."""
         if on:
-            self._allow()
-        self._orders.put(lambda work: work.set_alone(on, values or {}))
+            self._allow_sound()
+        self._orders.put(lambda worker: worker.set_automatic(on, values or {}))
 
     def skip(self) -> None:
         """Skip what the page measures."""
-        self._orders.put(lambda work: work.leave(work.procedure.skip))
+        self._orders.put(lambda worker: worker.change_page(worker.procedure.skip))
 
     def back(self) -> None:
         """Return to the previous page."""
-        self._orders.put(lambda work: work.leave(work.procedure.back))
+        self._orders.put(lambda worker: worker.change_page(worker.procedure.back))
 
-    def _allow(self) -> None:
+    def _allow_sound(self) -> None:
         """At once, not queued: a panic after the click must take precedence."""
-        if self._work is not None:
-            self._work.rig.allow()
+        if self._worker is not None:
+            self._worker.rig.allow()
 
     def silence(self) -> None:
         """Panic: stop the automatic run, and what is playing."""
-        self.run_alone(False)
-        if self._work is not None:
-            self._work.rig.silence()
+        self.run_automatically(False)
+        if self._worker is not None:
+            self._worker.rig.silence()
 
     def stop(self) -> None:
         """Release the tile as soon as the present computation is complete; `ended` follows."""
-        if self._work is not None:
-            self._work.rig.silence()
+        if self._worker is not None:
+            self._worker.rig.silence()
         self._orders.put(None)
 
     def join(self) -> None:
@@ -122,39 +124,39 @@ class Measurement(QObject):
         if self._thread.ident is not None:
             self._thread.join()
 
-    def seen(self) -> None:
+    def acknowledge(self) -> None:
         """Acknowledge the snapshot: a newer one may be signalled."""
-        self._seen.set()
+        self._is_acknowledged.set()
 
     @property
     def busy_s(self) -> float:
         """Seconds for which one operation has been running; 0 for none."""
-        since = self._began_s if self._work is None else self._work.busy_since
+        since = self._began_s if self._worker is None else self._worker.busy_since
         return time.monotonic() - since if since else 0.0
 
     def _run(self) -> None:
         try:
-            self._work = work = _Work(*self._make(), self._orders, self._tell, self._pace, self.by_hand)
+            self._worker = worker = _Worker(*self._make(), self._orders, self._send, self._pace, self.by_hand)
             try:
-                work.run()
+                worker.run()
             finally:
-                work.rig.close()
+                worker.rig.close()
         except Exception as error:
-            self.failed.emit(str(error) if self._work is None else f"The measurement ended: {error}")
+            self.failed.emit(str(error) if self._worker is None else f"The measurement ended: {error}")
             if not isinstance(error, UnderfootError):
                 raise
         finally:
             self._began_s = 0.0
             self.ended.emit()
 
-    def _tell(self, snapshot: Snapshot) -> None:
+    def _send(self, snapshot: Snapshot) -> None:
         self.snapshot = snapshot
-        if self._seen.is_set():
-            self._seen.clear()
+        if self._is_acknowledged.is_set():
+            self._is_acknowledged.clear()
             self.changed.emit()
 
 
-class _Work:
+class _Worker:
     """The thread's side: executes orders, does what the page wants, and sends snapshots."""
 
     def __init__(
@@ -162,27 +164,27 @@ class _Work:
         procedure: Procedure,
         rig: Rig,
         orders: "queue.SimpleQueue[_Order]",
-        tell: Callable[[Snapshot], None],
+        send_snapshot: Callable[[Snapshot], None],
         pace: Pace,
         by_hand: bool,
     ) -> None:
         self.procedure, self.rig = procedure, WatchedRig(rig)
-        self._orders, self._telling, self._pace, self._by_hand = orders, tell, pace, by_hand
-        self._asked = self._alone = False
-        self._refused = ""
+        self._orders, self._send_snapshot, self._pace, self._by_hand = orders, send_snapshot, pace, by_hand
+        self._is_requested = self._is_automatic = False
+        self._rejection = ""
         self._values: Mapping[str, Any] = {}
         self._snapshot: Snapshot | None = None
-        self._told_s = self._drawn_s = self._turned_s = self._rests_s = self.busy_since = time.monotonic()
+        self._sent_s = self._drawn_s = self._page_began_s = self._pause_until_s = self.busy_since = time.monotonic()
 
     def run(self) -> None:
         """Run until an order to stop."""
-        self._tell(whole=True)
+        self._send(whole=True)
         while True:
             pause_s = self._pause_s()
             try:
-                order = self._next(pause_s)
+                order = self._next_order(pause_s)
             except queue.Empty:
-                self._turn()
+                self._advance()
                 continue
             if order is None:
                 self.busy_since = 0.0
@@ -191,34 +193,34 @@ class _Work:
 
     # --- orders ---
 
-    def go(self, values: Mapping[str, Any], seen: Page | None) -> None:
+    def proceed(self, values: Mapping[str, Any], page_shown: Page | None) -> None:
         page = self.procedure.page
-        is_seen = seen is not None and (seen.key, seen.questions) == (page.key, page.questions)
-        if page.last or self._asked or not is_seen:
+        is_shown = page_shown is not None and (page_shown.key, page_shown.questions) == (page.key, page.questions)
+        if page.last or self._is_requested or not is_shown:
             return  # a second click, meant for an earlier page
-        self._refused = ""
+        self._rejection = ""
         if page.questions or (page.press is None and page.sound is None):
-            self._try(lambda: self.procedure.answer(values))
-            self._asked = page.press is not None and self.procedure.page.key == page.key and not self._refused
+            self._run_checked(lambda: self.procedure.answer(values))
+            self._is_requested = page.press is not None and self.procedure.page.key == page.key and not self._rejection
         else:
-            self._asked = True
-        self._rests_s = 0.0
-        self._tell(whole=True)
+            self._is_requested = True
+        self._pause_until_s = 0.0
+        self._send(whole=True)
 
-    def set_alone(self, on: bool, values: Mapping[str, Any]) -> None:
-        self._alone, self._asked = on and not self._by_hand, False
-        self._refused = "" if on else self._refused
-        self._values, self._turned_s = values, 0.0 if values else self._turned_s
-        self._tell(whole=True)
+    def set_automatic(self, on: bool, values: Mapping[str, Any]) -> None:
+        self._is_automatic, self._is_requested = on and not self._by_hand, False
+        self._rejection = "" if on else self._rejection
+        self._values, self._page_began_s = values, 0.0 if values else self._page_began_s
+        self._send(whole=True)
 
-    def leave(self, how: Callable[[], None]) -> None:
-        self._asked, self._refused = False, ""
-        self._try(how)
-        self._tell(whole=True)
+    def change_page(self, turn_page: Callable[[], None]) -> None:
+        self._is_requested, self._rejection = False, ""
+        self._run_checked(turn_page)
+        self._send(whole=True)
 
     # --- steps ---
 
-    def _next(self, pause_s: float | None) -> "_Order":
+    def _next_order(self, pause_s: float | None) -> "_Order":
         """Return the next order, if one arrives within `pause_s`."""
         self.busy_since = 0.0
         order = self._orders.get(timeout=pause_s) if pause_s != 0.0 else self._orders.get_nowait()
@@ -227,72 +229,80 @@ class _Work:
 
     def _pause_s(self) -> float | None:
         """Return how long to wait for an order before doing what the page wants; None if it wants nothing."""
-        if not self._moves():
-            return _DRAIN_S if self._by_hand and not self.procedure.page.last else None
-        begins_s = self._rests_s if self._asked else self._turned_s + self._pace.page_s * self._alone
+        if not self._has_work():
+            return _IDLE_READ_S if self._by_hand and not self.procedure.page.last else None
+        begins_s = (
+            self._pause_until_s if self._is_requested else self._page_began_s + self._pace.page_s * self._is_automatic
+        )
         return max(begins_s - time.monotonic(), 0.0)
 
-    def _moves(self) -> bool:
+    def _has_work(self) -> bool:
         """Whether there is something to do without a request."""
         page = self.procedure.page
         wants_press = page.press is not None and not page.questions
-        return not page.last and (self._asked or self._alone or (self._by_hand and wants_press))
+        return not page.last and (self._is_requested or self._is_automatic or (self._by_hand and wants_press))
 
-    def _turn(self) -> None:
+    def _advance(self) -> None:
         """Do what the page wants, once."""
         self.busy_since = time.monotonic()
-        if not self._moves():
+        if not self._has_work():
             self.rig.read()  # discard readings between pages
             return
-        if not self._asked:
-            self._asked = True
-            self._tell(whole=True)
+        if not self._is_requested:
+            self._is_requested = True
+            self._send(whole=True)
         before_s = self.rig.newest_s
-        self._try(self._step)
-        if self._alone and self._pace.speed > 0.0:
+        self._run_checked(self._step)
+        if self._is_automatic and self._pace.speed > 0.0:
             passed_s = max(self.rig.newest_s - before_s, 0.0)
-            self._rests_s = time.monotonic() + min(passed_s / self._pace.speed, _LONGEST_REST_S)
+            self._pause_until_s = time.monotonic() + min(passed_s / self._pace.speed, _MAX_PAUSE_S)
 
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
-            self._rests_s = time.monotonic() + _EMPTY_S
+            self._pause_until_s = time.monotonic() + _NO_READINGS_S
 
-    def _try(self, do: Callable[[], None]) -> None:
+    def _run_checked(self, action: Callable[[], None]) -> None:
         """Do something that may be refused, and send the result."""
-        before, refused = self.procedure.page, ""
+        before, rejection = self.procedure.page, ""
         try:
-            do()
+            action()
         except UnderfootError as error:
-            refused, self._asked, self._alone = str(error), False, False
+            rejection, self._is_requested, self._is_automatic = str(error), False, False
         page = self.procedure.page
         is_new = (page.key, page.questions) != (before.key, before.questions)
         if page.key != before.key:
-            self._asked, self._turned_s = False, time.monotonic()
-            self._alone = self._alone and not page.last
+            self._is_requested, self._page_began_s = False, time.monotonic()
+            self._is_automatic = self._is_automatic and not page.last
         if is_new:
             self._values = {}
-        is_news = bool(refused) and refused != self._refused
-        self._refused = refused or ("" if is_new else self._refused)
-        self._tell(whole=is_new or is_news)
+        is_news = bool(rejection) and rejection != self._rejection
+        self._rejection = rejection or ("" if is_new else self._rejection)
+        self._send(whole=is_new or is_news)
 
-    def _tell(self, *, whole: bool) -> None:
+    def _send(self, *, whole: bool) -> None:
         """Send a new snapshot if one is due; at once if the `whole` has changed."""
         now_s, old, procedure = time.monotonic(), self._snapshot, self.procedure
-        if not whole and now_s - self._told_s < _TELL_S:
+        if not whole and now_s - self._sent_s < _SNAPSHOT_S:
             return
         if whole or old is None or now_s - self._drawn_s >= _DRAW_S:
             drawings, self._drawn_s = procedure.drawings, now_s
         else:
             drawings = old.drawings
-        waits = not self._moves()
+        is_waiting = not self._has_work()
         self._snapshot = Snapshot(
-            procedure.page, procedure.progress, drawings, procedure.result, waits, self._alone, self._refused
+            procedure.page,
+            procedure.progress,
+            drawings,
+            procedure.result,
+            is_waiting,
+            self._is_automatic,
+            self._rejection,
         )
-        self._told_s = now_s
-        self._telling(self._snapshot)
+        self._sent_s = now_s
+        self._send_snapshot(self._snapshot)
 
 
-_Order = Callable[[_Work], None] | None
+_Order = Callable[[_Worker], None] | None
 """An order of the window to the thread; None ends it."""
 
 
@@ -314,10 +324,10 @@ class WatchedRig:
         return readings
 
     def play(self, sound: Sound) -> NDArray[np.float64]:
-        heard = None if self._is_silenced else self._rig.play(sound)
-        if heard is None or self._is_silenced:
+        recorded = None if self._is_silenced else self._rig.play(sound)
+        if recorded is None or self._is_silenced:
             raise BadMeasurement("the sound was stopped; take it again")
-        return heard
+        return recorded
 
     def allow(self) -> None:
         """Allow sound again, at the user's request."""

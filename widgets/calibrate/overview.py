@@ -10,9 +10,9 @@ from underfoot.floor.profile import Part
 from underfoot.parameters import Parameter
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import FigureTable
 from underfoot.widgets.calibrate.page_view import FORM_PX
 from underfoot.widgets.calibrate.part_drawings import drawings_of
+from underfoot.widgets.calibrate.quantity_views import QuantityTable
 from underfoot.widgets.calibrate.tile_picture import TilePicture
 from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
@@ -22,7 +22,7 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 class Overview(QWidget):
     """Shows one procedure and the matching part of a tile's profile; signals when to begin."""
 
-    begin_wanted = Signal(bool)
+    begin_requested = Signal(bool)
     """Begin; whether to run automatically."""
     reference_given = Signal(object)
     """The reference that was entered."""
@@ -39,19 +39,19 @@ class Overview(QWidget):
         self.begin = QPushButton("Begin")
         self.begin.setProperty("role", "primary")
         self.begin.setToolTip("Go through it page by page (Return)")
-        self.begin_alone = QPushButton("Run automatically")
-        self.begin_alone.setToolTip("The simulator presses, page after page; it can be paused and stopped")
-        self.begin_alone.setIcon(theme.icon("fast-forward"))
+        self.begin_automatic = QPushButton("Run automatically")
+        self.begin_automatic.setToolTip("The simulator presses, page after page; it can be paused and stopped")
+        self.begin_automatic.setIcon(theme.icon("fast-forward"))
         self.reference = QVBoxLayout()
         self.reference_help = theme.label("", "small")
         self.reference_help.setWordWrap(True)
         self.reference_help.setMaximumWidth(FORM_PX)
         self.editor: ParameterEditor | None = None
-        self.table = FigureTable("Figures of the calibration in use")
+        self.table = QuantityTable("Figures of the calibration in use")
         self.drawings = DrawingColumn()
         buttons = QHBoxLayout()
         buttons.setSpacing(theme.GRID)
-        for button in (self.begin, self.begin_alone):
+        for button in (self.begin, self.begin_automatic):
             button.setMinimumWidth(15 * theme.GRID)
             buttons.addWidget(button)
         buttons.addStretch(1)
@@ -77,8 +77,8 @@ class Overview(QWidget):
         layout.setSpacing(0)
         layout.addWidget(left, 1)
         layout.addWidget(self.drawings, 1)
-        self.begin.clicked.connect(lambda: self.begin_wanted.emit(False))
-        self.begin_alone.clicked.connect(lambda: self.begin_wanted.emit(True))
+        self.begin.clicked.connect(lambda: self.begin_requested.emit(False))
+        self.begin_automatic.clicked.connect(lambda: self.begin_requested.emit(True))
 
     def show_kind(self, title: str, about: str) -> None:
         """Show a procedure."""
@@ -102,12 +102,12 @@ class Overview(QWidget):
         self.reference_help.setText("" if parameter is None else parameter.doc)
         self.reference_help.setVisible(parameter is not None)
 
-    def show_way(self, why_not: str, can_alone: bool) -> None:
+    def show_availability(self, why_not: str, can_run_automatically: bool) -> None:
         """Show whether it can begin, or `why_not`, and whether it can run automatically."""
         self.begin.setEnabled(not why_not)
         theme.set_role(self.begin, "" if why_not else "primary")
-        self.begin_alone.setVisible(can_alone)
-        self.begin_alone.setEnabled(not why_not)
+        self.begin_automatic.setVisible(can_run_automatically)
+        self.begin_automatic.setEnabled(not why_not)
         self.note.setText(why_not)
         self.note.setVisible(bool(why_not))
 
@@ -124,7 +124,7 @@ class Overview(QWidget):
         shown = part or earlier
         units = {} if shown is None else {"error": shown.error_unit}
         quantities = [(name, now.get(name, float("nan")), units.get(name, unit_of(name))) for name in {**now, **then}]
-        self.table.show_figures(
+        self.table.show_quantities(
             quantities,
             "in use" if part is None else part.made,
             then if earlier is not None else None,
@@ -134,7 +134,7 @@ class Overview(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
-            (self.begin_alone if self.begin_alone.hasFocus() else self.begin).click()
+            (self.begin_automatic if self.begin_automatic.hasFocus() else self.begin).click()
         else:
             super().keyPressEvent(event)
 

@@ -13,8 +13,8 @@ from underfoot.floor.layout import Tile
 from underfoot.parameters import Numbers
 from underfoot.quantities import pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import FigureRow
-from underfoot.widgets.calibrate.tile_picture import TilePicture, where_in_words
+from underfoot.widgets.calibrate.quantity_views import QuantityRow
+from underfoot.widgets.calibrate.tile_picture import TilePicture, press_text
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
 
@@ -29,14 +29,14 @@ class PageView(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._page = Page("", "", "")
-        self._given: dict[str, dict[str, Any]] = {}
-        self._complaint = ""
+        self._entered: dict[str, dict[str, Any]] = {}
+        self._input_error = ""
         self.editors: list[ParameterEditor] = []
         self.title = theme.label("", "title")
-        self.do = theme.label("")
-        self.where = theme.label("", "force")
+        self.instruction = theme.label("")
+        self.place_text = theme.label("", "force")
         self.hint = theme.label("", "muted")
-        for label in (self.title, self.do, self.where, self.hint):
+        for label in (self.title, self.instruction, self.place_text, self.hint):
             label.setWordWrap(True)
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self._form = QWidget()
@@ -51,47 +51,47 @@ class PageView(QWidget):
         self.bar.setFixedHeight(theme.GRID // 2)
         self.bar.setAccessibleName("How much of this page's measurement is there")
         self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: {theme.FORCE}; border-radius: 2px; }}")
-        self.figures = FigureRow()
+        self.quantities = QuantityRow()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(theme.GRID)
-        for widget in (self.title, self.do, self._form):
+        for widget in (self.title, self.instruction, self._form):
             layout.addWidget(widget)
         layout.addSpacing(theme.GRID)
-        layout.addWidget(self.where)
+        layout.addWidget(self.place_text)
         layout.addWidget(self.picture, 1)
         layout.addWidget(self.bar)
         layout.addWidget(self.hint)
-        layout.addWidget(self.figures)
-        self._rest = QWidget()
-        layout.addWidget(self._rest)
-        layout.setStretchFactor(self._rest, 0)
+        layout.addWidget(self.quantities)
+        self._spacer = QWidget()
+        layout.addWidget(self._spacer)
+        layout.setStretchFactor(self._spacer, 0)
 
     def set_tile(self, tile: Tile) -> None:
         """Set the tile of the pictures, and clear the input for another one."""
         self.picture.set_tile(tile)
         self._page = Page("", "", "")
-        self._given.clear()
+        self._entered.clear()
 
     def show_page(self, page: Page) -> None:
         """Show a page; if it is shown already, it keeps the input."""
-        if _looks(page) == _looks(self._page):
+        if _visible_content(page) == _visible_content(self._page):
             return
         if (page.key, page.questions) != (self._page.key, self._page.questions):
             self._make_fields(page)
-        self._page, self._complaint = page, ""
+        self._page, self._input_error = page, ""
         self.title.setText(page.title)
-        self.do.setText(pretty_text(page.instruction))
+        self.instruction.setText(pretty_text(page.instruction))
         is_where = not page.questions or page.press is not None
         self.picture.show_load(page.key.removesuffix("-place") if page.sound is None else page.sound.load)
         self.picture.show_press(page.press, page.places_m)
-        self.where.setText(_where(page))
-        self.where.setVisible(bool(self.where.text()))
+        self.place_text.setText(_place_text(page))
+        self.place_text.setVisible(bool(self.place_text.text()))
         takes = page.press is not None and not page.questions
-        for widget in (self.bar, self.figures):
+        for widget in (self.bar, self.quantities):
             widget.setVisible(takes)
         self.picture.setVisible(is_where)
-        self._rest.setSizePolicy(
+        self._spacer.setSizePolicy(
             QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum if is_where else QSizePolicy.Policy.Expanding
         )
 
@@ -100,21 +100,21 @@ class PageView(QWidget):
         self.bar.setValue(round(1000 * min(max(live.ready, 0.0), 1.0)))
         self.picture.show_ready(live.ready)
         self.hint.setText(pretty_text(live.hint))
-        self.figures.show_figures(live.quantities)
+        self.quantities.show_quantities(live.quantities)
 
     def values(self) -> Mapping[str, Any]:
         """Return the input on the page, by name."""
         return {editor.parameter.name: editor.value() for editor in self.editors}
 
-    def complaint(self) -> str:
+    def take_input_error(self) -> str:
         """Return why the last input is invalid, and forget it; "" if it is valid. The field has restored its value."""
         for editor in self.editors:
             for field in editor.findChildren(Field):
-                field.finish()  # even if it still has the focus
-        complaint, self._complaint = self._complaint, ""
-        return complaint
+                field.commit()  # even if it still has the focus
+        error, self._input_error = self._input_error, ""
+        return error
 
-    def stops(self) -> list[QWidget]:
+    def tab_stops(self) -> list[QWidget]:
         """Return the widgets of the tab order: a field before its slider."""
         window = self.window()  # a choice's list is a separate window
         return [
@@ -126,49 +126,49 @@ class PageView(QWidget):
 
     def focus_first(self) -> bool:
         """Give the first field the focus; return False if there is none."""
-        stops = self.stops()
+        stops = self.tab_stops()
         if stops:
             stops[0].setFocus(Qt.FocusReason.TabFocusReason)
         return bool(stops)
 
-    def _note_complaint(self, editor: ParameterEditor, field: Field, typed: str) -> None:
+    def _store_input_error(self, editor: ParameterEditor, field: Field, text: str) -> None:
         """Keep a field's error message, which the field clears when it loses the focus."""
         is_bad = field.property("role") == "bad"
         name = editor.label.text().lower()
         allowed = str(field.property("reason")).rpartition("; ")[2]
-        self._complaint = f"{name}: {typed} is not taken; {allowed}" if is_bad else ""
+        self._input_error = f"{name}: {text} is not taken; {allowed}" if is_bad else ""
 
     def _make_fields(self, page: Page) -> None:
         if self.editors:
-            self._given[self._page.key] = dict(self.values())
+            self._entered[self._page.key] = dict(self.values())
         for editor in self.editors:
             self._fields.removeWidget(editor)
             editor.hide()
             editor.deleteLater()
         self.editors = [_labelled(editor_for(parameter)) for parameter in page.questions]
         self._form.setVisible(bool(self.editors))
-        before = self._given.get(page.key, {})
+        before = self._entered.get(page.key, {})
         for editor in self.editors:
             if editor.parameter.name in before:
                 editor.set_value(before[editor.parameter.name])
             self._fields.addWidget(editor)
             editor.show()  # at once, since the focus goes there next
             for field in editor.findChildren(Field):
-                field.given.connect(partial(self._note_complaint, editor, field))
+                field.committed.connect(partial(self._store_input_error, editor, field))
 
 
-def sounds(page: Page) -> bool:
+def plays_sound(page: Page) -> bool:
     """Whether the page's sound is audible: silence is only recorded."""
     return page.sound is not None and bool(page.sound.signal.any())
 
 
-def _where(page: Page) -> str:
+def _place_text(page: Page) -> str:
     """Describe where to press, or how long the sound is and under which load."""
     if page.press is not None:
-        return where_in_words(page.press)
+        return press_text(page.press)
     if page.sound is not None:
         seconds = len(page.sound.signal) / page.sound.rate_hz
-        what, does = LOADS.get(page.sound.load), "Plays" if sounds(page) else "Listens"
+        what, does = LOADS.get(page.sound.load), "Plays" if plays_sound(page) else "Listens"
         return f"{does} for {quantity(seconds, 's')}" + (f" with {what}" if what else "")
     return ""
 
@@ -182,6 +182,6 @@ def _labelled(editor: ParameterEditor) -> ParameterEditor:
     return editor
 
 
-def _looks(page: Page) -> tuple[object, ...]:
+def _visible_content(page: Page) -> tuple[object, ...]:
     """Return the visible content of a page."""
     return page.key, page.title, page.instruction, page.questions, page.press, page.places_m

@@ -36,7 +36,7 @@ _ABOUT = (
 )
 
 
-class _Asked:
+class _SearchParameters:
     """The requirements, in the units of the page."""
 
     least_modulus = Number(1.0, 0.01, 1000.0, unit="GPa", scale="log", label="Modulus from", doc="Least modulus.")
@@ -51,15 +51,17 @@ class _Asked:
     least_mode = Number(1000.0, 10.0, 20_000.0, unit="Hz", scale="log", label="First mode from", doc="Edges held.")
 
 
-_PARAMETERS: tuple[Parameter, ...] = tuple(one for one in vars(_Asked).values() if isinstance(one, Parameter))
+_PARAMETERS: tuple[Parameter, ...] = tuple(
+    parameter for parameter in vars(_SearchParameters).values() if isinstance(parameter, Parameter)
+)
 
 
 class PlatePage(QWidget):
     """Searches at each change of a number; a search takes some milliseconds."""
 
-    left = Signal()
+    closed = Signal()
     """Back to the calibrations."""
-    report_wanted = Signal(object)
+    report_requested = Signal(object)
     """Write a report of this `SearchResult`."""
 
     def __init__(self) -> None:
@@ -85,10 +87,10 @@ class PlatePage(QWidget):
         self.report.setToolTip("A page with table and picture, in a folder")
         self.drawings = DrawingColumn()
         self._lay_out(form, (self.title, about), (self.report, self.back))
-        self.back.clicked.connect(self.left)
+        self.back.clicked.connect(self.closed)
         key = QShortcut(QKeySequence("Alt+Left"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        key.activated.connect(self.left)
-        self.report.clicked.connect(lambda: self.report_wanted.emit(self.found))
+        key.activated.connect(self.closed)
+        self.report.clicked.connect(lambda: self.report_requested.emit(self.found))
         self.setFocusProxy(self.editors["least_modulus"])
 
     def show_tile(self, tile: Tile, parameters: TileParameters) -> None:
@@ -107,7 +109,7 @@ class PlatePage(QWidget):
         if self._tile is None:
             return
         try:
-            self.found = search(self._tile, self._parameters, self._asked())
+            self.found = search(self._tile, self._parameters, self._search_request())
         except BadValue as error:
             self.found = None
             self._show_verdict(str(error), good=False)
@@ -123,7 +125,7 @@ class PlatePage(QWidget):
         write([self.found], folder)
         return f"The report is in {folder / 'index.html'}"
 
-    def _asked(self) -> PlateSearch:
+    def _search_request(self) -> PlateSearch:
         of = {name: editor.value() for name, editor in self.editors.items()}
         return PlateSearch(
             modulus_pa=(1e9 * of["least_modulus"], 1e9 * of["most_modulus"]),

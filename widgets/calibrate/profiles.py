@@ -27,7 +27,7 @@ class Profiles(QObject):
     """A tile's profile was written."""
     not_saved = Signal(str)
     """A tile's profile could not be written: the reason."""
-    said = Signal(str)
+    notified = Signal(str)
     """A line about a file that cannot be read or written, or was written."""
     _read = Signal(object, object)
     _wrote = Signal(object, object, str)
@@ -38,8 +38,8 @@ class Profiles(QObject):
         self.folder = root
         self.by_tile: dict[str, Profile] = {}
         self._worker = ThreadPoolExecutor(1, "profiles")
-        self._read.connect(self._take_all)
-        self._wrote.connect(self._take_one)
+        self._read.connect(self._set_all)
+        self._wrote.connect(self._set_one)
 
     def of(self, tile: str) -> Profile:
         """Return a tile's profile; an empty one at first."""
@@ -56,10 +56,10 @@ class Profiles(QObject):
         """Store a result in a tile's profile; the part it replaces goes into the history."""
         self._submit(self._write, self.folder, tile, result.apply, f"The profile of {tile} is saved")
 
-    def restore(self, tile: str, place: int) -> None:
-        """Put `earlier[place]` of a tile's profile into use again."""
+    def restore(self, tile: str, index: int) -> None:
+        """Put `earlier[index]` of a tile's profile into use again."""
         words = f"An earlier calibration of {tile} is in use again"
-        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(place), words)
+        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(index), words)
 
     def do(self, work: Callable[[], str]) -> None:
         """Queue other work with the disk; its result or error is emitted by `said`."""
@@ -82,7 +82,7 @@ class Profiles(QObject):
                 if path.exists():
                     found[tile] = Profile.load(path)
             except UnderfootError as error:
-                self.said.emit(str(error))
+                self.notified.emit(str(error))
         self._read.emit(folder, found)
 
     def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], words: str) -> None:
@@ -98,20 +98,20 @@ class Profiles(QObject):
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
-            self.said.emit(work())
+            self.notified.emit(work())
         except (UnderfootError, OSError) as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
 
     # --- in the window's thread ---
 
-    def _take_all(self, folder: Path, found: dict[str, Profile]) -> None:
+    def _set_all(self, folder: Path, found: dict[str, Profile]) -> None:
         if folder == self.folder:
             self.by_tile = found
             self.changed.emit()
 
-    def _take_one(self, folder: Path, profile: Profile, words: str) -> None:
+    def _set_one(self, folder: Path, profile: Profile, words: str) -> None:
         if folder == self.folder:
             self.by_tile[profile.tile] = profile
             self.changed.emit()
-        self.said.emit(words)
+        self.notified.emit(words)
         self.saved.emit(profile.tile)

@@ -23,7 +23,7 @@ class FloorProjection(TrueScaleWindow):
     Escape means panic in the main window only: here, a person on the floor uses it to leave the view.
     """
 
-    go_wanted = Signal()
+    continue_requested = Signal()
 
     def __init__(self, tile: Tile, scale: float = 1.0, at_m: tuple[float, float] = (0.0, 0.0)) -> None:
         super().__init__(scale, at_m)
@@ -38,7 +38,7 @@ class FloorProjection(TrueScaleWindow):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.go_wanted.emit()
+            self.continue_requested.emit()
         else:
             super().keyPressEvent(event)
 
@@ -101,4 +101,4 @@ class FloorProjection(TrueScaleWindow):
         line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
         painter.fillRect(line, QColor("black"))
         painter.setPen(QColor(_LIT["muted"]))
-        painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.words("Return: continue"))
+        painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.hint("Return: continue"))

@@ -6,7 +6,7 @@ from underfoot.calibration.result import Result
 from underfoot.floor.profile import Part
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.figures import FigureTable
+from underfoot.widgets.calibrate.quantity_views import QuantityTable
 
 
 class ResultView(QWidget):
@@ -18,7 +18,7 @@ class ResultView(QWidget):
         self.title = theme.label("", "title")
         self.verdict = theme.label("")
         self.warnings = theme.label("", "force")
-        self.table = FigureTable("Figures of the result")
+        self.table = QuantityTable("Figures of the result")
         self.table.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Expanding)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -41,4 +41,4 @@ class ResultView(QWidget):
         self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in result.warnings))
         self.warnings.setVisible(bool(result.warnings))
         old = None if before is None else {"error": before.error, **before.figures}
-        self.table.show_figures(result.quantities, "this time", old, "" if before is None else f"of {before.made}")
+        self.table.show_quantities(result.quantities, "this time", old, "" if before is None else f"of {before.made}")

@@ -43,7 +43,7 @@ class TilePicture(QWidget):
     def show_press(self, press: PressRequest | None, places: Places = ()) -> None:
         """Show where to press, if anywhere, among these positions of a series."""
         self._press, self._places = press, places
-        self.setAccessibleDescription(where_in_words(press) if press is not None else "")
+        self.setAccessibleDescription(press_text(press) if press is not None else "")
         self.update()
 
     def show_load(self, load: str) -> None:
@@ -188,12 +188,12 @@ def place_number(places: Places, press: PressRequest | None) -> int | None:
     return next((i for i, at_m in enumerate(places) if math.dist(at_m, press.at_m) < _NEAR_M), None)
 
 
-def where_in_words(press: PressRequest) -> str:
+def press_text(press: PressRequest) -> str:
     """Describe a press.
 
-    >>> where_in_words(PressRequest((0.1, -0.02), 400.0, sensor=3)), where_in_words(PressRequest((0.0, 0.0), 0.0))
+    >>> press_text(PressRequest((0.1, -0.02), 400.0, sensor=3)), press_text(PressRequest((0.0, 0.0), 0.0))
     ('Press 400 N over sensor 4', 'Stand clear of the tile')
-    >>> where_in_words(PressRequest((0.1, -0.02), 400.0))
+    >>> press_text(PressRequest((0.1, -0.02), 400.0))
     'Press 400 N at x 100 mm, y −20 mm from the middle'
     """
     if press.force_n <= 0.0:
@@ -204,10 +204,10 @@ def where_in_words(press: PressRequest) -> str:
     return f"Press {quantity(press.force_n, 'N')} at x {x}, y {y} from the middle"
 
 
-def tile_in_words(tile: Tile) -> str:
+def tile_text(tile: Tile) -> str:
     """Describe a tile.
 
-    >>> tile_in_words(default_floor().tiles[0])
+    >>> tile_text(default_floor().tiles[0])
     't1 · 305 × 305 mm'
     """
     width, height = (quantities.number(1e3 * side, 4) for side in tile.size_m)

@@ -24,7 +24,7 @@ from underfoot.floor.profile import Part
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
-from underfoot.widgets.calibrate.page_view import PageView, sounds
+from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
@@ -33,21 +33,21 @@ BUSY_S = 0.4
 WORTH = 0.1
 """Share of the work done beyond which leaving asks for confirmation."""
 
-_LOOK_MS = 100
+_POLL_MS = 100
 
 
 class Wizard(QWidget):
     """Shows measurements, each started by `begin`; signals when the user leaves, saves or reports."""
 
-    left = Signal()
+    closed = Signal()
     """The user cancelled, or closed the last page."""
-    save_wanted = Signal(object)
+    save_requested = Signal(object)
     """A `Result`."""
-    report_wanted = Signal(object)
-    projection_wanted = Signal()
+    report_requested = Signal(object)
+    projection_requested = Signal()
     ready = Signal()
     """The tile is ready, and the first page of its measurement."""
-    shown = Signal(object)
+    page_shown = Signal(object)
     """The `Snapshot` now on the screen."""
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class Wizard(QWidget):
         self._is_saved = False
         self._build()
         self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
+        self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._show_busy)
 
     def begin(self, measurement: Measurement, tile: Tile, heading: str, before: Part | None) -> None:
@@ -71,9 +71,9 @@ class Wizard(QWidget):
         self.drawings.show_drawings((), "Measurements are drawn here.")
         self._progress.setValue(0)
         self._share.setText("")
-        self._refuse("")
+        self._show_refusal("")
         self.busy.hide()
-        measurement.changed.connect(self._take)
+        measurement.changed.connect(self._show_snapshot)
         measurement.failed.connect(self._fail)
         self._show_buttons()
         self._timer.start()
@@ -82,7 +82,7 @@ class Wizard(QWidget):
         """Drop the measurement."""
         self._timer.stop()
         if self.measurement is not None:
-            self.measurement.changed.disconnect(self._take)
+            self.measurement.changed.disconnect(self._show_snapshot)
             self.measurement.failed.disconnect(self._fail)
             self.measurement = None
 
@@ -92,19 +92,19 @@ class Wizard(QWidget):
         self._show_buttons()
         self.closing.setFocus()
 
-    def mark_unsaved(self, why: str) -> None:
+    def mark_unsaved(self, reason: str) -> None:
         """Say why the result could not be written into the profile; it can be saved again."""
-        self._refuse(why)
+        self._show_refusal(reason)
         self._show_buttons()
         self.saving.setFocus()
 
     # --- messages of the measurement ---
 
-    def _take(self) -> None:
+    def _show_snapshot(self) -> None:
         measurement = self.measurement
         if measurement is None:
             return
-        measurement.seen()
+        measurement.acknowledge()
         old, new = self.snapshot, measurement.snapshot
         if new is None:
             return
@@ -127,24 +127,24 @@ class Wizard(QWidget):
                 self.drawings.show_drawings(new.drawings, "Measurements are drawn here.")
         self._progress.setValue(round(1000 * new.page.share))
         self._share.setText(f"{100 * new.page.share:.0f} % done")
-        self._refuse(new.refused)
+        self._show_refusal(new.rejection)
         if turned:
             self._order_stops()
             if had_focus:
                 self._focus_page()
-        self.shown.emit(new)
+        self.page_shown.emit(new)
 
-    def _fail(self, why: str) -> None:
+    def _fail(self, reason: str) -> None:
         if self.snapshot is None:
             self.page.show_page(Page("failed", "The calibration cannot begin", "Nothing was measured."))
-        self._refuse(why)
+        self._show_refusal(reason)
         self.snapshot = None
         self._show_buttons()
         self.leaving.setFocus()
 
-    def _refuse(self, why: str) -> None:
-        self.refusal.setText(pretty_text(why))
-        self.refusal.setVisible(bool(why))
+    def _show_refusal(self, reason: str) -> None:
+        self.refusal.setText(pretty_text(reason))
+        self.refusal.setVisible(bool(reason))
 
     def _show_busy(self) -> None:
         """Show that something is being computed or played, if it takes noticeable time."""
@@ -154,12 +154,12 @@ class Wizard(QWidget):
             self.busy.hide()
             self.busy_words.setText("")
             return
-        sound = None if snapshot is None or snapshot.waits else snapshot.page.sound
+        sound = None if snapshot is None or snapshot.is_waiting else snapshot.page.sound
         if sound is not None and snapshot is not None:
             length_s = len(sound.signal) / sound.rate_hz
             self.busy.setRange(0, 1000)
             self.busy.setValue(round(1000 * min(busy_s / length_s, 1.0)))
-            does = "Playing" if sounds(snapshot.page) else "Listening"
+            does = "Playing" if plays_sound(snapshot.page) else "Listening"
             self.busy_words.setText(f"{does}  {min(busy_s, length_s):.0f} of {length_s:.0f} s")
         else:
             self.busy.setRange(0, 0)
@@ -170,20 +170,20 @@ class Wizard(QWidget):
 
     def go_on(self) -> None:
         """Do what Continue means on the page."""
-        complaint = self.page.complaint()
+        complaint = self.page.take_input_error()
         if complaint:
-            self._refuse(complaint)
+            self._show_refusal(complaint)
         elif self.going.isEnabled() and self.going.isVisibleTo(self) and self.measurement is not None:
             self.setFocus()  # otherwise the focus would leave the page with the button
             self.going.setEnabled(False)
-            self.measurement.go(self.page.values())
+            self.measurement.proceed(self.page.values())
 
     def cancel(self) -> None:
         """Leave without changes; ask first if much has been done."""
         measurement, snapshot = self.measurement, self.snapshot
         is_much = snapshot is not None and snapshot.page.share > WORTH and not self._is_saved
         if measurement is None or not (measurement.by_hand and is_much):
-            self.left.emit()
+            self.closed.emit()
             return
         box = QMessageBox(self)
         box.setWindowTitle("Leave the calibration")
@@ -193,16 +193,16 @@ class Wizard(QWidget):
         discard = QMessageBox.StandardButton.Discard
         box.button(discard).setText("Leave")
         box.button(QMessageBox.StandardButton.Cancel).setText("Stay")
-        box.finished.connect(lambda answer: self.left.emit() if answer == discard.value else None)
+        box.finished.connect(lambda answer: self.closed.emit() if answer == discard.value else None)
         box.finished.connect(box.deleteLater)
         box.open()
 
-    def _run_alone(self) -> None:
-        complaint = self.page.complaint()
+    def _run_automatically(self) -> None:
+        complaint = self.page.take_input_error()
         if complaint:
-            self._refuse(complaint)
+            self._show_refusal(complaint)
         elif self.measurement is not None and self.snapshot is not None:
-            self.measurement.run_alone(not self.snapshot.alone, self.page.values())
+            self.measurement.run_automatically(not self.snapshot.is_automatic, self.page.values())
 
     def _back(self) -> None:
         if self.measurement is not None:
@@ -217,13 +217,13 @@ class Wizard(QWidget):
         if result is not None:
             self.setFocus()
             self.saving.setEnabled(False)
-            self._refuse("")
-            self.save_wanted.emit(result)
+            self._show_refusal("")
+            self.save_requested.emit(result)
 
     def _report(self) -> None:
         result = self._result()
         if result is not None:
-            self.report_wanted.emit(result)
+            self.report_requested.emit(result)
 
     def _result(self) -> Result | None:
         return None if self.snapshot is None else self.snapshot.result
@@ -249,12 +249,12 @@ class Wizard(QWidget):
         """Set the tab order: page, drawings, buttons. New fields would otherwise be last."""
         buttons = self._buttons.findChildren(QPushButton)
         drawings = [self.drawings] if self.drawings.focusPolicy() != Qt.FocusPolicy.NoFocus else []
-        for one, next_one in pairwise([*self.page.stops(), *drawings, *buttons]):
+        for one, next_one in pairwise([*self.page.tab_stops(), *drawings, *buttons]):
             QWidget.setTabOrder(one, next_one)
 
     def _focus_page(self) -> None:
         snapshot = self.snapshot
-        if snapshot is None or snapshot.alone:
+        if snapshot is None or snapshot.is_automatic:
             self.running.setFocus()
         elif snapshot.page.last:
             self.saving.setFocus()
@@ -267,8 +267,8 @@ class Wizard(QWidget):
         snapshot, measurement = self.snapshot, self.measurement
         page = Page("", "", "") if snapshot is None else snapshot.page
         runs = snapshot is not None
-        last, alone = runs and page.last, snapshot is not None and snapshot.alone
-        waits = snapshot is not None and snapshot.waits
+        last, alone = runs and page.last, snapshot is not None and snapshot.is_automatic
+        is_waiting = snapshot is not None and snapshot.is_waiting
         by_hand = measurement is not None and measurement.by_hand
         self.leaving.setVisible(not last)
         self.closing.setVisible(last)
@@ -281,8 +281,8 @@ class Wizard(QWidget):
         self.skipping.setVisible(runs and page.may_skip)
         self.skipping.setEnabled(not alone)
         self.going.setVisible(not last)
-        self.going.setEnabled(runs and not alone and waits)
-        self.going.setText(going_words(page, by_hand, waits))
+        self.going.setEnabled(runs and not alone and is_waiting)
+        self.going.setText(continue_text(page, by_hand, is_waiting))
         for button in (self.saving, self.reporting):
             button.setVisible(last)
         self.saving.setEnabled(last and not self._is_saved)
@@ -316,8 +316,8 @@ class Wizard(QWidget):
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
         head.addWidget(self._share)
-        left = QWidget()
-        column = QVBoxLayout(left)
+        closed = QWidget()
+        column = QVBoxLayout(closed)
         column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 0)
         column.setSpacing(theme.GRID)
         column.addLayout(head)
@@ -330,7 +330,7 @@ class Wizard(QWidget):
         self.drawings = DrawingColumn()
         across = QHBoxLayout()
         across.setSpacing(0)
-        across.addWidget(left, 1)
+        across.addWidget(closed, 1)
         across.addWidget(self.drawings, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -345,9 +345,9 @@ class Wizard(QWidget):
         self.projecting = _button(
             "Show on the floor…", "Fill a screen with the tile at its true size, for a projector", None
         )
-        self.projecting.clicked.connect(self.projection_wanted)
+        self.projecting.clicked.connect(self.projection_requested)
         self.running = _button(
-            "Run automatically", "Let the simulator press, page after page; or pause", self._run_alone
+            "Run automatically", "Let the simulator press, page after page; or pause", self._run_automatically
         )
         self.backing = _button("Back", "The previous page; what was measured since is discarded (Alt+Left)", self._back)
         self.skipping = _button("Skip", "Leave out this page's measurement", self._skip)
@@ -373,18 +373,18 @@ class Wizard(QWidget):
         return line
 
 
-def going_words(page: Page, by_hand: bool, waits: bool) -> str:
+def continue_text(page: Page, by_hand: bool, is_waiting: bool) -> str:
     """Return the label of Continue on a page: what it does there."""
     if page.press is not None and not page.questions:
         if page.press.force_n <= 0.0:
-            return "Read" if waits and not by_hand else "Reading…"
+            return "Read" if is_waiting and not by_hand else "Reading…"
         if by_hand:
             return "Waiting for the press"
-        return "Press" if waits else "Pressing…"
+        return "Press" if is_waiting else "Pressing…"
     if page.sound is not None and not page.questions:
-        if not sounds(page):
-            return "Listen" if waits else "Listening…"
-        return "Play" if waits else "Playing…"
+        if not plays_sound(page):
+            return "Listen" if is_waiting else "Listening…"
+        return "Play" if is_waiting else "Playing…"
     return "Continue"
 
 

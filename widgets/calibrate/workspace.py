@@ -13,7 +13,7 @@ from underfoot.calibration.result import Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
-from underfoot.widgets.calibrate.catalogue import Kind, by_hand, why_not
+from underfoot.widgets.calibrate.catalogue import CalibrationKind, by_hand, why_not
 from underfoot.widgets.calibrate.choice import ChoicePanel
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, Snapshot
 from underfoot.widgets.calibrate.overview import Overview
@@ -38,16 +38,18 @@ SHORTCUTS = (
 class CalibrateWorkspace(Workspace):
     """Runs any of `kinds` on the tiles of the target; profiles are stored below `root`, one folder per floor."""
 
-    release_wanted = Signal()
+    release_requested = Signal()
     """The session should release the tiles; `begin_released` follows."""
-    reopen_wanted = Signal()
+    reopen_requested = Signal()
     """The tiles are free again."""
-    held = Signal(bool)
+    hardware_taken = Signal(bool)
     """Whether the hardware is taken from the session."""
     profile_changed = Signal(object, str, object)
     """A `Profile` that was written, which part of it, and its folder: for use by the engine."""
 
-    def __init__(self, root: Path, settings: Settings, kinds: Sequence[Kind], pace: Pace | None = None) -> None:
+    def __init__(
+        self, root: Path, settings: Settings, kinds: Sequence[CalibrationKind], pace: Pace | None = None
+    ) -> None:
         super().__init__()
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -56,7 +58,7 @@ class CalibrateWorkspace(Workspace):
         self._kind = kinds[0]
         self._target: Target | None = None
         self._measurement: Measurement | None = None
-        self._alone = self._is_waiting = False
+        self._is_automatic = self._is_waiting = False
         self.projection: FloorProjection | None = None
         """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
@@ -75,14 +77,14 @@ class CalibrateWorkspace(Workspace):
 
     # --- workspace interface ---
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         controller = context.controller
         self.set_target(controller.target)
         controller.opened.connect(self.set_target)
         controller.released.connect(self.begin_released)
-        self.release_wanted.connect(controller.release)
-        self.reopen_wanted.connect(controller.reopen)
-        self.held.connect(controller.target_locked)
+        self.release_requested.connect(controller.release)
+        self.reopen_requested.connect(controller.reopen)
+        self.hardware_taken.connect(controller.target_locked)
         self.profile_changed.connect(controller.use_profile)
         self.wizard.ready.connect(self.loaded)
 
@@ -119,7 +121,7 @@ class CalibrateWorkspace(Workspace):
     def tile(self) -> Tile:
         """The chosen tile."""
         assert self._target is not None
-        return self._target.floor.tiles[self._target.floor.index(self.choice.map.choice())]
+        return self._target.floor.tiles[self._target.floor.index(self.choice.map.chosen_tile())]
 
     @property
     def is_measuring(self) -> bool:
@@ -134,7 +136,9 @@ class CalibrateWorkspace(Workspace):
         self.overview.show_kind(self._kind.title, self._kind.about)
         self.overview.show_part(self.tile, self._part())
         busy = "The last measurement is still ending…" if self.is_measuring else ""
-        self.overview.show_way(why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target))
+        self.overview.show_availability(
+            why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target)
+        )
         reference = self._settings.references.get(self._kind.key, "")
         self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
 
@@ -145,16 +149,16 @@ class CalibrateWorkspace(Workspace):
             return ""
         return f"{first.name} of this tile are not calibrated yet. Do that first, so that its readings are newtons."
 
-    def _keep_reference(self, value: str) -> None:
+    def _save_reference(self, value: str) -> None:
         self._settings.references[self._kind.key] = value
 
     def _show_profiles(self) -> None:
         self._show()
-        self.flagged.emit(flags_of(self.profiles.by_tile, date.today()))
+        self.warnings_changed.emit(flags_of(self.profiles.by_tile, date.today()))
 
-    def _compare(self, place: int) -> None:
+    def _compare(self, index: int) -> None:
         profile = self.profiles.of(self.tile.id)
-        earlier = getattr(profile.earlier[place], self._kind.key) if place >= 0 else None
+        earlier = getattr(profile.earlier[index], self._kind.key) if index >= 0 else None
         self.overview.show_part(self.tile, self._part(), earlier)
 
     def _part(self) -> Part | None:
@@ -179,16 +183,16 @@ class CalibrateWorkspace(Workspace):
 
     # --- measurement ---
 
-    def begin(self, alone: bool) -> None:
-        """Begin the chosen calibration of the chosen tile; if `alone`, the simulator runs all of its pages."""
+    def begin(self, automatic: bool) -> None:
+        """Begin the chosen calibration of the chosen tile; if `automatic`, the simulator runs all of its pages."""
         if self._target is None or self.is_measuring or why_not(self._target):
             return
-        self._alone = alone
+        self._is_automatic = automatic
         if by_hand(self._target):
             self._is_waiting = True
-            self.held.emit(True)
-            self.overview.show_way("Waiting until the session releases the tile…", False)
-            self.release_wanted.emit()
+            self.hardware_taken.emit(True)
+            self.overview.show_availability("Waiting until the session releases the tile…", False)
+            self.release_requested.emit()
         else:
             self._measure()
 
@@ -204,15 +208,15 @@ class CalibrateWorkspace(Workspace):
         reference = self._settings.references.get(kind.key, "")
         make = partial(kind.make, target, tile, self.profiles.of(tile.id), reference)
         measurement = Measurement(make, by_hand=by_hand(target), pace=self.pace, parent=self)
-        measurement.ended.connect(self._ended)
+        measurement.ended.connect(self._measurement_ended)
         self._measurement = measurement
         self.choice.setEnabled(False)
         self.wizard.begin(measurement, tile, f"{kind.name}  ·  tile {tile.id}", self._part())
         self._stack.setCurrentWidget(self.wizard)
         self.wizard.setFocus()
         measurement.start()
-        if self._alone:
-            measurement.run_alone(True)
+        if self._is_automatic:
+            measurement.run_automatically(True)
 
     def leave(self) -> None:
         """Return to the choice; a running measurement ends without changes."""
@@ -225,7 +229,7 @@ class CalibrateWorkspace(Workspace):
         self._stack.setCurrentWidget(self.overview)
         self._show()
 
-    def _ended(self) -> None:
+    def _measurement_ended(self) -> None:
         measurement, self._measurement = self._measurement, None
         if measurement is not None:
             measurement.join()
@@ -233,8 +237,8 @@ class CalibrateWorkspace(Workspace):
                 self.wizard.end()
             measurement.deleteLater()
             if measurement.by_hand:
-                self.held.emit(False)
-                self.reopen_wanted.emit()
+                self.hardware_taken.emit(False)
+                self.reopen_requested.emit()
         self._show()
 
     # --- results ---
@@ -250,7 +254,7 @@ class CalibrateWorkspace(Workspace):
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
 
     def _not_saved(self, why: str) -> None:
-        self.said.emit(why)
+        self.notified.emit(why)
         if self._stack.currentWidget() is self.wizard:
             self.wizard.mark_unsaved(why)
 
@@ -290,8 +294,8 @@ class CalibrateWorkspace(Workspace):
         if self.projection is None:
             right_m, up_m = self._settings.projector_at
             projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
-            projection.adjusted.connect(self._keep_projection)
-            projection.go_wanted.connect(self.wizard.go_on)
+            projection.adjusted.connect(self._save_projection)
+            projection.continue_requested.connect(self.wizard.go_on)
             projection.closed.connect(self._projection_closed)
             self.projection = projection
             if self.wizard.snapshot is not None:
@@ -302,7 +306,7 @@ class CalibrateWorkspace(Workspace):
         if self.projection is not None:
             self.projection.show_page(snapshot.page, snapshot.live.ready)
 
-    def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
+    def _save_projection(self, scale: float, right_m: float, up_m: float) -> None:
         self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
 
     def _projection_closed(self) -> None:
@@ -311,23 +315,23 @@ class CalibrateWorkspace(Workspace):
 
     def _connect(self) -> None:
         self.choice.tile_chosen.connect(self._choose_tile)
-        self.choice.plates_wanted.connect(self.seek_plates)
-        self.plates.left.connect(self.leave)
-        self.plates.report_wanted.connect(self._ask_plate_report)
+        self.choice.plate_search_requested.connect(self.seek_plates)
+        self.plates.closed.connect(self.leave)
+        self.plates.report_requested.connect(self._ask_plate_report)
         self.choice.kind_chosen.connect(self._choose_kind)
         self.choice.earlier_chosen.connect(self._compare)
-        self.choice.restore_wanted.connect(lambda place: self.profiles.restore(self.tile.id, place))
-        self.overview.begin_wanted.connect(self.begin)
-        self.overview.reference_given.connect(self._keep_reference)
-        self.wizard.left.connect(self.leave)
-        self.wizard.save_wanted.connect(self._save)
-        self.wizard.report_wanted.connect(self._ask_report)
-        self.wizard.projection_wanted.connect(self.project)
-        self.wizard.shown.connect(self._project_page)
+        self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
+        self.overview.begin_requested.connect(self.begin)
+        self.overview.reference_given.connect(self._save_reference)
+        self.wizard.closed.connect(self.leave)
+        self.wizard.save_requested.connect(self._save)
+        self.wizard.report_requested.connect(self._ask_report)
+        self.wizard.projection_requested.connect(self.project)
+        self.wizard.page_shown.connect(self._project_page)
         self.profiles.changed.connect(self._show_profiles)
         self.profiles.saved.connect(self._saved)
         self.profiles.not_saved.connect(self._not_saved)
-        self.profiles.said.connect(self.said)
+        self.profiles.notified.connect(self.notified)
 
 
 def _tiles_of(target: Target) -> tuple[object, ...]:

@@ -16,7 +16,7 @@ from underfoot.widgets.controls.parameter_editor import NumbersEditor
 class Bars(HandlePad):
     """One bar a number. A drag across draws over several; the scale follows when the mouse is let go."""
 
-    HEIGHT = 120
+    HEIGHT_PX = 120
 
     def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -58,7 +58,7 @@ class Bars(HandlePad):
     def handles(self) -> list[QPointF]:
         return [QPointF(self._bar(i).center().x(), self._y(v)) for i, v in enumerate(self._values)]
 
-    def _at(self, place: QPointF) -> int:
+    def _handle_at(self, place: QPointF) -> int:
         """The bar of this column, however far the mouse is from its top."""
         area = self.area()
         at = int((place.x() - area.x()) / area.width() * len(self._values))
@@ -80,8 +80,8 @@ class Bars(HandlePad):
         value = round(self._low + share * (self._high - self._low), 2)
         self._set(at, value)
 
-    def begin(self, doing: str) -> None:
-        super().begin("drag" if doing.startswith("drag") else doing)  # over several bars it is one change
+    def begin_edit(self, edit_name: str) -> None:
+        super().begin_edit("drag" if edit_name.startswith("drag") else edit_name)  # over several bars it is one change
 
     def nudge(self, index: int, across: float, up: float) -> None:
         if across:
@@ -89,7 +89,7 @@ class Bars(HandlePad):
         else:
             self._set(index, round(self._values[index] + 0.05 * up, 3))
 
-    def turn(self, index: int, steps: float) -> None:
+    def turn_wheel(self, index: int, steps: float) -> None:
         self.nudge(index, 0.0, steps)
 
     def add(self, place: QPointF | None) -> None:
@@ -97,22 +97,22 @@ class Bars(HandlePad):
             self._values.append(self._values[-1] if self._values else 0.5)
             self.chosen = len(self._values) - 1
             self._fit()
-            self.tell()
+            self.emit_changed()
 
     def remove(self, index: int) -> None:
         if len(self._values) > self._parameter.least:
             del self._values[index]
             self._fit()
-            self.tell()
+            self.emit_changed()
 
     def _set(self, index: int, value: float) -> None:
         value = min(max(value, self._parameter.low), self._parameter.high)
         if value != self._values[index]:
             self._values[index] = value
             self._fit()
-            self.tell()
+            self.emit_changed()
 
-    def words(self) -> str:
+    def caption(self) -> str:
         if 0 <= self.chosen < len(self._values):
             return f"{self.chosen + 1} of {len(self._values)}: {number(self._values[self.chosen])}"
         return f"{len(self._values)} bars; Enter adds, Delete removes"
@@ -142,11 +142,11 @@ class BarsEditor(NumbersEditor):
         )
         self.grid.addWidget(self.bars, 1, 0, 1, 3)
         self.grid.addWidget(self.field, 2, 0, 1, 3)
-        self.bars.began.connect(self.began)
+        self.bars.edit_began.connect(self.edit_began)
         self.bars.changed.connect(self._drawn)
 
     def _drawn(self) -> None:
-        self._give(self.bars.values())
+        self._commit(self.bars.values())
         super()._show()
 
     def _show(self) -> None:

@@ -26,7 +26,7 @@ class Curve(HandlePad):
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         (_, self._left, self._right), (_, self._low, self._high) = parameter.columns
-        self._most = parameter.most
+        self._max_rows = parameter.most
         self._points: list[Point] = []
         self.setAccessibleName(f"{parameter.label} as a picture")
 
@@ -49,17 +49,17 @@ class Curve(HandlePad):
     def handles(self) -> list[QPointF]:
         return [self.place(point) for point in self._points]
 
-    def _meant(self, place: QPointF) -> Point:
+    def _value_at(self, place: QPointF) -> Point:
         area = self.area()
         across = self._left + (place.x() - area.x()) / area.width() * (self._right - self._left)
         up = self._low + (area.bottom() - place.y()) / area.height() * (self._high - self._low)
-        return self._held((round(across), round(up, 2)))
+        return self._clamped((round(across), round(up, 2)))
 
-    def _held(self, point: Point) -> Point:
+    def _clamped(self, point: Point) -> Point:
         return min(max(point[0], self._left), self._right), min(max(point[1], self._low), self._high)
 
     def drag(self, index: int, place: QPointF) -> None:
-        self._set(index, self._meant(place))
+        self._set(index, self._value_at(place))
 
     def nudge(self, index: int, across: float, up: float) -> None:
         x, y = self._points[index]
@@ -67,31 +67,31 @@ class Curve(HandlePad):
         self._set(index, (round(x + across * step[0], 3), round(y + up * step[1], 4)))
 
     def add(self, place: QPointF | None) -> None:
-        if len(self._points) >= self._most:
+        if len(self._points) >= self._max_rows:
             return
         if place is None:
             place = self.area().center()
-        new = self._meant(place)
+        new = self._value_at(place)
         self._points = sorted([*self._points, new])
         self.chosen = self._points.index(new)
-        self.tell()
+        self.emit_changed()
 
     def remove(self, index: int) -> None:
         del self._points[index]
-        self.tell()
+        self.emit_changed()
 
     def _set(self, index: int, point: Point) -> None:
         """A point between its neighbours: the order stays."""
-        x, y = self._held(point)
+        x, y = self._clamped(point)
         if index > 0:
             x = max(x, self._points[index - 1][0])
         if index + 1 < len(self._points):
             x = min(x, self._points[index + 1][0])
         if (x, y) != self._points[index]:
             self._points[index] = (x, y)
-            self.tell()
+            self.emit_changed()
 
-    def words(self) -> str:
+    def caption(self) -> str:
         if 0 <= self.chosen < len(self._points):
             x, y = self._points[self.chosen]
             return f"{number(y)} at {number(x)} %"
@@ -100,7 +100,7 @@ class Curve(HandlePad):
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             x = self._left + share * (self._right - self._left)
-            self.axis(painter, area.x() + share * area.width(), f"{x:g}" + (" %" if share == 1.0 else ""))
+            self.draw_axis_line(painter, area.x() + share * area.width(), f"{x:g}" + (" %" if share == 1.0 else ""))
         places = self.handles()
         if places:
             line = [QPointF(area.left(), places[0].y()), *places, QPointF(area.right(), places[-1].y())]
@@ -122,11 +122,11 @@ class CurveEditor(RowsEditor):
             "Keys: N and P choose, arrows move (with Shift finely), Enter adds, Delete takes away."
         )
         self.grid.addWidget(self.curve, 1, 0, 1, 3)
-        self.curve.began.connect(self.began)
+        self.curve.edit_began.connect(self.edit_began)
         self.curve.changed.connect(self._drawn)
 
     def _drawn(self) -> None:
-        self._give(self.curve.points())
+        self._commit(self.curve.points())
         super()._show()
 
     def _show(self) -> None:

@@ -9,18 +9,18 @@ from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
-from underfoot.widgets.escape import asks_for_escape
+from underfoot.widgets.escape import is_escape_override
 
 
 class ParameterEditor(QWidget):
     """A labelled control. `value_changed` follows every change made by a person; `began` comes before a new one, so
     that whoever keeps an undo list knows which changes are one."""
 
-    resets = True
+    can_reset = True
     """Whether there is a way back to the default."""
 
     value_changed = Signal(object)
-    began = Signal()
+    edit_began = Signal()
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -29,23 +29,23 @@ class ParameterEditor(QWidget):
         self._mixed = ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
-        self.back = QToolButton(self)
-        self.back.setText("↺")
-        self.back.setProperty("role", "flat")
-        self.back.setFixedSize(20, 20)
-        self.back.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.back.setToolTip(f"Back to {in_words(parameter, parameter.default)}")
-        self.back.clicked.connect(self.reset)
-        keep = self.back.sizePolicy()
+        self.reset_button = QToolButton(self)
+        self.reset_button.setText("↺")
+        self.reset_button.setProperty("role", "flat")
+        self.reset_button.setFixedSize(20, 20)
+        self.reset_button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.reset_button.setToolTip(f"Back to {value_text(parameter, parameter.default)}")
+        self.reset_button.clicked.connect(self.reset)
+        keep = self.reset_button.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
-        self.back.setSizePolicy(keep)
+        self.reset_button.setSizePolicy(keep)
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(0, 0, 0, 0)
         self.grid.setHorizontalSpacing(4)
         self.grid.setVerticalSpacing(0)
         self.grid.setColumnStretch(2, 1)
         self.grid.addWidget(self.label, 0, 0)
-        self.grid.addWidget(self.back, 0, 1)
+        self.grid.addWidget(self.reset_button, 0, 1)
         self.setToolTip(help_text(parameter))
 
     def value(self) -> Any:
@@ -55,7 +55,7 @@ class ParameterEditor(QWidget):
     def set_value(self, value: Any) -> None:
         """Show a value, without saying that it changed."""
         self._value = self.parameter.check(value)
-        self._show_back()
+        self._show_reset()
         self._show()
 
     def set_mixed(self, values: str) -> None:
@@ -67,26 +67,26 @@ class ParameterEditor(QWidget):
 
     def reset(self) -> None:
         """Back to the default, as a person's change."""
-        self.began.emit()
-        self._give(self.parameter.default)
+        self.edit_began.emit()
+        self._commit(self.parameter.default)
         self._show()
 
     def _show(self) -> None:
         """Let the control show `_value`: each kind of control has its own way."""
         raise AssertionError(f"{type(self).__name__} shows nothing")
 
-    def _give(self, value: Any) -> None:
+    def _commit(self, value: Any) -> None:
         """Take a person's change and tell of it; `BadValue` where it is not allowed."""
         checked = self.parameter.check(value)
         if checked != self._value or self._mixed:
             self._value = checked
-            self._show_back()
+            self._show_reset()
             self.value_changed.emit(checked)
 
-    def _show_back(self) -> None:
-        self.back.setVisible(self.resets and self._value != self.parameter.check(self.parameter.default))
+    def _show_reset(self) -> None:
+        self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.default))
 
-    def _put(self, widget: QWidget) -> None:
+    def _place_control(self, widget: QWidget) -> None:
         """The control proper, under the label, and known to people who hear the screen."""
         widget.setAccessibleName(self.parameter.label)
         widget.setToolTip(help_text(self.parameter))
@@ -96,61 +96,61 @@ class ParameterEditor(QWidget):
 class Field(QLineEdit):
     """A line for a value that is typed: Enter or leaving gives it, Escape takes the old one back."""
 
-    given = Signal(str)
-    left = Signal()
-    entered = Signal()
+    committed = Signal(str)
+    focus_lost = Signal()
+    focus_gained = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setProperty("role", "value")
-        self._before = ""
-        self.returnPressed.connect(self._finish)
+        self._text_before = ""
+        self.returnPressed.connect(self._commit_text)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
-        self.entered.emit()
-        self._before = self.text()
+        self.focus_gained.emit()
+        self._text_before = self.text()
         self.selectAll()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
         if event.reason() != Qt.FocusReason.PopupFocusReason:
-            self._finish()
+            self._commit_text()
             self.setCursorPosition(0)
-            self.left.emit()
+            self.focus_lost.emit()
 
     def event(self, event: QEvent) -> bool:
         # While something is being typed Escape belongs to the field, whatever else it does in the window.
-        if asks_for_escape(event) and self.text() != self._before:
+        if is_escape_override(event) and self.text() != self._text_before:
             event.accept()
             return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
-            self.setText(self._before)
-            self.complain("")
+            self.setText(self._text_before)
+            self.show_error("")
             self.selectAll()
         else:
             super().keyPressEvent(event)
 
-    def finish(self) -> None:
+    def commit(self) -> None:
         """Give what was typed, if anything was, as leaving does."""
         if self.isModified():
-            self._finish()
+            self._commit_text()
 
-    def complain(self, reason: str) -> None:
+    def show_error(self, reason: str) -> None:
         """Show that what was typed is not allowed, and why; an empty reason takes that back."""
         theme.set_role(self, "bad" if reason else "value")
         self.setProperty("reason", reason)
         if reason:
             self.setToolTip(reason)
 
-    def _finish(self) -> None:
-        if self.text() != self._before:
-            self.given.emit(self.text())
+    def _commit_text(self) -> None:
+        if self.text() != self._text_before:
+            self.committed.emit(self.text())
             if self.property("role") != "bad":
-                self._before = self.text()
+                self._text_before = self.text()
 
 
 class ElidedButton(QPushButton):
@@ -180,10 +180,10 @@ class ElidedButton(QPushButton):
         self.setText(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail)
 
 
-def in_words(parameter: Parameter, value: Any) -> str:
+def value_text(parameter: Parameter, value: Any) -> str:
     """A value of a parameter, short.
 
-    >>> in_words(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
+    >>> value_text(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
     '820 µm'
     """
     if isinstance(parameter, Number | Count):

@@ -4,7 +4,7 @@ from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
 from underfoot.widgets import theme
 
-_BUTTONS = {
+_BUTTON_ICONS = {
     "backButton": "arrow-left",
     "forwardButton": "arrow-right",
     "toParentButton": "arrow-up",
@@ -18,7 +18,7 @@ _BUTTONS = {
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
     """A dialog that begins in this folder, and shows files that the filter names."""
     dialog = QFileDialog(parent, title, folder, filter)
-    for name, icon in _BUTTONS.items():
+    for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)
         if isinstance(button, QToolButton):
             button.setIcon(theme.icon(icon, theme.TEXT))

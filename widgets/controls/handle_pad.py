@@ -25,20 +25,20 @@ class HandlePad(QWidget):
     Keys: N and P choose, arrows move, with Shift finely, Page Up and Down turn, Enter adds, Delete takes away.
     """
 
-    began = Signal()
+    edit_began = Signal()
     """A new change begins: those that follow belong to it."""
     changed = Signal()
     """A person has changed something."""
 
-    HEIGHT = 128
-    HEAD, FOOT = 17.0, 15.0
+    HEIGHT_PX = 128
+    HEAD_PX, FOOT_PX = 17.0, 15.0
     """Room for words above the picture, and for the axis below."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.chosen = -1
         self._dragged = False
-        self._doing = ""
+        self._edit_name = ""
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -51,10 +51,10 @@ class HandlePad(QWidget):
     def drag(self, index: int, place: QPointF) -> None:
         """Take a handle to a place."""
 
-    def nudge(self, index: int, across: float, up: float) -> None:
+    def nudge(self, index: int, steps_right: float, steps_up: float) -> None:
         """Take a handle some steps across and up: 1 for an arrow key, 0.1 with Shift."""
 
-    def turn(self, index: int, steps: float) -> None:
+    def turn_wheel(self, index: int, steps: float) -> None:
         """What the wheel does to a handle."""
 
     def add(self, place: QPointF | None) -> None:
@@ -63,7 +63,7 @@ class HandlePad(QWidget):
     def remove(self, index: int) -> None:
         """Without this handle."""
 
-    def words(self) -> str:
+    def caption(self) -> str:
         """What is said above the picture."""
         return ""
 
@@ -79,20 +79,20 @@ class HandlePad(QWidget):
 
     def area(self) -> QRectF:
         """The picture, in pixels."""
-        return QRectF(self.rect()).adjusted(1.0, self.HEAD, -1.0, -self.FOOT)
+        return QRectF(self.rect()).adjusted(1.0, self.HEAD_PX, -1.0, -self.FOOT_PX)
 
-    def begin(self, doing: str) -> None:
+    def begin_edit(self, edit_name: str) -> None:
         """Before a change: those in a row that do the same are one."""
-        if doing != self._doing:
-            self._doing = doing
-            self.began.emit()
+        if edit_name != self._edit_name:
+            self._edit_name = edit_name
+            self.edit_began.emit()
 
-    def tell(self) -> None:
+    def emit_changed(self) -> None:
         """After a change."""
         self.changed.emit()
         self.update()
 
-    def axis(self, painter: QPainter, x: float, text: str) -> None:
+    def draw_axis_line(self, painter: QPainter, x: float, text: str) -> None:
         """A line at a place of the horizontal axis, and what it means."""
         area = self.area()
         painter.setPen(QPen(QColor(theme.LINE), 1.0))
@@ -104,52 +104,52 @@ class HandlePad(QWidget):
         painter.drawText(QRectF(left, area.bottom() + 1.0, wide, 14.0), Qt.AlignmentFlag.AlignCenter, text)
 
     def sizeHint(self) -> QSize:
-        return QSize(240, self.HEIGHT)
+        return QSize(240, self.HEIGHT_PX)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(192, self.HEIGHT)
+        return QSize(192, self.HEIGHT_PX)
 
     # --- mouse ---
 
-    def _at(self, place: QPointF) -> int:
+    def _handle_at(self, place: QPointF) -> int:
         """The handle that is meant: the nearest that is near."""
         away = [(QPointF(place - at).manhattanLength(), i) for i, at in enumerate(self.handles())]
         near = [(far, i) for far, i in away if far <= NEAR_PX]
         return min(near)[1] if near else -1
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        found = self._at(event.position())
-        self._doing = ""
+        found = self._handle_at(event.position())
+        self._edit_name = ""
         self.chosen = found
         if found >= 0 and event.button() == Qt.MouseButton.RightButton:
-            self._take_away()
+            self._remove_chosen()
         elif found >= 0 and event.button() == Qt.MouseButton.LeftButton:
             self._dragged = True
         self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self._dragged and 0 <= self.chosen < len(self.handles()):
-            self.begin(f"drag {self.chosen}")
+            self.begin_edit(f"drag {self.chosen}")
             self.drag(self.chosen, event.position())
             self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._dragged = False
-        self._doing = ""
+        self._edit_name = ""
         self.update()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton and self._at(event.position()) < 0:
-            self._doing = ""
-            self.begin("add")
+        if event.button() == Qt.MouseButton.LeftButton and self._handle_at(event.position()) < 0:
+            self._edit_name = ""
+            self.begin_edit("add")
             self.add(event.position())
-            self._doing = ""
+            self._edit_name = ""
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         # Wheeling through the inspector must change nothing on its way.
         if self.hasFocus() and 0 <= self.chosen < len(self.handles()):
-            self.begin(f"turn {self.chosen}")
-            self.turn(self.chosen, event.angleDelta().y() / 120.0)
+            self.begin_edit(f"turn {self.chosen}")
+            self.turn_wheel(self.chosen, event.angleDelta().y() / 120.0)
             event.accept()
         else:
             event.ignore()
@@ -164,39 +164,39 @@ class HandlePad(QWidget):
             first, by = (0, 1) if key == Qt.Key.Key_N else (count - 1, -1)
             self.chosen = (self.chosen + by) % count if is_chosen else first
         elif key in _ARROWS and is_chosen:
-            self.begin(f"nudge {self.chosen}")
+            self.begin_edit(f"nudge {self.chosen}")
             across, up = _ARROWS[key]
             self.nudge(self.chosen, step * across, step * up)
         elif key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown) and is_chosen:
-            self.begin(f"turn {self.chosen}")
-            self.turn(self.chosen, step if key == Qt.Key.Key_PageUp else -step)
+            self.begin_edit(f"turn {self.chosen}")
+            self.turn_wheel(self.chosen, step if key == Qt.Key.Key_PageUp else -step)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self._doing = ""
-            self.begin("add")
+            self._edit_name = ""
+            self.begin_edit("add")
             self.add(None)
-            self._doing = ""
+            self._edit_name = ""
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace) and is_chosen:
-            self._take_away()
+            self._remove_chosen()
         else:
             super().keyPressEvent(event)
         self.update()
 
-    def _take_away(self) -> None:
-        self._doing = ""
-        self.begin("remove")
+    def _remove_chosen(self) -> None:
+        self._edit_name = ""
+        self.begin_edit("remove")
         self.remove(self.chosen)
-        self._doing = ""
+        self._edit_name = ""
         self.chosen = min(self.chosen, len(self.handles()) - 1)
         self.update()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
-        self._doing = ""
+        self._edit_name = ""
         self.update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
-        self._doing = ""
+        self._edit_name = ""
         self.update()
 
     # --- drawing ---
@@ -216,8 +216,8 @@ class HandlePad(QWidget):
             painter.drawEllipse(place, 4.5 if is_chosen else 3.5, 4.5 if is_chosen else 3.5)
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.TEXT if 0 <= self.chosen < len(self.handles()) else theme.MUTED))
-        line = QRectF(0.0, 0.0, self.width(), self.HEAD - 1.0)
-        text = painter.fontMetrics().elidedText(self.words(), Qt.TextElideMode.ElideRight, self.width())
+        line = QRectF(0.0, 0.0, self.width(), self.HEAD_PX - 1.0)
+        text = painter.fontMetrics().elidedText(self.caption(), Qt.TextElideMode.ElideRight, self.width())
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
         if self.hasFocus():
             painter.setPen(QPen(QColor(theme.VIBRATION), 1.0))

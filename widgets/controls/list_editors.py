@@ -20,7 +20,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 
 ROW_PX, HEADING_PX = 24, 36
-MOST_SEEN = 8
+MAX_ROWS_SHOWN = 8
 """Rows of a table that are seen at once."""
 
 
@@ -32,7 +32,7 @@ class RowsEditor(ParameterEditor):
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self._columns, self._most = parameter.columns, parameter.most
+        self._columns, self._max_rows = parameter.columns, parameter.most
         self.table = QTableWidget(0, len(parameter.columns), self)
         self.table.setHorizontalHeaderLabels([heading(name) for name, _, _ in parameter.columns])
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
@@ -43,13 +43,13 @@ class RowsEditor(ParameterEditor):
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setDefaultSectionSize(ROW_PX)
         self.table.setTabKeyNavigation(False)
-        self._put(self.table)
+        self._place_control(self.table)
         self.grid.addWidget(self.table, self.TABLE_ROW, 0, 1, 3)
         line = QHBoxLayout()
-        self.adding = self._button("+", "Add a row", self._add)
-        self.removing = self._button("−", "Remove the row", self._remove)
-        line.addWidget(self.adding)
-        line.addWidget(self.removing)
+        self.add_button = self._button("+", "Add a row", self._add)
+        self.remove_button = self._button("−", "Remove the row", self._remove)
+        line.addWidget(self.add_button)
+        line.addWidget(self.remove_button)
         line.addStretch()
         self.grid.addLayout(line, self.TABLE_ROW + 1, 0, 1, 3)
         self.table.itemChanged.connect(self._typed)
@@ -70,31 +70,31 @@ class RowsEditor(ParameterEditor):
             for i, row in enumerate(self._value):
                 for j, item in enumerate(row):
                     self.table.setItem(i, j, QTableWidgetItem(f"{item:.6g}"))
-        rows = min(max(len(self._value), 1), MOST_SEEN)
+        rows = min(max(len(self._value), 1), MAX_ROWS_SHOWN)
         self.table.setFixedHeight(HEADING_PX + rows * ROW_PX + 2)
 
     def _typed(self, item: QTableWidgetItem) -> None:
         rows = [list(row) for row in self._value]
         try:
             rows[item.row()][item.column()] = parse_quantity(item.text())
-            self.began.emit()
-            self._give(rows)
+            self.edit_began.emit()
+            self._commit(rows)
         except BadValue as error:
             self.table.setToolTip(str(error))
         self._show()
 
     def _add(self) -> None:
         new = self._value[-1] if self._value else tuple(low for _, low, _ in self._columns)
-        if len(self._value) < self._most:
-            self.began.emit()
-            self._give([*self._value, new])
+        if len(self._value) < self._max_rows:
+            self.edit_began.emit()
+            self._commit([*self._value, new])
             self._show()
 
     def _remove(self) -> None:
         row = self.table.currentRow()
         if 0 <= row < len(self._value):
-            self.began.emit()
-            self._give([*self._value[:row], *self._value[row + 1 :]])
+            self.edit_began.emit()
+            self._commit([*self._value[:row], *self._value[row + 1 :]])
             self._show()
 
 
@@ -111,31 +111,31 @@ def heading(name: str) -> str:
 class TilesEditor(ParameterEditor):
     """Which tiles: a button for all, and one for each that is known."""
 
-    MOST_BUTTONS = 16
+    MAX_BUTTONS = 16
 
     def __init__(self, parameter: Tiles, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self._known: tuple[str, ...] = ()
+        self._tile_ids: tuple[str, ...] = ()
         self.buttons: dict[str, QToolButton] = {}
         self.field = Field(self)
         theme.set_role(self.field, "")
-        self.field.given.connect(self._typed)
+        self.field.committed.connect(self._typed)
         self._holder = QWidget(self)
         self._cells = QGridLayout(self._holder)
         self._cells.setContentsMargins(0, 4, 0, 0)
         self._cells.setSpacing(4)
-        self._put(self._holder)
+        self._place_control(self._holder)
         self.grid.addWidget(self.field, 2, 0, 1, 3)
         self.set_tiles(())
         self.set_value(parameter.default)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """Offer these tiles; many, or none, are typed instead."""
-        self._known = tuple(ids)
+        self._tile_ids = tuple(ids)
         for button in self.buttons.values():
             button.deleteLater()
         self.buttons = {}
-        few = 0 < len(ids) <= self.MOST_BUTTONS
+        few = 0 < len(ids) <= self.MAX_BUTTONS
         for i, id in enumerate(("all", *ids) if few else ()):
             button = QToolButton(self._holder)
             button.setText(id)
@@ -156,13 +156,13 @@ class TilesEditor(ParameterEditor):
     def _toggled(self, id: str, on: bool) -> None:
         chosen = set(self._value.split("+")) - {"all"}
         chosen = set() if id == "all" else (chosen | {id} if on else chosen - {id})
-        self.began.emit()
-        self._give("+".join(tile for tile in self._known if tile in chosen) or "all")
+        self.edit_began.emit()
+        self._commit("+".join(tile for tile in self._tile_ids if tile in chosen) or "all")
         self._show()
 
     def _typed(self, text: str) -> None:
         try:
-            self.began.emit()
-            self._give(text.replace(" ", ""))
+            self.edit_began.emit()
+            self._commit(text.replace(" ", ""))
         except BadValue as error:
-            self.field.complain(str(error))
+            self.field.show_error(str(error))

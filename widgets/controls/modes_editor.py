@@ -15,11 +15,11 @@ from underfoot.widgets.controls.list_editors import RowsEditor
 
 Mode = tuple[float, ...]
 """Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
-LOWEST_HZ, USUAL_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
+LOWEST_HZ, DEFAULT_HIGH_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
 """The ends of the picture: it goes to the highest where a mode lies beyond what is usual."""
-LEAST_DB, MOST_DB = -40.0, 20.0
+MIN_DB, MAX_DB = -40.0, 20.0
 FREQUENCY, DECAY = 0, 1
-_SEMITONE, _FASTER = 2.0 ** (1.0 / 12.0), 1.1
+_SEMITONE, _DECAY_STEP = 2.0 ** (1.0 / 12.0), 1.1
 
 
 def is_modes(parameter: Parameter) -> bool:
@@ -51,13 +51,13 @@ def with_gain(mode: Mode, db: float) -> Mode:
 class ModesSpectrum(HandlePad):
     """Frequency from left to right, gain upwards; the wider a partial's peak is, the faster it decays."""
 
-    HEIGHT = 152
+    HEIGHT_PX = 152
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._columns, self._most = parameter.columns, parameter.most
+        self._columns, self._max_rows = parameter.columns, parameter.most
         self._modes: list[Mode] = []
-        self._extent = math.log(USUAL_HZ / LOWEST_HZ)
+        self._extent = math.log(DEFAULT_HIGH_HZ / LOWEST_HZ)
         self.setAccessibleName("Modes as a spectrum")
 
     def modes(self) -> list[Mode]:
@@ -68,15 +68,15 @@ class ModesSpectrum(HandlePad):
         self._modes = [tuple(mode) for mode in modes]
         self.chosen = min(self.chosen, len(self._modes) - 1)
         if not self.is_dragged:
-            beyond = any(mode[FREQUENCY] > USUAL_HZ for mode in self._modes)
-            self._extent = math.log(HIGHEST_HZ / LOWEST_HZ if beyond else USUAL_HZ / LOWEST_HZ)
+            beyond = any(mode[FREQUENCY] > DEFAULT_HIGH_HZ for mode in self._modes)
+            self._extent = math.log(HIGHEST_HZ / LOWEST_HZ if beyond else DEFAULT_HIGH_HZ / LOWEST_HZ)
         self.update()
 
     def place(self, frequency_hz: float, db: float) -> QPointF:
         """Where in the picture a partial stands."""
         area = self.area()
         across = math.log(frequency_hz / LOWEST_HZ) / self._extent
-        up = (db - LEAST_DB) / (MOST_DB - LEAST_DB)
+        up = (db - MIN_DB) / (MAX_DB - MIN_DB)
         return QPointF(
             area.x() + min(max(across, 0.0), 1.0) * area.width(),
             area.bottom() - min(max(up, 0.0), 1.0) * area.height(),
@@ -85,16 +85,16 @@ class ModesSpectrum(HandlePad):
     def handles(self) -> list[QPointF]:
         return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._modes]
 
-    def _meant(self, place: QPointF) -> tuple[float, float]:
+    def _value_at(self, place: QPointF) -> tuple[float, float]:
         """Frequency and gain at a place."""
         area = self.area()
         across = min(max((place.x() - area.x()) / area.width(), 0.0), 1.0)
         up = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)
         frequency_hz = LOWEST_HZ * math.exp(across * self._extent)
-        return float(f"{frequency_hz:.3g}"), round(LEAST_DB + up * (MOST_DB - LEAST_DB), 1)
+        return float(f"{frequency_hz:.3g}"), round(MIN_DB + up * (MAX_DB - MIN_DB), 1)
 
     def drag(self, index: int, place: QPointF) -> None:
-        frequency_hz, db = self._meant(place)
+        frequency_hz, db = self._value_at(place)
         self._set(index, with_gain((frequency_hz, *self._modes[index][1:]), db))
 
     def nudge(self, index: int, across: float, up: float) -> None:
@@ -103,37 +103,37 @@ class ModesSpectrum(HandlePad):
         mode = (frequency_hz, *mode[1:])
         self._set(index, with_gain(mode, gain_db(mode) + up) if up else mode)
 
-    def turn(self, index: int, steps: float) -> None:
+    def turn_wheel(self, index: int, steps: float) -> None:
         mode = self._modes[index]
-        self._set(index, (mode[FREQUENCY], float(f"{mode[DECAY] * _FASTER**steps:.4g}"), *mode[2:]))
+        self._set(index, (mode[FREQUENCY], float(f"{mode[DECAY] * _DECAY_STEP**steps:.4g}"), *mode[2:]))
 
     def add(self, place: QPointF | None) -> None:
-        if len(self._modes) >= self._most:
+        if len(self._modes) >= self._max_rows:
             return
         if place is None:
             last = max((mode[FREQUENCY] for mode in self._modes), default=100.0)
             place = self.place(min(1.5 * last, HIGHEST_HZ), 0.0)
-        frequency_hz, db = self._meant(place)
+        frequency_hz, db = self._value_at(place)
         like = min(self._modes, key=lambda m: abs(math.log(m[FREQUENCY] / frequency_hz)), default=None)
         rest = like[1:] if like else (50.0, *(1.0 for _ in self._columns[2:]))
-        self._modes.append(self._held(with_gain((frequency_hz, *rest), db)))
+        self._modes.append(self._clamped(with_gain((frequency_hz, *rest), db)))
         self.chosen = len(self._modes) - 1
-        self.tell()
+        self.emit_changed()
 
     def remove(self, index: int) -> None:
         del self._modes[index]
-        self.tell()
+        self.emit_changed()
 
-    def _held(self, mode: Mode) -> Mode:
+    def _clamped(self, mode: Mode) -> Mode:
         return tuple(min(max(v, low), high) for v, (_, low, high) in zip(mode, self._columns, strict=True))
 
     def _set(self, index: int, mode: Mode) -> None:
-        mode = self._held(mode)
+        mode = self._clamped(mode)
         if mode != self._modes[index]:
             self._modes[index] = mode
-            self.tell()
+            self.emit_changed()
 
-    def words(self) -> str:
+    def caption(self) -> str:
         if not 0 <= self.chosen < len(self._modes):
             return f"{len(self._modes)} modes; double-click adds one"
         mode = self._modes[self.chosen]
@@ -146,7 +146,7 @@ class ModesSpectrum(HandlePad):
         for frequency_hz in (20, 50, 100, 200, 500, 1000, 2000, 4000, 10_000, 20_000):
             named = {20: "20", 100: "100", 500: "500", last_hz: quantity(last_hz, "Hz")}
             if frequency_hz <= last_hz:
-                self.axis(painter, self.place(frequency_hz, 0.0).x(), named.get(frequency_hz, ""))
+                self.draw_axis_line(painter, self.place(frequency_hz, 0.0).x(), named.get(frequency_hz, ""))
         painter.setFont(theme.font(theme.SMALL_PX))
         for db in (-20, 0):
             y = self.place(100.0, db).y()
@@ -161,8 +161,8 @@ class ModesSpectrum(HandlePad):
         """A line down from the partial, as wide at its foot as the resonance is at half its power."""
         top = self.place(mode[FREQUENCY], gain_db(mode))
         half = mode[DECAY] / (2.0 * math.pi)
-        left = self.place(max(mode[FREQUENCY] - half, LOWEST_HZ), LEAST_DB)
-        right = self.place(mode[FREQUENCY] + half, LEAST_DB)
+        left = self.place(max(mode[FREQUENCY] - half, LOWEST_HZ), MIN_DB)
+        right = self.place(mode[FREQUENCY] + half, MIN_DB)
         colour = QColor(theme.mixed(theme.VIBRATION, theme.RAISED, 0.8 if is_chosen else 0.45))
         painter.setPen(QPen(colour, 1.5))
         painter.setBrush(QColor(theme.mixed(theme.VIBRATION, theme.RAISED, 0.3)))
@@ -184,11 +184,11 @@ class ModesEditor(RowsEditor):
             "Enter adds, Delete takes away. The numbers are below."
         )
         self.grid.addWidget(self.spectrum, 1, 0, 1, 3)
-        self.spectrum.began.connect(self.began)
+        self.spectrum.edit_began.connect(self.edit_began)
         self.spectrum.changed.connect(self._drawn)
 
     def _drawn(self) -> None:
-        self._give(self.spectrum.modes())
+        self._commit(self.spectrum.modes())
         super()._show()
 
     def _show(self) -> None:

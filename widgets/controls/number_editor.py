@@ -13,29 +13,29 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
 
-EXACT = 9
+EXACT_DIGITS = 9
 """Significant digits in a field while it is being edited."""
 
-WIDEST = 100_000_000
+MAX_SLIDER_COUNT = 100_000_000
 """A whole number from a wider range than this is only typed: no slider could aim at one."""
 
 
-WIDEST_EVEN = 100_000.0
+MAX_LINEAR_SPAN = 100_000.0
 """So is a number whose control would be spaced evenly over more than this."""
 
 
 class NumberEditor(ParameterEditor):
     """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
 
-    disconnect_wanted = Signal()
+    disconnect_requested = Signal()
     """The wire that drives the value is to go."""
 
-    drive_wanted = Signal(QPoint)
+    drive_requested = Signal(QPoint)
     """A menu of what may drive the value is wanted, at this place of the screen."""
 
     def __init__(self, parameter: Number | Count, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self._is_whole = isinstance(parameter, Count)
+        self._is_integer = isinstance(parameter, Count)
         self._unit = parameter.unit
         self._is_gain = isinstance(parameter, Number) and parameter.scale == "gain"
         self.field = Field(self)
@@ -45,74 +45,74 @@ class NumberEditor(ParameterEditor):
         self.field.setMinimumWidth(64)
         self.slider = Slider(self)
         self.driver = ElidedButton(self)
-        self.driver.clicked.connect(self.disconnect_wanted)
+        self.driver.clicked.connect(self.disconnect_requested)
         self.driver.hide()
         self.grid.addWidget(self.field, 0, 2)
         self.grid.addWidget(self.driver, 0, 1, 1, 2)
-        self._put(self.slider)
-        self.slider.setVisible(not self._is_too_wide(parameter))
-        self.inverts = QToolButton(self)
-        self.inverts.setVisible(self._is_gain and parameter.low < 0.0)
+        self._place_control(self.slider)
+        self.slider.setVisible(not self._exceeds_slider(parameter))
+        self.inverted = QToolButton(self)
+        self.inverted.setVisible(self._is_gain and parameter.low < 0.0)
         if self._is_gain and parameter.low < 0.0:
-            self._offer_inversion()
+            self._add_inversion()
         elif parameter.low < 0.0 < parameter.high:
-            self.slider.set_zero(self._place(0.0))
-        self.may_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
-        if self.may_be_driven:
+            self.slider.set_zero(self._position(0.0))
+        self.can_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
+        if self.can_be_driven:
             self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has one
             self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
-        self.slider.grasped.connect(self.began)
-        self.slider.moved.connect(self._slid)
-        self.field.entered.connect(lambda: self._show(EXACT))
-        self.field.left.connect(self._left)
-        self.field.given.connect(self._typed)
+        self.slider.drag_began.connect(self.edit_began)
+        self.slider.moved.connect(self._slider_moved)
+        self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
+        self.field.focus_lost.connect(self._show_rounded)
+        self.field.committed.connect(self._typed)
         self.set_value(parameter.default)
 
-    def _offer_inversion(self) -> None:
+    def _add_inversion(self) -> None:
         """A button beside the slider for the sign: the slider sets a size, and no drag passes through silence."""
-        self.inverts.setText(INVERTED)
-        self.inverts.setCheckable(True)
-        self.inverts.setProperty("role", "chip")
-        self.inverts.setAccessibleName(f"{self.parameter.label}, inverted")
-        self.inverts.setToolTip("Inverted: what comes in is turned round")
-        self.inverts.clicked.connect(self._invert)
+        self.inverted.setText(INVERTED)
+        self.inverted.setCheckable(True)
+        self.inverted.setProperty("role", "chip")
+        self.inverted.setAccessibleName(f"{self.parameter.label}, inverted")
+        self.inverted.setToolTip("Inverted: the sign of the input is reversed")
+        self.inverted.clicked.connect(self._invert)
         self.grid.addWidget(self.field, 0, 2, 1, 2)
-        self.grid.addWidget(self.inverts, 1, 3)
+        self.grid.addWidget(self.inverted, 1, 3)
 
     def _invert(self, on: bool) -> None:
-        self.began.emit()
-        self._give(math.copysign(self._value, -1.0 if on else 1.0))
+        self.edit_began.emit()
+        self._commit(math.copysign(self._value, -1.0 if on else 1.0))
         self._rewrite()
 
-    def set_driven(self, by: str, colour: str = "", reach: tuple[float, float] | None = None) -> None:
+    def set_driven(self, by: str, colour: str = "", signal_range: tuple[float, float] | None = None) -> None:
         """Show that a wire gives the value, and from where to where it goes if that is known.
 
         An empty `by` takes that back.
         """
         self.slider.setEnabled(not by)
-        self.inverts.setEnabled(not by)
+        self.inverted.setEnabled(not by)
         self.slider.set_accent(colour or theme.VIBRATION)
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
-        self.back.setVisible(not by and self._value != self.parameter.default)
+        self.reset_button.setVisible(not by and self._value != self.parameter.default)
         words, ends = f"driven by {by}", ""
-        if by and reach is not None:
+        if by and signal_range is not None:
             parameter = self.parameter
             assert isinstance(parameter, Number)
-            low, high = (min(max(end, parameter.low), parameter.high) for end in reach)
-            ends = self._way(*((low, high) if parameter.wire == "span" else reach))
+            low, high = (min(max(end, parameter.low), parameter.high) for end in signal_range)
+            ends = self._range_text(*((low, high) if parameter.wire == "span" else signal_range))
             words = f"{by}: {ends}"
-            places = sorted((self._place(low), self._place(high)))
-            self.slider.set_band((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
+            places = sorted((self._position(low), self._position(high)))
+            self.slider.set_range_shown((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
         else:
-            self.slider.set_band(None)
+            self.slider.set_range_shown(None)
         self.driver.set_full_text(words, "  ×")
         self.driver.setToolTip(
             f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
         )
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
 
-    def _way(self, low: float, high: float) -> str:
+    def _range_text(self, low: float, high: float) -> str:
         """A range in words: as one value where nothing moves."""
         ends = [gain(end) if self._is_gain else quantity(end, self._unit) for end in (low, high)]
         if ends[0] == ends[1]:
@@ -122,62 +122,62 @@ class NumberEditor(ParameterEditor):
         return " to ".join(ends)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        if self.may_be_driven:
-            self.drive_wanted.emit(event.globalPos())
+        if self.can_be_driven:
+            self.drive_requested.emit(event.globalPos())
             event.accept()
         else:
             super().contextMenuEvent(event)
 
     def _show(self, digits: int = 4) -> None:
-        if digits == EXACT or not self.field.hasFocus():
+        if digits == EXACT_DIGITS or not self.field.hasFocus():
             with QSignalBlocker(self.field):
-                self.field.setText(self._in_words(max(digits, 9) if self._is_whole else digits))
-            self.field.complain("")
+                self.field.setText(self._value_text(max(digits, 9) if self._is_integer else digits))
+            self.field.show_error("")
             self.field.setToolTip(help_text(self.parameter))
-        self.slider.set_place(self._place(self._value))
-        self.inverts.setChecked(math.copysign(1.0, self._value) < 0.0)
+        self.slider.set_position(self._position(self._value))
+        self.inverted.setChecked(math.copysign(1.0, self._value) < 0.0)
 
-    def _left(self) -> None:
+    def _show_rounded(self) -> None:
         self._show()
 
-    def _slid(self, place: float) -> None:
-        value = self._rounded(place)
-        self._give(-value if self.inverts.isChecked() else value)
+    def _slider_moved(self, position: float) -> None:
+        value = self._rounded_value(position)
+        self._commit(-value if self.inverted.isChecked() else value)
         self._rewrite()
 
     def _rewrite(self) -> None:
         """Show in the field what another control has set, also while the field has the focus."""
         with QSignalBlocker(self.field):
-            self.field.setText(self._in_words(4))
+            self.field.setText(self._value_text(4))
 
-    def _in_words(self, digits: int) -> str:
+    def _value_text(self, digits: int) -> str:
         return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)
 
     def _typed(self, text: str) -> None:
         try:
             value = parse_gain(text) if self._is_gain else parse_quantity(text, self._unit)
-            self.began.emit()
-            self._give(round(value, 12) if self._is_whole else value)
+            self.edit_began.emit()
+            self._commit(round(value, 12) if self._is_integer else value)
         except BadValue as error:
-            self.field.complain(str(error).removeprefix(f"{self.parameter.name} is "))
+            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
-        self._show(EXACT)
+        self._show(EXACT_DIGITS)
 
-    def _place(self, value: float) -> float:
+    def _position(self, value: float) -> float:
         parameter = self.parameter
         if isinstance(parameter, Number):
             return parameter.position(value)
         assert isinstance(parameter, Count)
-        if self._is_wide(parameter):
+        if self._is_log_scaled(parameter):
             return math.log1p(value - parameter.low) / math.log1p(parameter.high - parameter.low)
         return (value - parameter.low) / max(parameter.high - parameter.low, 1)
 
-    def _rounded(self, place: float) -> float | int:
+    def _rounded_value(self, position: float) -> float | int:
         """The value at a slider's place, to the three digits that a slider can aim at."""
         parameter = self.parameter
         if isinstance(parameter, Number):
-            value = parameter.value(place)
-            if place in (0.0, 1.0) or value == 0.0:
+            value = parameter.value(position)
+            if position in (0.0, 1.0) or value == 0.0:
                 return value
             if parameter.scale == "gain":
                 tenths = round(200.0 * math.log10(value)) / 10.0  # a hand aims at tenths of a decibel
@@ -188,19 +188,19 @@ class NumberEditor(ParameterEditor):
             decimals = max(-round(math.log10(step)), 0)
             return min(max(round(round(value / step) * step, decimals), parameter.low), parameter.high)
         assert isinstance(parameter, Count)
-        if self._is_wide(parameter):
-            return parameter.low + round(math.expm1(place * math.log1p(parameter.high - parameter.low)))
-        return round(parameter.low + place * (parameter.high - parameter.low))
+        if self._is_log_scaled(parameter):
+            return parameter.low + round(math.expm1(position * math.log1p(parameter.high - parameter.low)))
+        return round(parameter.low + position * (parameter.high - parameter.low))
 
     @staticmethod
-    def _is_too_wide(parameter: Number | Count) -> bool:
+    def _exceeds_slider(parameter: Number | Count) -> bool:
         """Whether no slider could aim at a value that is meant."""
         span = parameter.high - parameter.low
         if isinstance(parameter, Count):
-            return span > WIDEST
-        return parameter.scale == "linear" and span > WIDEST_EVEN
+            return span > MAX_SLIDER_COUNT
+        return parameter.scale == "linear" and span > MAX_LINEAR_SPAN
 
     @staticmethod
-    def _is_wide(parameter: Count) -> bool:
+    def _is_log_scaled(parameter: Count) -> bool:
         """Whether a whole number spans so much that equal steps would make the low end unreachable."""
         return parameter.high - parameter.low > 500

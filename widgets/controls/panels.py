@@ -9,14 +9,14 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVB
 from underfoot.drawing.look import heat_table
 from underfoot.quantities import number
 from underfoot.widgets import theme
-from underfoot.widgets.controls.head_line import HeadLine
+from underfoot.widgets.controls.header_row import HeaderRow
 
 
-def titled(head: Sequence[QWidget | None], body: QWidget, giving: Sequence[Sequence[QWidget]] = ()) -> QWidget:
-    """`body` under a line of widgets; None is a stretch. In a narrow panel those of `giving` give way."""
+def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequence[Sequence[QWidget]] = ()) -> QWidget:
+    """`body` under a line of widgets; None is a stretch. In a narrow panel those of `shrinking` give way."""
     panel = QWidget()
     panel.setMinimumSize(240, 120)
-    top = HeadLine(head, giving)
+    top = HeaderRow(head, shrinking)
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)
@@ -26,7 +26,7 @@ def titled(head: Sequence[QWidget | None], body: QWidget, giving: Sequence[Seque
     return panel
 
 
-def over_bar(body: QWidget, bar: QWidget) -> QWidget:
+def with_scroll_bar(body: QWidget, bar: QWidget) -> QWidget:
     """`body` over a scroll bar."""
     panel = QWidget()
     layout = QVBoxLayout(panel)
@@ -55,7 +55,7 @@ def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> Q
     return button
 
 
-class LevelKey(QWidget):
+class ColourBar(QWidget):
     """The colours of the spectrogram and the levels that they stand for."""
 
     def __init__(self) -> None:
@@ -64,13 +64,13 @@ class LevelKey(QWidget):
         layout.setContentsMargins(theme.GRID, 0, 0, 0)
         layout.setSpacing(theme.GRID // 2)
         self._bar = bar = QLabel()
-        self.take_colours()
+        self.update_colours()
         bar.setFixedSize(8 * theme.GRID, theme.GRID)
         self.low, self.high = theme.label("", "small"), theme.label("", "small")
         for widget in (self.low, bar, self.high):
             layout.addWidget(widget)
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Have the colours of the spectrogram that are in use."""
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"

@@ -32,7 +32,7 @@ class ChoiceEditor(ParameterEditor):
         super().__init__(parameter, parent)
         self.box = _Box(self)
         self.box.addItems(list(parameter.options))
-        self._put(self.box)
+        self._place_control(self.box)
         self.box.activated.connect(self._picked)
         self.set_value(parameter.default)
 
@@ -41,8 +41,8 @@ class ChoiceEditor(ParameterEditor):
             self.box.setCurrentText(self._value)
 
     def _picked(self) -> None:
-        self.began.emit()
-        self._give(self.box.currentText())
+        self.edit_began.emit()
+        self._commit(self.box.currentText())
 
 
 class _Box(QComboBox):
@@ -60,8 +60,8 @@ class TextEditor(ParameterEditor):
         super().__init__(parameter, parent)
         self.field = Field(self)
         theme.set_role(self.field, "")
-        self.field.given.connect(self._typed)
-        self._put(self.field)
+        self.field.committed.connect(self._typed)
+        self._place_control(self.field)
         self.set_value(parameter.default)
 
     def _as_text(self, value: Any) -> str:
@@ -78,12 +78,12 @@ class TextEditor(ParameterEditor):
     def _typed(self, text: str) -> None:
         try:
             value = self._from_text(text)
-            self.began.emit()
-            self._give(value)
+            self.edit_began.emit()
+            self._commit(value)
         except BadValue as error:
-            self.field.complain(str(error))
+            self.field.show_error(str(error))
             return
-        self.field.complain("")
+        self.field.show_error("")
         theme.set_role(self.field, "")
         self.field.setToolTip(help_text(self.parameter))
         self.field.setText(self._as_text(self._value))

@@ -7,14 +7,14 @@ from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 from underfoot.widgets import theme
 
 STEPS = 1000
-KNOB = 5.0
+KNOB_PX = 5.0
 
 
 class Slider(QSlider):
-    """A place from 0 to 1. `moved` follows every change made by a person, `grasped` comes before a new one."""
+    """A place from 0 to 1. `moved` follows every change made by a person, `drag_began` comes before a new one."""
 
     moved = Signal(float)
-    grasped = Signal()
+    drag_began = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
@@ -24,21 +24,21 @@ class Slider(QSlider):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._zero = 0.0
-        self._place = 0.0
+        self._position = 0.0
         self._accent = theme.VIBRATION
-        self._band: tuple[float, float] | None = None
+        self._range_shown: tuple[float, float] | None = None
         self.valueChanged.connect(self._changed)
-        self._quiet = False
+        self._is_silent = False
 
-    def place(self) -> float:
-        return self._place
+    def position(self) -> float:
+        return self._position
 
-    def set_place(self, place: float) -> None:
+    def set_position(self, position: float) -> None:
         """Go to a place without saying so."""
-        self._place = min(max(place, 0.0), 1.0)
-        self._quiet = True
-        self.setValue(round(self._place * STEPS))
-        self._quiet = False
+        self._position = min(max(position, 0.0), 1.0)
+        self._is_silent = True
+        self.setValue(round(self._position * STEPS))
+        self._is_silent = False
         self.update()
 
     def set_zero(self, zero: float) -> None:
@@ -49,20 +49,20 @@ class Slider(QSlider):
         self._accent = colour
         self.update()
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Be filled in what the colour is now."""
-        self._accent = theme.now(self._accent)
+        self._accent = theme.current_colour(self._accent)
 
-    def set_band(self, band: tuple[float, float] | None) -> None:
+    def set_range_shown(self, band: tuple[float, float] | None) -> None:
         """Show where between two places it is moved to and fro, instead of the one place."""
-        if band != self._band:
-            self._band = band
+        if band != self._range_shown:
+            self._range_shown = band
             self.update()
 
     def _changed(self, value: int) -> None:
-        if not self._quiet:
-            self._place = value / STEPS
-            self.moved.emit(self._place)
+        if not self._is_silent:
+            self._position = value / STEPS
+            self.moved.emit(self._position)
 
     def sizeHint(self) -> QSize:
         return QSize(120, 16)
@@ -72,7 +72,7 @@ class Slider(QSlider):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
-            self.grasped.emit()
+            self.drag_began.emit()
             self.setSliderDown(True)
             self._go(event)
 
@@ -97,23 +97,23 @@ class Slider(QSlider):
         super().keyPressEvent(event)
 
     def _go(self, event: QMouseEvent) -> None:
-        room = self.width() - 2 * KNOB
-        self.setValue(round(min(max((event.position().x() - KNOB) / room, 0.0), 1.0) * STEPS))
+        room = self.width() - 2 * KNOB_PX
+        self.setValue(round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS))
         event.accept()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
-        middle, room = self.height() / 2, self.width() - 2 * KNOB
+        middle, room = self.height() / 2, self.width() - 2 * KNOB_PX
         painter.setBrush(QColor(theme.RAISED))
         painter.drawRoundedRect(QRectF(0.0, middle - 2, self.width(), 4.0), 2.0, 2.0)
-        x, zero = KNOB + self._place * room, KNOB + self._zero * room
+        x, zero = KNOB_PX + self._position * room, KNOB_PX + self._zero * room
         left = 0.0 if self._zero == 0.0 else min(x, zero)
         accent = self._accent if self.isEnabled() else theme.mixed(self._accent, theme.PANEL, 0.5)
         painter.setBrush(QColor(accent))
-        if self._band is not None:
-            low, high = (KNOB + min(max(place, 0.0), 1.0) * room for place in self._band)
+        if self._range_shown is not None:
+            low, high = (KNOB_PX + min(max(position, 0.0), 1.0) * room for position in self._range_shown)
             painter.setBrush(QColor(self._accent))
             painter.drawRoundedRect(QRectF(low - 2, middle - 3, high - low + 4, 6.0), 3.0, 3.0)
             return
@@ -122,4 +122,4 @@ class Slider(QSlider):
             return
         painter.setBrush(QColor(theme.TEXT))
         painter.setPen(QPen(QColor(accent), 2.0) if self.hasFocus() else QPen(QColor(theme.PANEL), 1.0))
-        painter.drawEllipse(QRectF(x - KNOB, middle - KNOB, 2 * KNOB, 2 * KNOB))
+        painter.drawEllipse(QRectF(x - KNOB_PX, middle - KNOB_PX, 2 * KNOB_PX, 2 * KNOB_PX))

@@ -40,7 +40,7 @@ class Column(NamedTuple):
 COLUMNS = (
     Column("step", "Step", "", 0, "Number of the step since the start"),
     Column("tile", "Tile", "", 0, "The tile that took most of the impulse"),
-    Column("side", "Side", "", 0, "Left or right foot, where it can be told from the walk"),
+    Column("side", "Side", "", 0, "Left or right foot, where the walk shows it"),
     Column("start_s", "Start", "s", 2, "Onset of the contact, since the start of the session"),
     Column("contact_ms", "Contact", "ms", 0, "From heel strike to toe off"),
     Column("peak1_n", "Peak 1", "N", 0, "Largest force in the first half of the contact"),
@@ -69,38 +69,38 @@ SIDES = tuple(
 )
 """Where the text of each column stands in its cells."""
 
-NOT_KNOWN = "–"
+UNKNOWN = "–"
 
-SORTING = Qt.ItemDataRole.UserRole
+SORT_ROLE = Qt.ItemDataRole.UserRole
 """The role of a cell's value, by which rows are put in order."""
 
-MOST_STEPS = 10_000
+MAX_STEPS = 10_000
 """So many steps are kept."""
 
 _SPIKE = " !"
 _LOADING = [column.name for column in COLUMNS].index("loading_kn_s")
 _MARGIN_PX = 4
-_MOST_PICTURES = 200
-_LARGEST = 9999.0
+_MAX_PICTURES = 200
+_WIDEST_NUMBER = 9999.0
 """What a column has room for, unless somebody makes it wider."""
 _Index = QModelIndex | QPersistentModelIndex
 
 
 class StepModel(QAbstractTableModel):
-    """Footsteps as rows, oldest first; the latest `most` are kept."""
+    """Footsteps as rows, oldest first; the latest `max_steps` are kept."""
 
-    def __init__(self, most: int = MOST_STEPS) -> None:
+    def __init__(self, max_steps: int = MAX_STEPS) -> None:
         super().__init__()
         self.steps: list[Step] = []
         self.texts: list[tuple[str, ...]] = []
         """What is shown of each step, by column."""
-        self._most = most
+        self._max_steps = max_steps
 
     def add(self, steps: Sequence[Step]) -> None:
         """Append steps."""
         if not steps:
             return
-        surplus = len(self.steps) + len(steps) - self._most
+        surplus = len(self.steps) + len(steps) - self._max_steps
         if surplus > 0:
             self.beginRemoveRows(QModelIndex(), 0, surplus - 1)
             del self.steps[:surplus], self.texts[:surplus]
@@ -108,7 +108,7 @@ class StepModel(QAbstractTableModel):
         first = len(self.steps)
         self.beginInsertRows(QModelIndex(), first, first + len(steps) - 1)
         self.steps.extend(steps)
-        self.texts.extend(_texts(step) for step in steps)
+        self.texts.extend(_row_texts(step) for step in steps)
         self.endInsertRows()
 
     def clear(self) -> None:
@@ -139,7 +139,7 @@ class StepModel(QAbstractTableModel):
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         step, column = self.steps[index.row()], COLUMNS[index.column()]
         spike = column.name == "loading_kn_s" and step.spike
-        if role == SORTING:
+        if role == SORT_ROLE:
             value = getattr(step, column.name)
             # To a sort NaN is neither less nor more, which mixes up all rows.
             return -math.inf if isinstance(value, float) and math.isnan(value) else value
@@ -153,20 +153,20 @@ class StepModel(QAbstractTableModel):
 
 
 class StepTable(QTableView):
-    """The table; the latest `most` steps are kept. It stays at its end, unless someone has scrolled up to read.
+    """The table; the latest `max_steps` steps are kept. It stays at its end, unless someone has scrolled up to read.
 
     One that is `sortable` puts its rows in the order of a column whose heading is clicked, and stays where it is.
     """
 
-    def __init__(self, most: int = MOST_STEPS, sortable: bool = False) -> None:
+    def __init__(self, max_steps: int = MAX_STEPS, sortable: bool = False) -> None:
         super().__init__()
         self.setAccessibleName("Footsteps")
-        self.steps = StepModel(most)
+        self.steps = StepModel(max_steps)
         self.steps.setParent(self)
-        self._order = QSortFilterProxyModel(self)
-        self._order.setSourceModel(self.steps)
-        self._order.setSortRole(SORTING)
-        self.setModel(self._order)
+        self._sorted = QSortFilterProxyModel(self)
+        self._sorted.setSourceModel(self.steps)
+        self._sorted.setSortRole(SORT_ROLE)
+        self.setModel(self._sorted)
         if sortable:
             self.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
             self.setSortingEnabled(True)
@@ -182,23 +182,23 @@ class StepTable(QTableView):
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
         for number, column in enumerate(COLUMNS):  # once: to fit them to what is seen takes as long as to paint it
-            widest = "right" if column.name in TEXT_COLUMNS else _shown(_LARGEST, column)
+            widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
-        self._pictures: dict[tuple[tuple[str, ...], bool, float], QPixmap] = {}
-        header.sectionResized.connect(self._pictures.clear)
-        header.sectionMoved.connect(self._pictures.clear)
+        self._row_pictures: dict[tuple[tuple[str, ...], bool, float], QPixmap] = {}
+        header.sectionResized.connect(self._row_pictures.clear)
+        header.sectionMoved.connect(self._row_pictures.clear)
         self._is_sortable = sortable
-        self._follows = not sortable
+        self._is_at_end = not sortable
         self._end = 0
         bar = self.verticalScrollBar()
-        bar.rangeChanged.connect(self._keep_end)
-        bar.valueChanged.connect(self._note_end)
-        self._order.rowsInserted.connect(self._follow)
+        bar.rangeChanged.connect(self._scroll_to_end)
+        bar.valueChanged.connect(self._update_is_at_end)
+        self._sorted.rowsInserted.connect(self._follow)
 
-    def shown_steps(self) -> list[Step]:
+    def steps_in_order(self) -> list[Step]:
         """All steps, in the order in which they are shown."""
-        return [self._step_at(row) for row in range(self._order.rowCount())]
+        return [self._step_at(row) for row in range(self._sorted.rowCount())]
 
     def selected_steps(self) -> list[Step]:
         """The steps of the selected rows."""
@@ -208,12 +208,12 @@ class StepTable(QTableView):
         """Select the row of a step, and bring it into sight."""
         number = next((k for k, one in enumerate(self.steps.steps) if one is step), None)
         if number is not None:
-            index = self._order.mapFromSource(self.steps.index(number, 0))
+            index = self._sorted.mapFromSource(self.steps.index(number, 0))
             self.selectRow(index.row())
             self.scrollTo(index)
 
     def _step_at(self, row: int) -> Step:
-        return self.steps.steps[self._order.mapToSource(self._order.index(row, 0)).row()]
+        return self.steps.steps[self._sorted.mapToSource(self._sorted.index(row, 0)).row()]
 
     def export(self, path: Path) -> None:
         """Write the steps as CSV."""
@@ -224,21 +224,21 @@ class StepTable(QTableView):
         """Draw rows from pictures: each step moves all of them, and cells take long to be painted one by one."""
         painter = QPainter(self.viewport())
         first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
-        for row in range(max(first, 0), (last if last >= 0 else self._order.rowCount() - 1) + 1):
-            texts = self.steps.texts[self._order.mapToSource(self._order.index(row, 0)).row()]
+        for row in range(max(first, 0), (last if last >= 0 else self._sorted.rowCount() - 1) + 1):
+            texts = self.steps.texts[self._sorted.mapToSource(self._sorted.index(row, 0)).row()]
             key = texts, self.selectionModel().isRowSelected(row), self.devicePixelRatioF()
-            if key not in self._pictures:
-                self._pictures[key] = self._paint_row(*key)
-            painter.drawPixmap(-self.horizontalOffset(), self.rowViewportPosition(row), self._pictures[key])
+            if key not in self._row_pictures:
+                self._row_pictures[key] = self._paint_row(*key)
+            painter.drawPixmap(-self.horizontalOffset(), self.rowViewportPosition(row), self._row_pictures[key])
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if hasattr(self, "_pictures"):
-            self._pictures.clear()  # of other colours, or in another font
+        if hasattr(self, "_row_pictures"):
+            self._row_pictures.clear()  # of other colours, or in another font
 
     def _paint_row(self, texts: tuple[str, ...], is_selected: bool, ratio: float) -> QPixmap:
-        if len(self._pictures) >= _MOST_PICTURES:
-            self._pictures.clear()
+        if len(self._row_pictures) >= _MAX_PICTURES:
+            self._row_pictures.clear()
         header, height = self.horizontalHeader(), self.verticalHeader().defaultSectionSize()
         picture = QPixmap(math.ceil(ratio * header.length()), math.ceil(ratio * height))
         picture.setDevicePixelRatio(ratio)
@@ -247,7 +247,7 @@ class StepTable(QTableView):
         painter.setFont(self.font())
         for column, text in enumerate(texts):
             plain = self.palette().highlightedText().color() if is_selected else theme.TEXT
-            painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == NOT_KNOWN else plain)
+            painter.setPen(theme.FORCE if text.endswith(_SPIKE) else theme.MUTED if text == UNKNOWN else plain)
             left, width = header.sectionPosition(column) + _MARGIN_PX, header.sectionSize(column) - 2 * _MARGIN_PX
             painter.drawText(QRect(left, 0, width, height), SIDES[column], text)
         painter.end()
@@ -267,26 +267,26 @@ class StepTable(QTableView):
     def _copy(self) -> None:
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
         lines = ["\t".join(f"{c.heading}, {c.unit}" if c.unit else c.heading for c in COLUMNS)]
-        for step in self.selected_steps() or self.shown_steps():
+        for step in self.selected_steps() or self.steps_in_order():
             lines.append("\t".join(_cell(getattr(step, column.name)) for column in COLUMNS))
         QGuiApplication.clipboard().setText("\n".join(lines))
 
     def _follow(self) -> None:
-        if self._follows:
+        if self._is_at_end:
             self.scrollToBottom()
 
-    def _note_end(self, value: int) -> None:
+    def _update_is_at_end(self, value: int) -> None:
         """Somebody has scrolled: up to read, or down to the end again."""
         bar = self.verticalScrollBar()
         if bar.maximum() == self._end and not self._is_sortable:
-            self._follows = value >= bar.maximum()
+            self._is_at_end = value >= bar.maximum()
 
-    def _keep_end(self, _: int, end: int) -> None:
+    def _scroll_to_end(self, _: int, end: int) -> None:
         """There are more rows, or there is less room for them: also where the table is not on the screen."""
-        follows, self._end = self._follows, end
+        follows, self._end = self._is_at_end, end
         if follows:
             self.verticalScrollBar().setValue(end)
-        self._follows = follows
+        self._is_at_end = follows
 
 
 class WholeRows(QWidget):
@@ -308,18 +308,18 @@ class WholeRows(QWidget):
         self._table.setGeometry(0, 0, self.width() - theme.GRID, beside + rows * row)
 
 
-def _texts(step: Step) -> tuple[str, ...]:
-    texts = [_shown(getattr(step, column.name), column) for column in COLUMNS]
+def _row_texts(step: Step) -> tuple[str, ...]:
+    texts = [_cell_text(getattr(step, column.name), column) for column in COLUMNS]
     if step.spike:
         texts[_LOADING] += _SPIKE
     return tuple(texts)
 
 
-def _shown(value: str | float, column: Column) -> str:
+def _cell_text(value: str | float, column: Column) -> str:
     if isinstance(value, str):
-        return NOT_KNOWN if value == "unknown" else value
+        return UNKNOWN if value == "unknown" else value
     if not math.isfinite(value):
-        return NOT_KNOWN
+        return UNKNOWN
     return f"{value:,.{column.decimals}f}".replace(",", "\u202f").replace("-", "−")
 
 

@@ -11,14 +11,14 @@ from underfoot.quantities import quantity
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
-LEAST, MOST = 0.05, 20.0
+MIN_SCALE, MAX_SCALE = 0.05, 20.0
 _DIRECTIONS = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
     Qt.Key.Key_Up: (0, 1),
     Qt.Key.Key_Down: (0, -1),
 }
-_USUAL_PX_PER_M = 96.0 / 0.0254
+_DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
 class TrueScaleWindow(QWidget):
@@ -33,7 +33,7 @@ class TrueScaleWindow(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.BlankCursor)
-        self.scale, self.at_m = min(max(scale, LEAST), MOST), at_m
+        self.scale, self.at_m = min(max(scale, MIN_SCALE), MAX_SCALE), at_m
 
     def show_on(self, screen: QScreen) -> None:
         """Fill this screen."""
@@ -47,7 +47,7 @@ class TrueScaleWindow(QWidget):
         """Pixels a metre of the floor, from the size that the screen says it has, and the scale."""
         screen = self.screen()
         per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width() if screen.physicalSize().width() else 0
-        return (per_m if math.isfinite(per_m) and per_m > 0 else _USUAL_PX_PER_M) * self.scale
+        return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.scale
 
     def place(self, at_m: tuple[float, float]) -> QPointF:
         """A place around what is in the middle, y upwards, in the view's pixels."""
@@ -55,7 +55,7 @@ class TrueScaleWindow(QWidget):
         x, y = (part + moved for part, moved in zip(at_m, self.at_m, strict=True))
         return middle + QPointF(x, -y) * self.px_per_m
 
-    def words(self, more: str) -> str:
+    def hint(self, more: str) -> str:
         """How it is scaled and moved, and the keys for that; `more` are keys besides."""
         right, up = (quantity(part, "m") if part else "0 mm" for part in self.at_m)
         return (
@@ -87,6 +87,6 @@ class TrueScaleWindow(QWidget):
         self.closed.emit()
 
     def _adjust(self, scale: float, at_m: tuple[float, float]) -> None:
-        self.scale, self.at_m = min(max(scale, LEAST), MOST), at_m
+        self.scale, self.at_m = min(max(scale, MIN_SCALE), MAX_SCALE), at_m
         self.adjusted.emit(self.scale, *self.at_m)
         self.update()

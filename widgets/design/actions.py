@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.editing import open_targets
-from underfoot.widgets.design.shape import shown
+from underfoot.widgets.design.node_geometry import display_name
+from underfoot.widgets.design.patch_editing import open_targets
 
 _KEY = QKeySequence.StandardKey
 
@@ -66,8 +66,8 @@ ACTIONS = (
 )
 
 
-HEARING = ("audition", "audition everywhere", "mute", "bypass", "solo")
-"""What of nodes is heard: `underfoot.widgets.design.hearing` adds these."""
+MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
+"""What of nodes is heard: `underfoot.widgets.design.mark_actions` adds these."""
 
 
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
@@ -85,7 +85,7 @@ def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) 
     return made
 
 
-class Chosen(NamedTuple):
+class Selection(NamedTuple):
     """What a menu is asked for."""
 
     selected: int
@@ -99,7 +99,9 @@ class Chosen(NamedTuple):
     """One looks into a sub-patch."""
 
 
-def context_menu(canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Chosen) -> QMenu:
+def context_menu(
+    canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Selection
+) -> QMenu:
     """The menu for what is chosen; it goes away when it is closed. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -123,7 +125,7 @@ def context_menu(canvas: QWidget, actions: Mapping[str, QAction], add: Callable[
             menu.addAction(actions[name])
     if chosen.selected:
         heard = menu.addMenu("Hear")
-        heard.addActions([actions[name] for name in HEARING if name in actions])
+        heard.addActions([actions[name] for name in MARK_ACTIONS if name in actions])
     menu.addActions([actions[name] for name in ("paste", "select all", "tidy")])
     if chosen.selected > 1:
         align = menu.addMenu("Align")
@@ -142,11 +144,11 @@ def connect_menu(
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for output in type.outputs:
         source = f"{node}.{output.name}"
-        into = menu if len(type.outputs) == 1 else menu.addMenu(shown(output.name))
+        into = menu if len(type.outputs) == 1 else menu.addMenu(display_name(output.name))
         for target in open_targets(patch, registry, source):
             id, _, port = target.partition(".")
             name = patch.node(id).label or registry[patch.node(id).type].label
-            text = f"{name} ({id}): {shown(port)}"
+            text = f"{name} ({id}): {display_name(port)}"
             into.addAction(text, partial(connect, source, target))
     if menu.isEmpty():
         menu.addAction("There is no input that fits").setEnabled(False)

@@ -62,7 +62,7 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     length = max(int(WINDOW_S * rate_hz), 16)
     if signal.size < 2:
         return np.full((rows, 1), FLOOR_DB, np.float32)
-    every = _thinning(rate_hz)
+    every = _decimation_factor(rate_hz)
     frames = signal.size // every
     # Mirrored at its ends: a signal that is merely cut off would begin and end with a click that it does not have.
     padded = _decimated(np.pad(signal, (length // 2, length), mode="symmetric"), every)
@@ -70,7 +70,9 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     windows = np.lib.stride_tricks.sliding_window_view(padded, length)[: max(frames, 1) : max(frames // COLUMNS, 1)]
     hann = np.hanning(length).astype(np.float32)
     size = 1 << (4 * length - 1).bit_length()
-    spectra = np.abs(np.fft.rfft(windows * (2.0 / hann.sum() * hann), size, axis=1))[:, : _top(scale, size / rate_hz)]
+    spectra = np.abs(np.fft.rfft(windows * (2.0 / hann.sum() * hann), size, axis=1))[
+        :, : _top_bin(scale, size / rate_hz)
+    ]
     place = scale.rows_hz(rows) * size / rate_hz
     below = np.clip(place.astype(int), 0, spectra.shape[1] - 2)
     share = (place - below).astype(np.float32)
@@ -85,15 +87,15 @@ def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320
     signal = np.asarray(signal, np.float64)
     if signal.size < 2:
         return np.full(rows, FLOOR_DB, np.float32)
-    every = _thinning(rate_hz)
+    every = _decimation_factor(rate_hz)
     signal, rate_hz = _decimated(signal, every), rate_hz / every
     hann = np.hanning(signal.size)
     size = 1 << (2 * signal.size - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(signal * hann, size))[: _top(scale, size / rate_hz)] * (2.0 / hann.sum())
+    spectrum = np.abs(np.fft.rfft(signal * hann, size))[: _top_bin(scale, size / rate_hz)] * (2.0 / hann.sum())
     return _db(np.maximum.reduceat(spectrum, _bins(scale, rows, size / rate_hz)))
 
 
-def shown_levels(db: NDArray[np.float32], top_db: float, range_db: float) -> NDArray[np.uint8]:
+def quantised_levels(db: NDArray[np.float32], top_db: float, range_db: float) -> NDArray[np.uint8]:
     """Levels as places in a table of 256 colours, the last at `top_db`."""
     return np.clip((db - (top_db - range_db)) * (255.0 / range_db), 0.0, 255.0).astype(np.uint8)
 
@@ -111,12 +113,12 @@ def _bins(scale: Scale, rows: int, per_hz: float) -> NDArray[np.int64]:
     return (scale.starts_hz(rows) * per_hz).astype(np.int64)
 
 
-def _top(scale: Scale, per_hz: float) -> int:
+def _top_bin(scale: Scale, per_hz: float) -> int:
     """One more than the last line of the spectrum that is shown."""
     return int(scale.high_hz * per_hz) + 2
 
 
-def _thinning(rate_hz: float) -> int:
+def _decimation_factor(rate_hz: float) -> int:
     """How many samples may become one: the shown band keeps twice its room."""
     return max(int(rate_hz / (HIGHEST_HZ * 4.0)), 1)
 

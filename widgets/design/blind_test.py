@@ -22,8 +22,8 @@ from underfoot.experiments.blind_comparison import MOST_TRIALS, BlindComparison,
 from underfoot.experiments.trial_files import write_csv
 from underfoot.files import make_folder
 from underfoot.widgets import theme
-from underfoot.widgets.escape import asks_for_escape
-from underfoot.widgets.session.listening import Listening, match_in_words
+from underfoot.widgets.escape import is_escape_override
+from underfoot.widgets.session.listening import Listening, gain_text
 from underfoot.widgets.session.open_patch import SLOTS
 
 TRIALS = 16
@@ -51,12 +51,12 @@ class BlindTest(QWidget):
         middle.addStretch(1)
         middle.addWidget(self._pages, 2)
         middle.addStretch(1)
-        self._around = parent
+        self._parent_widget = parent
         parent.installEventFilter(self)
 
     def open(self) -> None:
         """Cover the parent, and ask who takes part."""
-        self.setGeometry(self._around.rect())
+        self.setGeometry(self._parent_widget.rect())
         self.show()
         self.raise_()
         self.participant.setFocus()
@@ -122,7 +122,7 @@ class BlindTest(QWidget):
             self.complaint.setText("How loud A and B are is not known yet. Wait a moment, or end Match first.")
             return
         facts = {"matched": self._listening.is_matched} | {
-            f"gain_{slot.lower()}_db": match_in_words(self._listening, slot) for slot in SLOTS
+            f"gain_{slot.lower()}_db": gain_text(self._listening, slot) for slot in SLOTS
         }
         try:
             a, b = self._titles
@@ -154,7 +154,7 @@ class BlindTest(QWidget):
         if self.comparison is None or self.comparison.is_over or not self.answers[slot].isEnabled():
             return
         self.comparison.answer(slot, time.monotonic() - self._began_s, self._plays)
-        if not self._keep():
+        if not self._save_comparison():
             return
         if self.comparison.is_over:
             self._end()
@@ -168,7 +168,7 @@ class BlindTest(QWidget):
         else:
             self.close()
 
-    def _keep(self) -> bool:
+    def _save_comparison(self) -> bool:
         assert self.comparison is not None
         assert self.path is not None
         try:
@@ -225,18 +225,18 @@ class BlindTest(QWidget):
 
     def event(self, event: QEvent) -> bool:
         # In a trial Escape is panic; elsewhere it closes this.
-        if asks_for_escape(event) and self._pages.currentIndex() != 1:
+        if is_escape_override(event) and self._pages.currentIndex() != 1:
             event.accept()
             return True
         return super().event(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Resize:
-            self.setGeometry(self._around.rect())
+            self.setGeometry(self._parent_widget.rect())
         return False
 
     def closeEvent(self, event: QEvent) -> None:
-        self._around.removeEventFilter(self)
+        self._parent_widget.removeEventFilter(self)
         self._listening.end_blind()
         super().closeEvent(event)  # type: ignore[arg-type]
 

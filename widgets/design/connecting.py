@@ -4,12 +4,12 @@ from PySide6.QtCore import QPointF
 
 from underfoot.patch.node import Port
 from underfoot.patch.patch import Patch, Wire
-from underfoot.widgets.design.editing import may_fit, refusal, wire_at
 from underfoot.widgets.design.items import NodeItem, WireItem
+from underfoot.widgets.design.node_geometry import PlacedPort
+from underfoot.widgets.design.patch_editing import can_connect, refusal, wire_at
 from underfoot.widgets.design.scene import PatchScene
-from underfoot.widgets.design.shape import PlacedPort
 
-LOOSE = 48.0
+MIN_LOOSE_PX = 48.0
 """Pixels of the scene that a wire must be drawn into the open before it asks for a node at its end."""
 
 
@@ -23,18 +23,18 @@ class WireDrag:
         if drawn is not None and drawn.source is not None:
             # A wire that is pulled off an input is held by its source.
             self.old, item = drawn.wire, drawn.source
-            placed = next(p for p in item.shape_now.ports if p.side == "out" and item.end(p) == drawn.wire[0])
+            placed = next(p for p in item.geometry.ports if p.side == "out" and item.end(p) == drawn.wire[0])
             scene.show_wire(drawn, False)
         self.item, self.placed = item, placed
         self.target: str = ""
         self.reason = ""
-        self._known: dict[tuple[str, str], str] = {}
+        self._verdicts: dict[tuple[str, str], str] = {}
         self._opened: NodeItem | None = None
         self._line = WireItem(("", ""), None, None, placed.colour)
         scene.addItem(self._line)
         other = "in" if placed.side == "out" else "out"
-        for node in scene.blocks_and_nodes():
-            fitting = any(p.side == other and may_fit(*self._in_order(p)) for p in node.shape_now.ports)
+        for node in scene.nodes_and_group_nodes():
+            fitting = any(p.side == other and can_connect(*self._source_and_target(p)) for p in node.geometry.ports)
             node.set_dimmed("both" if node is item or not fitting else placed.side)
 
     def move(self, place: QPointF) -> None:
@@ -51,7 +51,7 @@ class WireDrag:
             self.target = node.end(port)
             self.reason = self._verdict()
         self._line.refused = bool(self.reason)
-        self._line.lay(*((start, end) if self.placed.side == "out" else (end, start)))
+        self._line.set_ends(*((start, end) if self.placed.side == "out" else (end, start)))
         self._line.update()
 
     def result(self, patch: Patch) -> tuple[Patch, str] | None:
@@ -78,7 +78,11 @@ class WireDrag:
         held = self.item.port_place(self.placed.side, self.placed.name)
         if self.old is not None:
             held = self._scene.wires[self.old].target_place()
-        return (place - held).manhattanLength() > LOOSE and not self.target and self._scene.node_at(place, 8.0) is None
+        return (
+            (place - held).manhattanLength() > MIN_LOOSE_PX
+            and not self.target
+            and self._scene.node_at(place, 8.0) is None
+        )
 
     def end(self) -> None:
         """Put everything back that the drag changed in the drawing."""
@@ -86,7 +90,7 @@ class WireDrag:
         self._scene.removeItem(self._line)
         if self.old in self._scene.wires:
             self._scene.show_wire(self._scene.wires[self.old], True)
-        for node in self._scene.blocks_and_nodes():
+        for node in self._scene.nodes_and_group_nodes():
             node.set_dimmed("")
 
     def _candidate(self, place: QPointF, over: NodeItem | None) -> tuple[NodeItem, PlacedPort] | None:
@@ -97,22 +101,22 @@ class WireDrag:
         if over is None or over is self.item:
             return None
         # Anywhere on a node means its nearest port that fits, so that one need not aim.
-        near = [p for p in over.shape_now.ports if p.side == side]
-        fitting = [p for p in near if may_fit(*self._in_order(p)) and not p.row.is_parameter] or near
+        near = [p for p in over.geometry.ports if p.side == side]
+        fitting = [p for p in near if can_connect(*self._source_and_target(p)) and not p.row.is_parameter] or near
         if not fitting:
             return None
         return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))
 
-    def _in_order(self, other: PlacedPort) -> tuple[Port, Port]:
+    def _source_and_target(self, other: PlacedPort) -> tuple[Port, Port]:
         return (self.placed.port, other.port) if self.placed.side == "out" else (other.port, self.placed.port)
 
     def _verdict(self) -> str:
         wire = self.wire()
         assert wire is not None
-        if wire not in self._known:
+        if wire not in self._verdicts:
             patch = self._scene.patch.disconnect([self.old]) if self.old else self._scene.patch
-            self._known[wire] = refusal(patch, self._scene.registry, *wire)
-        return self._known[wire]
+            self._verdicts[wire] = refusal(patch, self._scene.registry, *wire)
+        return self._verdicts[wire]
 
     def _open(self, over: NodeItem | None) -> None:
         """Show the parameters of the node under the mouse as ports, while it is there."""
@@ -122,7 +126,7 @@ class WireDrag:
             self._opened.set_ports(self._opened.driven, False)
         self._opened = None
         drives = self.placed.side == "out" and self.placed.port.kind == "signal"
-        if drives and over is not None and over is not self.item and not over.opened:
+        if drives and over is not None and over is not self.item and not over.shows_all_ports:
             over.set_ports(over.driven, True)
             over.set_dimmed(self.placed.side)
             self._opened = over

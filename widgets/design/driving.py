@@ -9,16 +9,16 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.parameters import Number
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.editing import drivers, snapped
 from underfoot.widgets.design.items import NodeItem
+from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
 DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
 """What may be put beside a parameter to drive it."""
-SWING = 0.1
+DRIVER_SHARE = 0.1
 """A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
-_WIDE, _HIGH, _GAP = 176.0, 160.0, 48.0
+_WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0
 
 
 def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
@@ -26,42 +26,42 @@ def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
     return tuple(p for p in registry[type].parameters.values() if isinstance(p, Number) and p.wire)
 
 
-def swing(parameter: Number, value: float) -> tuple[float, float]:
+def driver_range(parameter: Number, value: float) -> tuple[float, float]:
     """From where to where a new driver moves a parameter that stands at `value`: a tenth of it to both sides.
 
-    >>> swing(Number(300.0, 1.0, 20_000.0, scale="log"), 300.0)
+    >>> driver_range(Number(300.0, 1.0, 20_000.0, scale="log"), 300.0)
     (270.0, 330.0)
-    >>> swing(Number(0.0, -10.0, 10.0), 0.0)
+    >>> driver_range(Number(0.0, -10.0, 10.0), 0.0)
     (-2.0, 2.0)
     """
     if value == 0.0:
         at = parameter.position(0.0)
-        low, high = (parameter.value(min(max(at + side * SWING, 0.0), 1.0)) for side in (-1.0, 1.0))
+        low, high = (parameter.value(min(max(at + side * DRIVER_SHARE, 0.0), 1.0)) for side in (-1.0, 1.0))
     else:
-        low, high = sorted((value * (1.0 - SWING), value * (1.0 + SWING)))
+        low, high = sorted((value * (1.0 - DRIVER_SHARE), value * (1.0 + DRIVER_SHARE)))
     low, high = (round(min(max(end, parameter.low), parameter.high), 9) for end in (low, high))
     return low, high
 
 
-def driven_with(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
+def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
     """With a new node of `type` beside node `id`, wired to its parameter `name`, which it moves by a tenth.
 
     A node that needs a force gets it from the patch's Tile force, or from a new one.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
-    low, high = swing(parameter, registry[node.type].values(node.parameters)[name])
+    low, high = driver_range(parameter, registry[node.type].values(node.parameters)[name])
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
-    at = _free_place(patch, node.at[0] - _WIDE - _GAP, node.at[1])
+    at = _free_place(patch, node.at[0] - _WIDTH - _GAP, node.at[1])
     after = patch.add(type, registry, at, **ends)
     new = after.nodes[-1].id
     for port in registry[type].inputs:
         if port.unit == "N":
             force = next((one.id for one in patch.nodes if one.type == "tile-force"), "")
             if not force:
-                after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDE - _GAP, at[1]))
+                after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
                 force = after.nodes[-1].id
             after = after.connect(f"{force}.force", f"{new}.{port.name}", registry)
     return after.connect(f"{new}.out", f"{id}.{name}", registry)
@@ -69,12 +69,12 @@ def driven_with(patch: Patch, registry: Registry, id: str, name: str, type: str)
 
 def _free_place(patch: Patch, x: float, y: float) -> tuple[float, float]:
     """Here, or as far below as no node lies on it."""
-    while any(abs(one.at[0] - x) < _WIDE and abs(one.at[1] - y) < _HIGH for one in patch.nodes):
+    while any(abs(one.at[0] - x) < _WIDTH and abs(one.at[1] - y) < _HEIGHT for one in patch.nodes):
         y += 8.0
     return snapped(x, y)
 
 
-class Driving:
+class DriverMenus:
     """The menus of what may drive parameters of a document's nodes, and what comes of them: one step of undo each."""
 
     def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
@@ -89,7 +89,7 @@ class Driving:
         menu.insertAction(menu.actions()[0], heading)
         menu.popup(place)
 
-    def offer(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
+    def add_menu(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
         """Put first into a node's menu what may drive the parameter whose port is at `place`; else all of them."""
         id, known = item.node.id, drivable_parameters(self._scene.registry, item.node.type)
         if not known:
@@ -113,12 +113,12 @@ class Driving:
         self._parent.setFocus()  # the number's field, which had it, may give way to what drives it
         if by in registry:
             label = registry[patch.node(id).type].parameters[name].label.lower()
-            after = driven_with(patch, registry, id, name, by)
+            after = with_driver(patch, registry, id, name, by)
             self._document.edit(after, f"Drive {label} with {registry[by].label}")
         elif by == "no wire":
             self._document.edit(patch.disconnect([w for w in patch.wires if w[1] == f"{id}.{name}"]), "Disconnect")
         else:
-            self._scene.nodes[id].ask_port(name, by == "port")
+            self._scene.nodes[id].show_port(name, by == "port")
 
     def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
         patch, registry = self._document.patch, self._scene.registry
@@ -129,7 +129,7 @@ class Driving:
         menu.addSeparator()
         if name in drivers(patch).get(id, {}):
             menu.addAction("Disconnect its wire", partial(self.drive, id, name, "no wire"))
-        elif name in self._scene.nodes[id].asked:
+        elif name in self._scene.nodes[id].shown_ports:
             menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
         else:
             menu.addAction("A wire: show its port", partial(self.drive, id, name, "port"))

@@ -20,57 +20,59 @@ class ErrorView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.opener = QToolButton(self)
-        self.opener.setText("Run time over error")
-        self.opener.setCheckable(True)
-        self.opener.setChecked(True)
-        self.opener.setProperty("role", "chip")
-        self.opener.setToolTip("What the asked error costs, measured on this computer; closed, nothing is measured")
-        self.opener.toggled.connect(self._open)
+        self.toggle_button = QToolButton(self)
+        self.toggle_button.setText("Run time over error")
+        self.toggle_button.setCheckable(True)
+        self.toggle_button.setChecked(True)
+        self.toggle_button.setProperty("role", "chip")
+        self.toggle_button.setToolTip(
+            "What the asked error costs, measured on this computer; closed, nothing is measured"
+        )
+        self.toggle_button.toggled.connect(self._toggle)
         self.plot = Plot("Run time over error")
         self.plot.setFixedHeight(_PLOT_PX)
-        self.told = theme.label("", "muted")
-        self.told.setWordWrap(True)
+        self.summary = theme.label("", "muted")
+        self.summary.setWordWrap(True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 8, 0, 0)
         column.setSpacing(4)
-        for widget in (self.opener, self.plot, self.told):
+        for widget in (self.toggle_button, self.plot, self.summary):
             column.addWidget(widget)
-        self._of: object = None
-        self._is_asked = self._is_known = False
+        self._measured_state: object = None
+        self._is_measuring = self._is_known = False
         self.plot.show_drawing(Drawing("", "error found", "run time, ms", x_log=True, y_log=True))
 
     @property
     def wants_curve(self) -> bool:
         """Whether something is to be measured: the curve is to be seen, and is not known."""
-        return self.opener.isChecked() and not self._is_known
+        return self.toggle_button.isChecked() and not self._is_known
 
-    def set_measured(self, of: object) -> None:
+    def set_state(self, state: object) -> None:
         """What the curve is of: where that has changed, the one that is shown is not it any more."""
-        if of != self._of:
-            self._of = of
-            self._wait()
+        if state != self._measured_state:
+            self._measured_state = state
+            self._clear_state()
 
-    def begin(self) -> None:
+    def start_measuring(self) -> None:
         """What comes from now on is of what was set last."""
-        self._is_asked = True
+        self._is_measuring = True
 
     def show_curve(self, curve: ErrorCurveDrawn) -> None:
         """Show what is known by now."""
-        if not self._is_asked:
+        if not self._is_measuring:
             return
         self._is_known = curve.left == 0
         self.plot.show_drawing(curve.drawing)
         to_come = f"; measuring, {curve.left} to come" if curve.left else ""
-        self.told.setText(pretty_text(curve.error or curve.description + to_come))
+        self.summary.setText(pretty_text(curve.error or curve.description + to_come))
 
-    def _open(self, on: bool) -> None:
+    def _toggle(self, on: bool) -> None:
         self.plot.setVisible(on)
-        self.told.setVisible(on)
+        self.summary.setVisible(on)
         if not self._is_known:
-            self._wait()
+            self._clear_state()
         self.toggled.emit()
 
-    def _wait(self) -> None:
-        self._is_asked = self._is_known = False
-        self.told.setText("measured when the engine's previews are done")
+    def _clear_state(self) -> None:
+        self._is_measuring = self._is_known = False
+        self.summary.setText("measured when the engine's previews are done")

@@ -7,9 +7,9 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QPlainTextEdit, QWidget
 
 from underfoot.widgets import theme
-from underfoot.widgets.escape import asks_for_escape
+from underfoot.widgets.escape import is_escape_override
 
-HEIGHT, LEAST_WIDTH, MOST_WIDTH, NOTE_HEIGHT = 30, 160, 360, 96
+HEIGHT, MIN_WIDTH, MAX_WIDTH, NOTE_HEIGHT = 30, 160, 360, 96
 
 
 class InlineEdit(QPlainTextEdit):
@@ -17,8 +17,8 @@ class InlineEdit(QPlainTextEdit):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self._around = parent
-        self._done: Callable[[str], object] | None = None
+        self._parent_widget = parent
+        self._on_done: Callable[[str], object] | None = None
         self._is_line = True
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -27,13 +27,13 @@ class InlineEdit(QPlainTextEdit):
         self.setAccessibleName("Name or note")
         self.hide()
 
-    def open(self, over: QRect, text: str, done: Callable[[str], object], one_line: bool = True) -> None:
-        """Ask for a text over this place of the parent; `done` is called with it, if it is given."""
-        self._done, self._is_line = done, one_line
-        least = HEIGHT if one_line else NOTE_HEIGHT
-        room = self._around.rect()
-        width = min(max(over.width(), LEAST_WIDTH), MOST_WIDTH, room.width() - 8)
-        size = QRect(over.x(), over.y(), width, max(0 if one_line else over.height(), least))
+    def open(self, over: QRect, text: str, on_done: Callable[[str], object], one_line: bool = True) -> None:
+        """Ask for a text over this place of the parent; `on_done` is called with it, if it is given."""
+        self._on_done, self._is_line = on_done, one_line
+        min_height = HEIGHT if one_line else NOTE_HEIGHT
+        room = self._parent_widget.rect()
+        width = min(max(over.width(), MIN_WIDTH), MAX_WIDTH, room.width() - 8)
+        size = QRect(over.x(), over.y(), width, max(0 if one_line else over.height(), min_height))
         size.moveLeft(max(min(size.x(), room.width() - size.width() - 4), 4))
         size.moveTop(max(min(size.y(), room.height() - size.height() - 4), 4))
         self.setGeometry(size)
@@ -45,20 +45,20 @@ class InlineEdit(QPlainTextEdit):
         self.raise_()
         self.setFocus()
 
-    def close_with(self, give: bool) -> None:
+    def finish(self, commit: bool) -> None:
         """Go away; give what was typed, or not."""
-        done, self._done = self._done, None
-        if done is None:
+        on_done, self._on_done = self._on_done, None
+        if on_done is None:
             return
         self.hide()
         text = " ".join(self.toPlainText().split()) if self._is_line else self.toPlainText().strip()
-        if give:
-            done(text)
-        self._around.setFocus()
+        if commit:
+            on_done(text)
+        self._parent_widget.setFocus()
 
     def event(self, event: QEvent) -> bool:
         # Escape belongs to the field, whatever else it does in the window.
-        if asks_for_escape(event):
+        if is_escape_override(event):
             event.accept()
             return True
         return super().event(event)
@@ -66,13 +66,13 @@ class InlineEdit(QPlainTextEdit):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
         if event.key() == Qt.Key.Key_Escape:
-            self.close_with(give=False)
+            self.finish(commit=False)
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and (self._is_line or control):
-            self.close_with(give=True)
+            self.finish(commit=True)
         else:
             super().keyPressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
         if event.reason() not in (Qt.FocusReason.PopupFocusReason, Qt.FocusReason.ActiveWindowFocusReason):
-            self.close_with(give=True)
+            self.finish(commit=True)

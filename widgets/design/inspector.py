@@ -19,21 +19,21 @@ from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
 from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
-from underfoot.widgets.controls.fields import ParameterEditor, in_words
+from underfoot.widgets.controls.fields import ParameterEditor, value_text
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
-from underfoot.widgets.design.editing import drivers
 from underfoot.widgets.design.error_view import ErrorView
+from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
+from underfoot.widgets.design.patch_editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
-from underfoot.widgets.design.shape import accent, shown
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
 from underfoot.widgets.plots.plot import Plot
 
-OF_INTERVALS = ("poisson", "texture")
+INTERVAL_NODES = ("poisson", "texture")
 """Nodes that begin anew at random moments: the inspector shows their intervals. Others' laws take too long for that."""
 LAW_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
@@ -44,7 +44,7 @@ ERROR_SCALE = Number(
     LEAST_SCALE,
     MOST_SCALE,
     scale="log",
-    doc="times the errors that nodes are asked for: more costs less, and is rougher",
+    doc="factor on the errors that nodes may have: larger costs less, and is less exact",
     label="Error factor",
 )
 PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale": ERROR_SCALE}
@@ -66,16 +66,16 @@ class Inspector(QScrollArea):
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
 
-    publish_wanted = Signal(str, bool)
+    publish_requested = Signal(str, bool)
     """A parameter ("node.parameter") that is to be shown on the sub-patch around its node, or not any more."""
 
-    disconnect_wanted = Signal(str)
+    disconnect_requested = Signal(str)
     """The input ("node.port") whose wire is to be taken away."""
 
     errors_toggled = Signal()
     """The person wants the node's run time over error measured, or not any more."""
 
-    drive_wanted = Signal(str, str, QPoint)
+    drive_requested = Signal(str, str, QPoint)
     """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
@@ -87,10 +87,10 @@ class Inspector(QScrollArea):
         self._tiles: tuple[str, ...] = ()
         self._folder: Path | None = None
         self._shape: object = None
-        self._gesture = 0
+        self._edit_number = 0
         self._share: Mapping[str, float] = {}
         self._awake: Mapping[str, int] = {}
-        self._reach: Mapping[str, tuple[float, float]] = {}
+        self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
         self.law: Plot | None = None
@@ -111,15 +111,15 @@ class Inspector(QScrollArea):
         self._ids = [id for id in ids if id in there]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
-        around = self._group or (self._around(self._ids[0]) if self._ids else None)
+        around = self._group or (self._enclosing_group(self._ids[0]) if self._ids else None)
         looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None)
         if looks != self._shape:
             self._shape = looks
-            self._gesture += 1
+            self._edit_number += 1
             self._build()
         self._refresh(wired)
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Build the page anew, in the colours that are in use."""
         self._shape = None
         self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
@@ -143,9 +143,9 @@ class Inspector(QScrollArea):
         self._share, self._awake = share or {}, awake
         self._show_cost()
 
-    def show_reach(self, reach: Mapping[str, tuple[float, float]]) -> None:
+    def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
         """From where to where the outputs ("node.port") went in their last preview: what drives shows it."""
-        self._reach = reach
+        self._signal_ranges = signal_ranges
         if len(self._ids) == 1:
             self._refresh(drivers(self._patch).get(self._ids[0], {}))
 
@@ -215,9 +215,9 @@ class Inspector(QScrollArea):
             self.picture = PICTURES[type.type](type)
             self.picture.setToolTip(TIPS[type.type])
             self.picture.setAccessibleName(f"{type.label} as a picture")
-            self.picture.began.connect(self._begin)
+            self.picture.edit_began.connect(self._begin)
             self.picture.edited.connect(
-                lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._gesture}")
+                lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._edit_number}")
             )
             column.addWidget(self.picture)
         for name, parameter in type.parameters.items():
@@ -226,13 +226,13 @@ class Inspector(QScrollArea):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
-                lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._gesture}")
+                lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._edit_number}")
             )
             if isinstance(editor, NumberEditor):
-                editor.disconnect_wanted.connect(lambda name=name: self.disconnect_wanted.emit(f"{id}.{name}"))
-                editor.drive_wanted.connect(lambda place, name=name: self.drive_wanted.emit(id, name, place))
+                editor.disconnect_requested.connect(lambda name=name: self.disconnect_requested.emit(f"{id}.{name}"))
+                editor.drive_requested.connect(lambda place, name=name: self.drive_requested.emit(id, name, place))
             self._offer_publishing(editor, f"{id}.{name}")
-        if type.type in OF_INTERVALS:
+        if type.type in INTERVAL_NODES:
             self.law = Plot()
             self.law.setFixedHeight(LAW_PX)
             column.addWidget(self.law)
@@ -245,24 +245,24 @@ class Inspector(QScrollArea):
 
     def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
         """Where the node is in a group: a menu by which the parameter is shown on the sub-patch, too."""
-        around = self._around(end.partition(".")[0])
+        around = self._enclosing_group(end.partition(".")[0])
         if around is None:
             return
         action = QAction("Show on the sub-patch", editor)
         action.setCheckable(True)
         action.setChecked(end in around.published)
-        action.triggered.connect(lambda on: self.publish_wanted.emit(end, on))
+        action.triggered.connect(lambda on: self.publish_requested.emit(end, on))
         editor.addAction(action)
         editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
-    def _around(self, id: str) -> Group | None:
+    def _enclosing_group(self, id: str) -> Group | None:
         """The innermost group that a node is in."""
         return next((group for group in reversed(self._patch.groups) if id in group.members), None)
 
     def _build_group(self, column: QVBoxLayout, group: Group) -> None:
         column.addWidget(_wrapped(group.title or "Sub-patch", "title"))
         types = {node.id: self._registry[node.type] for node in self._patch.nodes if node.id in self._ids}
-        inside = ", ".join(_counted([type.label for type in types.values()]))
+        inside = ", ".join(_with_counts([type.label for type in types.values()]))
         column.addWidget(_wrapped(f"Sub-patch of {inside}", "small"))
         column.addSpacing(8)
         for end in group.published:
@@ -271,7 +271,7 @@ class Inspector(QScrollArea):
             self._add_editor(column, end, editor)
             editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
             editor.value_changed.connect(
-                lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._gesture}")
+                lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._edit_number}")
             )
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
@@ -283,20 +283,20 @@ class Inspector(QScrollArea):
         """Give the node the bar and the repeats that go with notes which were chosen: one change with them."""
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
             if name in self.editors:
-                self.edited.emit(id, name, value, f"{id}.{notes} {self._gesture}")
+                self.edited.emit(id, name, value, f"{id}.{notes} {self._edit_number}")
 
     def _build_many(self, column: QVBoxLayout) -> None:
         column.addWidget(theme.label(f"{len(self._ids)} nodes", "title"))
         there = {node.id: node.type for node in self._patch.nodes}
         types = [self._registry[there[id]] for id in self._ids]
-        column.addWidget(_wrapped(", ".join(_counted([type.label for type in types])), "small"))
+        column.addWidget(_wrapped(", ".join(_with_counts([type.label for type in types])), "small"))
         column.addSpacing(8)
         ids = list(self._ids)
         for name, parameter in shared_parameters(types).items():
             editor = editor_for(parameter)
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
-                lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._gesture}")
+                lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._edit_number}")
             )
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost})
@@ -307,10 +307,10 @@ class Inspector(QScrollArea):
         column.addSpacing(8)
         for name, parameter in PATCH_FIELDS.items():
             editor = editor_for(parameter)
-            editor.resets = name == "error_scale"
+            editor.can_reset = name == "error_scale"
             self._add_editor(column, name, editor)
             editor.value_changed.connect(
-                lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._gesture}")
+                lambda value, name=name: self.patch_edited.emit(name, value, f"patch.{name} {self._edit_number}")
             )
         column.addWidget(_line())
         self._nodes, self._wires = theme.label(""), theme.label("")
@@ -321,7 +321,7 @@ class Inspector(QScrollArea):
             editor.set_tiles(self._tiles)
         if isinstance(editor, FileEditor):
             editor.set_folder(self._folder)
-        editor.began.connect(self._begin)
+        editor.edit_began.connect(self._begin)
         self.editors[name] = editor
         column.addWidget(editor)
 
@@ -338,7 +338,7 @@ class Inspector(QScrollArea):
         column.addLayout(grid)
 
     def _begin(self) -> None:
-        self._gesture += 1
+        self._edit_number += 1
 
     # --- refreshing ---
 
@@ -354,7 +354,7 @@ class Inspector(QScrollArea):
             if self.picture is not None:
                 self.picture.set_values(self._registry[node.type].values(node.parameters))
             if self.errors is not None:
-                self.errors.set_measured((node.parameters, self._patch.error_scale))
+                self.errors.set_state((node.parameters, self._patch.error_scale))
             for name, editor in self.editors.items():
                 value = node.parameters.get(name, editor.parameter.default)
                 if editor.parameter.check(value) != editor.value():
@@ -375,7 +375,7 @@ class Inspector(QScrollArea):
     def _show_values(self, editor: ParameterEditor, values: list[object]) -> None:
         """What several nodes have: one value, or that they differ."""
         value = shown_value(editor.parameter, values)
-        editor.set_mixed("" if len(values) == 1 else _span(editor.parameter, values))
+        editor.set_mixed("" if len(values) == 1 else _range_text(editor.parameter, values))
         if value != editor.value():
             editor.set_value(value)
 
@@ -388,8 +388,8 @@ class Inspector(QScrollArea):
         type = self._registry[node.type]
         output = type.output_ports[port]
         title = node.label or type.label
-        name = title if len(type.outputs) == 1 else f"{title}, {shown(port)}"
-        editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._reach.get(source))
+        name = title if len(type.outputs) == 1 else f"{title}, {display_name(port)}"
+        editor.set_driven(name, theme.signal_colour(output.kind, output.unit), self._signal_ranges.get(source))
 
     def _show_cost(self) -> None:
         ids = self._ids or [node.id for node in self._patch.nodes]
@@ -415,24 +415,24 @@ def _editor_of(parameter: Parameter) -> ParameterEditor:
     return editor_for(parameter)
 
 
-def _counted(names: Sequence[str]) -> list[str]:
+def _with_counts(names: Sequence[str]) -> list[str]:
     """Names, each once, with how often it was there.
 
-    >>> _counted(["Noise", "Gain", "Noise"])
+    >>> _with_counts(["Noise", "Gain", "Noise"])
     ['2 × Noise', 'Gain']
     """
     return [f"{names.count(name)} × {name}" if names.count(name) > 1 else name for name in dict.fromkeys(names)]
 
 
-def _span(parameter: Parameter, values: Sequence[object]) -> str:
+def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
     """Values that differ, short.
 
-    >>> _span(Count(0, 0, 9), [3, 1, 2])
+    >>> _range_text(Count(0, 0, 9), [3, 1, 2])
     '1 to 3'
     """
     if isinstance(parameter, Number | Count):
         numbers = [float(value) for value in values if isinstance(value, int | float)]
-        return f"{in_words(parameter, min(numbers))} to {in_words(parameter, max(numbers))}"
+        return f"{value_text(parameter, min(numbers))} to {value_text(parameter, max(numbers))}"
     return "several values"
 
 

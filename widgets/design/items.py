@@ -13,18 +13,26 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOpt
 from underfoot.patch.patch import PlacedNode, Wire
 from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
-from underfoot.widgets.design.editing import snapped
-from underfoot.widgets.design.marks import button_at, is_taken_out, paint_far_marks, paint_marks
-from underfoot.widgets.design.shape import COST_ROOM, PAD, TITLE, Face, PlacedPort, Shape, node_shape
+from underfoot.widgets.design.marks import button_at, is_inactive, paint_far_marks, paint_marks
+from underfoot.widgets.design.node_geometry import (
+    COST_ROOM,
+    PAD,
+    TITLE,
+    NodeDescription,
+    NodeGeometry,
+    PlacedPort,
+    node_geometry,
+)
+from underfoot.widgets.design.patch_editing import snapped
 from underfoot.widgets.design.thumbnail import thumbnail
 
-LEGIBLE = 0.45
+MIN_LEGIBLE_SCALE = 0.45
 """Below this zoom a node shows its name alone: nothing else in it could be read."""
-FARTHEST = 0.3
+MIN_ZOOM = 0.3
 """Below this zoom not even a node's name has room."""
-CLEAR = 0.75
+MIN_SHARP_SCALE = 0.75
 """Below this zoom a wire is one pixel wide, which costs an eighth of two."""
-DOT = 5.0
+PORT_RADIUS = 5.0
 PROBES = 64
 """Places of a wire that are looked at when a node is held over it."""
 _AT_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -38,17 +46,17 @@ _SELECTED = QGraphicsItem.GraphicsItemChange.ItemSelectedHasChanged
 class NodeItem(QGraphicsItem):
     """One node. What it shows is set from outside; it knows neither the patch nor the engine."""
 
-    def __init__(self, node: PlacedNode, face: Face) -> None:
+    def __init__(self, node: PlacedNode, description: NodeDescription) -> None:
         super().__init__()
         self.node = node
-        self.face = face
+        self.description = description
         self.wires: list[WireItem] = []
-        self.shape_now: Shape = node_shape(face, (), False)
-        self._bounds = _around(self.shape_now)
+        self.geometry: NodeGeometry = node_geometry(description, (), False)
+        self._bounds = _bounds_of(self.geometry)
         self.driven: tuple[str, ...] = ()
-        self.asked: tuple[str, ...] = ()
-        self.opened = False
-        self.is_alone = False
+        self.shown_ports: tuple[str, ...] = ()
+        self.shows_all_ports = False
+        self.is_auditioned = False
         self.cost = ""
         self.state = ""
         self._plot: QPainterPath | None = None
@@ -62,35 +70,35 @@ class NodeItem(QGraphicsItem):
 
     # --- what it shows ---
 
-    def set_face(self, face: Face) -> None:
+    def set_description(self, description: NodeDescription) -> None:
         """Show another name, or other ports."""
-        if face != self.face:
-            self.face = face
+        if description != self.description:
+            self.description = description
             self._reshape()
 
-    def set_ports(self, driven: tuple[str, ...], opened: bool) -> None:
-        """Show these parameters as ports; `opened` shows all that a wire may drive."""
-        if (driven, opened) != (self.driven, self.opened):
-            self.driven, self.opened = driven, opened
+    def set_ports(self, driven: tuple[str, ...], shows_all_ports: bool) -> None:
+        """Show these parameters as ports; `shows_all_ports` shows all that a wire may drive."""
+        if (driven, shows_all_ports) != (self.driven, self.shows_all_ports):
+            self.driven, self.shows_all_ports = driven, shows_all_ports
             self._reshape()
 
-    def ask_port(self, name: str, wanted: bool) -> None:
+    def show_port(self, name: str, wanted: bool) -> None:
         """Keep the port of a parameter in sight, also while it has no wire; or no longer."""
-        self.asked = tuple(one for one in self.asked if one != name) + ((name,) if wanted else ())
+        self.shown_ports = tuple(one for one in self.shown_ports if one != name) + ((name,) if wanted else ())
         self._reshape()
 
     def _reshape(self) -> None:
         self.prepareGeometryChange()
-        self.shape_now = node_shape(self.face, self.driven + self.asked, self.opened)
-        self._bounds = _around(self.shape_now)
-        self._settle_above()
+        self.geometry = node_geometry(self.description, self.driven + self.shown_ports, self.shows_all_ports)
+        self._bounds = _bounds_of(self.geometry)
+        self._update_z()
         for wire in self.wires:
             wire.follow()
         self.update()
 
-    def _settle_above(self) -> None:
+    def _update_z(self) -> None:
         """A node with all its ports in sight lies above all, and a selected one above the others."""
-        self.setZValue(1.0 if self.opened else 0.5 if self.isSelected() else 0.0)
+        self.setZValue(1.0 if self.shows_all_ports else 0.5 if self.isSelected() else 0.0)
 
     def set_cost(self, cost: str, state: str) -> None:
         """Show what it costs; `state` is "", "asleep", "unused" or "fault"."""
@@ -101,13 +109,13 @@ class NodeItem(QGraphicsItem):
     def set_curve(self, values: np.ndarray | None) -> None:
         """Show these samples in the small plot, or nothing."""
         if values is not None or self._plot is not None:
-            self._plot = None if values is None else thumbnail(values, self.face.outputs[0].port.kind == "event")
+            self._plot = None if values is None else thumbnail(values, self.description.outputs[0].port.kind == "event")
             self.update()
 
-    def set_alone(self, alone: bool) -> None:
+    def set_auditioned(self, auditioned: bool) -> None:
         """Show whether it is heard alone."""
-        if alone != self.is_alone:
-            self.is_alone = alone
+        if auditioned != self.is_auditioned:
+            self.is_auditioned = auditioned
             self.update()
 
     def set_dimmed(self, side: str) -> None:
@@ -118,25 +126,25 @@ class NodeItem(QGraphicsItem):
 
     @property
     def size(self) -> tuple[float, float]:
-        return self.shape_now.width, self.shape_now.height
+        return self.geometry.width, self.geometry.height
 
     def port_at(self, scene_place: QPointF) -> PlacedPort | None:
         """The port that a mouse at this place of the scene means."""
-        return self.shape_now.port_near(self.mapFromScene(scene_place))
+        return self.geometry.port_near(self.mapFromScene(scene_place))
 
     def more_at(self, scene_place: QPointF) -> bool:
         """Whether a mouse at this place of the scene means the dot that shows further ports."""
-        more = self.shape_now.more
-        return more is not None and QLineF(self.mapFromScene(scene_place), more).length() <= DOT + 3.0
+        more = self.geometry.more
+        return more is not None and QLineF(self.mapFromScene(scene_place), more).length() <= PORT_RADIUS + 3.0
 
     def button_at(self, scene_place: QPointF) -> bool:
         """Whether a mouse at this place of the scene means the button that plays the node alone."""
-        return self.can_be_alone and button_at(self.shape_now, self.mapFromScene(scene_place))
+        return self.can_be_auditioned and button_at(self.geometry, self.mapFromScene(scene_place))
 
     @property
-    def can_be_alone(self) -> bool:
+    def can_be_auditioned(self) -> bool:
         """Whether it is one node that makes something, and no group."""
-        return bool(self.node.type and self.face.outputs)
+        return bool(self.node.type and self.description.outputs)
 
     def end(self, placed: PlacedPort) -> str:
         """The name of a port in the patch, as "node.port"."""
@@ -148,7 +156,7 @@ class NodeItem(QGraphicsItem):
 
     def port_place(self, side: str, name: str) -> QPointF:
         """Where in the scene the wires of a port end."""
-        placed = self.shape_now.port(side, name)
+        placed = self.geometry.port(side, name)
         return self.mapToScene(placed.at if placed else QPointF(0.0, TITLE / 2))
 
     # --- Qt ---
@@ -158,7 +166,7 @@ class NodeItem(QGraphicsItem):
 
     def shape(self) -> QPainterPath:
         path = QPainterPath()
-        path.addRect(self.shape_now.rect)
+        path.addRect(self.geometry.rect)
         return path
 
     def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: Any) -> Any:
@@ -168,7 +176,7 @@ class NodeItem(QGraphicsItem):
             for wire in self.wires:
                 wire.follow()
         if change == _SELECTED:
-            self._settle_above()
+            self._update_z()
         return super().itemChange(change, value)
 
     def _is_dragged(self) -> bool:
@@ -176,16 +184,16 @@ class NodeItem(QGraphicsItem):
         return scene is not None and scene.mouseGrabberItem() is not None
 
     def hoverMoveEvent(self, event: QGraphicsSceneHoverEvent) -> None:
-        placed = self.shape_now.port_near(event.pos())
+        placed = self.geometry.port_near(event.pos())
         if placed is not None:
             self.setToolTip(port_help(placed))
         elif self.more_at(event.scenePos()):
-            names = ", ".join(row.text for row in self.face.drivable if row.end not in self.driven)
+            names = ", ".join(row.text for row in self.description.drivable if row.end not in self.driven)
             self.setToolTip(f"A wire may also drive: {names}")
         elif self.button_at(event.scenePos()):
             self.setToolTip("Hear this node alone (A; Shift+A on all tiles)")
         elif event.pos().y() < TITLE:
-            self.setToolTip(pretty_text(self.face.doc))
+            self.setToolTip(pretty_text(self.description.doc))
         else:
             self.setToolTip("")
 
@@ -200,35 +208,35 @@ class NodeItem(QGraphicsItem):
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         zoom = option.levelOfDetailFromTransform(painter.worldTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        quiet = self.state in ("asleep", "unused") or is_taken_out(self.node)
-        colour = self.face.colour
+        quiet = self.state in ("asleep", "unused") or is_inactive(self.node)
+        colour = self.description.colour
         self._paint_body(painter, colour, quiet)
-        if zoom < LEGIBLE:
+        if zoom < MIN_LEGIBLE_SCALE:
             self._paint_far_title(painter, quiet, zoom)
-            paint_far_marks(painter, self.node, self.shape_now, self.is_alone, zoom)
+            paint_far_marks(painter, self.node, self.geometry, self.is_auditioned, zoom)
             return
         self._paint_title(painter, quiet)
         if self._plot is not None:
             painter.save()
-            painter.translate(self.shape_now.plot.topLeft())
-            painter.scale(self.shape_now.plot.width(), self.shape_now.plot.height())
+            painter.translate(self.geometry.plot.topLeft())
+            painter.scale(self.geometry.plot.width(), self.geometry.plot.height())
             pen = QPen(QColor(theme.mixed(colour, theme.RAISED, 0.35 if quiet else 0.85)), 1.0)
             pen.setCosmetic(True)
             painter.setPen(pen)
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawPath(self._plot)
             painter.restore()
-        for placed in self.shape_now.ports:
+        for placed in self.geometry.ports:
             self._paint_port(painter, placed)
-        if self.shape_now.more is not None:
+        if self.geometry.more is not None:
             painter.setPen(QPen(QColor(theme.MUTED if self._hovered else theme.FAINT), 1.0))
             painter.setBrush(QColor(theme.GROUND))
-            painter.drawEllipse(self.shape_now.more, 3.0, 3.0)
-        has_button = self._hovered and self.can_be_alone
-        paint_marks(painter, self.node, self.shape_now, has_button, self.is_alone)
+            painter.drawEllipse(self.geometry.more, 3.0, 3.0)
+        has_button = self._hovered and self.can_be_auditioned
+        paint_marks(painter, self.node, self.geometry, has_button, self.is_auditioned)
 
     def _paint_body(self, painter: QPainter, colour: str, quiet: bool) -> None:
-        body, strip = _body(self.shape_now.width, self.shape_now.height)
+        body, strip = _body(self.geometry.width, self.geometry.height)
         if self.state == "fault":
             border = QPen(QColor(theme.ALARM), 1.5)
         elif self.isSelected():
@@ -242,11 +250,11 @@ class NodeItem(QGraphicsItem):
         painter.strokePath(body, border)
 
     def _paint_title(self, painter: QPainter, quiet: bool) -> None:
-        width = self.shape_now.width
+        width = self.geometry.width
         painter.setFont(theme.font(bold=True))
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
         room = width - 2 * PAD - (COST_ROOM if self.cost or self.state else 0.0)
-        text = painter.fontMetrics().elidedText(self.face.title, Qt.TextElideMode.ElideRight, int(room) + 1)
+        text = painter.fontMetrics().elidedText(self.description.title, Qt.TextElideMode.ElideRight, int(room) + 1)
         painter.drawText(QRectF(PAD, 0.0, room + 2, TITLE), _AT_LEFT, text)
         note = self.state if self.state in ("asleep", "unused", "fault") else self.cost
         if note:
@@ -256,12 +264,12 @@ class NodeItem(QGraphicsItem):
 
     def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
         """From afar a node shows its name alone, as large on the screen as a small label."""
-        if zoom < FARTHEST:
+        if zoom < MIN_ZOOM:
             return
         painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
         painter.setPen(QColor(theme.MUTED if quiet else theme.TEXT))
-        room = self.shape_now.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
-        painter.drawText(room, _CENTRED, self.face.title)
+        room = self.geometry.rect.adjusted(PAD / 2, TITLE, -PAD / 2, 0.0)
+        painter.drawText(room, _CENTRED, self.description.title)
 
     def _paint_port(self, painter: QPainter, placed: PlacedPort) -> None:
         faint = self._dimmed in (placed.side, "both")
@@ -269,17 +277,17 @@ class NodeItem(QGraphicsItem):
         painter.setPen(QPen(QColor(theme.GROUND), 2.0))
         painter.setBrush(colour)
         if placed.port.kind == "event":
-            x, y, r = placed.at.x(), placed.at.y(), DOT + 1.0
+            x, y, r = placed.at.x(), placed.at.y(), PORT_RADIUS + 1.0
             painter.drawPolygon(QPolygonF([QPointF(x - r, y), QPointF(x, y - r), QPointF(x + r, y), QPointF(x, y + r)]))
         elif placed.row.is_parameter and placed.name not in self.driven:
             painter.setBrush(QColor(theme.GROUND))
             painter.setPen(QPen(colour, 1.5))
-            painter.drawEllipse(placed.at, DOT - 1.0, DOT - 1.0)
+            painter.drawEllipse(placed.at, PORT_RADIUS - 1.0, PORT_RADIUS - 1.0)
         else:
-            painter.drawEllipse(placed.at, DOT, DOT)
+            painter.drawEllipse(placed.at, PORT_RADIUS, PORT_RADIUS)
         painter.setFont(theme.font())
         painter.setPen(QColor(theme.PALETTE["quiet"] if faint else theme.MUTED))
-        rect = QRectF(PAD + 4, placed.at.y() - 10, self.shape_now.width - 2 * PAD - 8, 20)
+        rect = QRectF(PAD + 4, placed.at.y() - 10, self.geometry.width - 2 * PAD - 8, 20)
         painter.drawText(rect, _AT_LEFT if placed.side == "in" else _AT_RIGHT, placed.row.text)
 
 
@@ -292,13 +300,13 @@ def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
     return body, body & strip
 
 
-def _around(shape: Shape) -> QRectF:
+def _bounds_of(geometry: NodeGeometry) -> QRectF:
     """What a node may draw on: asked for each wire that is drawn, and so kept."""
-    return shape.rect.adjusted(-DOT - 3, -3, DOT + 3, 3)
+    return geometry.rect.adjusted(-PORT_RADIUS - 3, -3, PORT_RADIUS + 3, 3)
 
 
 class WireItem(QGraphicsItem):
-    """A wire between two nodes, or from a node to the mouse. While it rests, `RestingWires` paints it."""
+    """A wire between two nodes, or from a node to the mouse. While it rests, `WirePicture` paints it."""
 
     def __init__(self, wire: Wire, source: NodeItem | None, target: NodeItem | None, colour: str) -> None:
         super().__init__()
@@ -307,9 +315,9 @@ class WireItem(QGraphicsItem):
         self.colour = colour
         self.chosen = False
         self.refused = False
-        self.offered = False
-        self.is_resting = False
-        self.moved: Callable[[WireItem], None] | None = None
+        self.is_highlighted = False
+        self.is_in_picture = False
+        self.about_to_move: Callable[[WireItem], None] | None = None
         """Told before it goes elsewhere."""
         self._hovered = False
         self._path = QPainterPath()
@@ -329,7 +337,7 @@ class WireItem(QGraphicsItem):
     def follow(self) -> None:
         """Go where the nodes are."""
         if self.source and self.target:
-            self.lay(
+            self.set_ends(
                 self.source.wire_place("out", self.wire[0]),
                 self.target.wire_place("in", self.wire[1]),
             )
@@ -338,23 +346,23 @@ class WireItem(QGraphicsItem):
         """Where it ends."""
         return self._path.currentPosition()
 
-    def lay(self, start: QPointF, end: QPointF) -> None:
+    def set_ends(self, start: QPointF, end: QPointF) -> None:
         """Go from one place to another."""
-        if self.moved is not None:
-            self.moved(self)
+        if self.about_to_move is not None:
+            self.about_to_move(self)
         self.prepareGeometryChange()
         self._path, self._lines, self._probes, self._outline = curve(start, end), [], [], None
         self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
 
-    def unhook(self) -> None:
+    def detach(self) -> None:
         """Let go of the nodes."""
         for end in (self.source, self.target):
             if end is not None and self in end.wires:
                 end.wires.remove(self)
 
-    def set_resting(self, resting: bool) -> None:
+    def set_in_picture(self, in_picture: bool) -> None:
         """Leave it to others to paint the line, or paint it."""
-        self.is_resting = resting
+        self.is_in_picture = in_picture
         self._paint_or_not()
 
     def set_chosen(self, chosen: bool) -> None:
@@ -362,17 +370,17 @@ class WireItem(QGraphicsItem):
         self.chosen = chosen
         self._paint_or_not()
 
-    def set_offered(self, offered: bool) -> None:
+    def set_highlighted(self, is_highlighted: bool) -> None:
         """Light it up as what a node would be put into."""
-        if offered != self.offered:
-            self.offered = offered
-            self.setZValue(2.0 if offered else -1.0)
+        if is_highlighted != self.is_highlighted:
+            self.is_highlighted = is_highlighted
+            self.setZValue(2.0 if is_highlighted else -1.0)
             self._paint_or_not()
 
     def _paint_or_not(self) -> None:
-        is_lit = self.chosen or self.offered or self._hovered
+        is_lit = self.chosen or self.is_highlighted or self._hovered
         self.update()
-        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents, self.is_resting and not is_lit)
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents, self.is_in_picture and not is_lit)
         self.update()
 
     def passes(self, rect: QRectF) -> bool:
@@ -402,15 +410,17 @@ class WireItem(QGraphicsItem):
         self._paint_or_not()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        if self.chosen or self.offered:
+        if self.chosen or self.is_highlighted:
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(_wire_pen(theme.CONTACT if self.offered else theme.TEXT, 6.0 if self.offered else 4.0))
+            painter.setPen(
+                _wire_pen(theme.CONTACT if self.is_highlighted else theme.TEXT, 6.0 if self.is_highlighted else 4.0)
+            )
             painter.drawPath(self._path)
         self.paint_line(painter)
 
     def paint_line(self, painter: QPainter) -> None:
         """The line alone, as thick as the zoom allows: of short straight ones, which Qt draws much faster."""
-        far = painter.worldTransform().m11() < CLEAR
+        far = painter.worldTransform().m11() < MIN_SHARP_SCALE
         painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, self._hovered))
         if not self._lines:
             self._lines = _straight_lines(self._path)

@@ -16,55 +16,63 @@ LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
 class ListenBar(QWidget):
     """Shows what it is told, and emits what was asked for. Its actions have keys in the whole of `around`."""
 
-    start_wanted = Signal()
-    loop_wanted = Signal(bool)
+    start_requested = Signal()
+    loop_requested = Signal(bool)
     length_chosen = Signal()
-    switch_wanted = Signal()
-    copy_wanted = Signal()
+    switch_requested = Signal()
+    copy_requested = Signal()
     """The slot that waits is to have what is in the one that is edited."""
-    match_wanted = Signal(bool)
-    overlay_wanted = Signal(bool)
-    blind_wanted = Signal()
-    whole_wanted = Signal()
+    match_requested = Signal(bool)
+    overlay_requested = Signal(bool)
+    blind_requested = Signal()
+    whole_patch_requested = Signal()
     """All of the patch is to be heard again."""
 
     def __init__(self, around: QWidget) -> None:
         super().__init__(around)
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.start = self._chip("From start", "Play from the start, and strike the tile (P)", self.start_wanted.emit)
-        self.start.setIcon(theme.icon("play", theme.MUTED))
-        self.start.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.loop = self._toggle("Loop", "Play from the start again and again, as long as the preview is (L)")
-        self.loop.toggled.connect(self.loop_wanted)
+        self.start_button = self._add_chip(
+            "From start", "Play from the start, and strike the tile (P)", self.start_requested.emit
+        )
+        self.start_button.setIcon(theme.icon("play", theme.MUTED))
+        self.start_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.loop = self._add_toggle("Loop", "Play from the start again and again, as long as the preview is (L)")
+        self.loop.toggled.connect(self.loop_requested)
         self.length = QComboBox(self)
         self.length.addItems([f"{seconds:g} s" if seconds else "whole" for seconds in LENGTHS_S])
         self.length.setProperty("role", "chip")
         self.length.setAccessibleName("Length of the preview")
         self.length.setToolTip("How long the preview and the loop last; whole: until the patch has come to its end")
         self.length.activated.connect(self.length_chosen)
-        self.slots = {slot: self._toggle(slot, f"Edit and play {slot} (X switches)") for slot in SLOTS}
+        self.slots = {slot: self._add_toggle(slot, f"Edit and play {slot} (X switches)") for slot in SLOTS}
         group = QButtonGroup(self)
         for slot, button in self.slots.items():
             group.addButton(button)
             button.clicked.connect(lambda _=False, slot=slot: self._choose(slot))
-        self.copy = self._chip("A → B", "", self.copy_wanted.emit)
-        self.overlay = self._toggle("Overlay", "Draw the other slot's preview over this one's, and tell the difference")
+        self.copy = self._add_chip("A → B", "", self.copy_requested.emit)
+        self.overlay = self._add_toggle(
+            "Overlay", "Draw the other slot's preview over this one's, and show the difference"
+        )
         self.overlay.setChecked(True)
-        self.overlay.toggled.connect(self.overlay_wanted)
-        self.match = self._toggle("Match", "Play the louder of A and B as softly as the other, by their RMS from 40 Hz "
-                                  "to 1 kHz in the preview")  # fmt: skip
+        self.overlay.toggled.connect(self.overlay_requested)
+        self.match = self._add_toggle(
+            "Match",
+            "Play the louder of A and B as softly as the other, by their RMS from 40 Hz to 1 kHz in the preview",
+        )
         self.match.setChecked(True)
-        self.match.toggled.connect(self.match_wanted)
-        self.blind = self._chip("ABX…", "Blind test: is X A or B? Without pictures (Ctrl+B)", self.blind_wanted.emit)
-        self.alone = self._chip("", "All of the patch is to be heard again (A)", self.whole_wanted.emit)
-        self.alone.setCheckable(True)
+        self.match.toggled.connect(self.match_requested)
+        self.blind_button = self._add_chip(
+            "ABX…", "Blind test: is X A or B? Without pictures (Ctrl+B)", self.blind_requested.emit
+        )
+        self.audition_button = self._add_chip("", "Play the whole patch again (A)", self.whole_patch_requested.emit)
+        self.audition_button.setCheckable(True)
         self.state = theme.label("", "small")
         self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.actions_by_name = self._make_actions(around)
         self._lay_out()
         self.show_slot(SLOTS[0], False)
-        self.show_alone("")
+        self.show_auditioned("")
 
     @property
     def seconds(self) -> float:
@@ -79,17 +87,17 @@ class ListenBar(QWidget):
         self.copy.setAccessibleName(words)
         self.copy.setToolTip(f"{words}; it can be undone there")
         self.actions_by_name["copy to other"].setText(words)
-        for widget in (self.overlay, self.match, self.blind):
+        for widget in (self.overlay, self.match, self.blind_button):
             widget.setVisible(has_other)
         self.actions_by_name["blind test"].setEnabled(has_other)
         if not has_other:
             self.state.setText("")
 
-    def show_alone(self, node: str) -> None:
+    def show_auditioned(self, node: str) -> None:
         """The node that is heard alone; "" for none."""
-        self.alone.setVisible(bool(node))
-        self.alone.setChecked(bool(node))
-        self.alone.setText(f"{node} alone  ×")
+        self.audition_button.setVisible(bool(node))
+        self.audition_button.setChecked(bool(node))
+        self.audition_button.setText(f"{node} alone  ×")
 
     def show_match(self, words: Mapping[str, str], on: bool) -> None:
         """By how much each slot is made softer, in words."""
@@ -106,16 +114,16 @@ class ListenBar(QWidget):
     def _choose(self, slot: str) -> None:
         """A click on the slot that is edited already does nothing."""
         if not self.copy.text().startswith(slot):
-            self.switch_wanted.emit()
+            self.switch_requested.emit()
 
     def _make_actions(self, around: QWidget) -> dict[str, QAction]:
         made = {}
         for name, text, key, do in (
-            ("from start", "Play from the start", "P", self.start_wanted.emit),
+            ("from start", "Play from the start", "P", self.start_requested.emit),
             ("loop", "Loop", "L", self.loop.toggle),
-            ("switch", "Switch between A and B", "X", self.switch_wanted.emit),
-            ("copy to other", "Copy A to B", "Shift+X", self.copy_wanted.emit),
-            ("blind test", "Blind test of A and B…", "Ctrl+B", self.blind_wanted.emit),
+            ("switch", "Switch between A and B", "X", self.switch_requested.emit),
+            ("copy to other", "Copy A to B", "Shift+X", self.copy_requested.emit),
+            ("blind test", "Blind test of A and B…", "Ctrl+B", self.blind_requested.emit),
         ):
             action = QAction(text, around)
             action.setShortcut(QKeySequence(key))
@@ -125,7 +133,7 @@ class ListenBar(QWidget):
             made[name] = action
         return made
 
-    def _chip(self, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
+    def _add_chip(self, text: str, tip: str, do: Callable[[], object]) -> QToolButton:
         button = QToolButton(self)
         button.setText(text)
         button.setToolTip(tip)
@@ -133,7 +141,7 @@ class ListenBar(QWidget):
         button.clicked.connect(lambda _=False: do())
         return button
 
-    def _toggle(self, text: str, tip: str) -> QToolButton:
+    def _add_toggle(self, text: str, tip: str) -> QToolButton:
         button = QToolButton(self)
         button.setText(text)
         button.setCheckable(True)
@@ -145,11 +153,11 @@ class ListenBar(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, theme.GRID // 2)
         row.setSpacing(theme.GRID // 2)
-        for widget in (self.start, self.loop, self.length):
+        for widget in (self.start_button, self.loop, self.length):
             row.addWidget(widget)
         row.addSpacing(2 * theme.GRID)
-        for widget in (*self.slots.values(), self.copy, self.overlay, self.match, self.blind):
+        for widget in (*self.slots.values(), self.copy, self.overlay, self.match, self.blind_button):
             row.addWidget(widget)
         row.addSpacing(theme.GRID)
         row.addWidget(self.state, 1)
-        row.addWidget(self.alone)
+        row.addWidget(self.audition_button)

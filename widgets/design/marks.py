@@ -5,46 +5,50 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen
 
 from underfoot.patch.patch import PlacedNode
 from underfoot.widgets import theme
-from underfoot.widgets.design.shape import Shape
+from underfoot.widgets.design.node_geometry import NodeGeometry
 
-LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
+MARK_LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
 """How each mark is written, and the name of its colour."""
 CHIP_PX, BUTTON_PX, GAP_PX = 16.0, 18.0, 3.0
 
 
-def is_taken_out(node: PlacedNode) -> bool:
+def is_inactive(node: PlacedNode) -> bool:
     """Whether a node does nothing to what is heard.
 
-    >>> is_taken_out(PlacedNode("a", "gain", bypassed=True)), is_taken_out(PlacedNode("a", "gain", soloed=True))
+    >>> is_inactive(PlacedNode("a", "gain", bypassed=True)), is_inactive(PlacedNode("a", "gain", soloed=True))
     (True, False)
     """
     return bool(node.muted or node.bypassed)
 
 
-def button_at(shape: Shape, place: QPointF) -> bool:
+def button_at(geometry: NodeGeometry, place: QPointF) -> bool:
     """Whether a mouse at this place of the node means the button."""
-    return _button(shape).contains(place)
+    return _button(geometry).contains(place)
 
 
-def paint_marks(painter: QPainter, node: PlacedNode, shape: Shape, has_button: bool, is_alone: bool) -> None:
+def paint_marks(
+    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, has_button: bool, is_auditioned: bool
+) -> None:
     """The letters of a node's marks; and the button where there is one, lit while the node is heard alone."""
-    _paint_letters(painter, node, QPointF(shape.plot.left() - GAP_PX, shape.plot.top() - GAP_PX), 1.0)
-    if has_button or is_alone:
-        button = _button(shape)
-        _rounded(painter, button, theme.VIBRATION if is_alone else theme.LINE)
-        icon = theme.icon("speaker", theme.GROUND if is_alone else theme.TEXT)
+    _paint_letters(painter, node, QPointF(geometry.plot.left() - GAP_PX, geometry.plot.top() - GAP_PX), 1.0)
+    if has_button or is_auditioned:
+        button = _button(geometry)
+        _rounded(painter, button, theme.VIBRATION if is_auditioned else theme.LINE)
+        icon = theme.icon("speaker", theme.GROUND if is_auditioned else theme.TEXT)
         icon.paint(painter, button.adjusted(2, 2, -2, -2).toRect())
 
 
-def paint_far_marks(painter: QPainter, node: PlacedNode, shape: Shape, is_alone: bool, zoom: float) -> None:
+def paint_far_marks(
+    painter: QPainter, node: PlacedNode, geometry: NodeGeometry, is_auditioned: bool, zoom: float
+) -> None:
     """The same from afar: letters as large on the screen as they can be, and a frame around what is heard alone."""
     _paint_letters(painter, node, QPointF(GAP_PX, GAP_PX), min(1.0 / zoom, 2.0))
-    if is_alone:
+    if is_auditioned:
         pen = QPen(QColor(theme.VIBRATION), 2.0)
         pen.setCosmetic(True)
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRoundedRect(shape.rect, 6.0, 6.0)
+        painter.drawRoundedRect(geometry.rect, 6.0, 6.0)
 
 
 def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: float) -> None:
@@ -54,7 +58,7 @@ def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: floa
     font.setPixelSize(round(theme.SMALL_PX * scale))
     painter.setFont(font)
     for name in node.marks:
-        letter, colour = LETTERS[name]
+        letter, colour = MARK_LETTERS[name]
         chip = QRectF(at.x(), at.y(), CHIP_PX * scale, CHIP_PX * scale)
         _rounded(painter, chip, theme.PALETTE[colour])
         painter.setPen(QColor(theme.GROUND))
@@ -62,8 +66,8 @@ def _paint_letters(painter: QPainter, node: PlacedNode, at: QPointF, scale: floa
         at = at + QPointF((CHIP_PX + GAP_PX) * scale, 0.0)
 
 
-def _button(shape: Shape) -> QRectF:
-    return QRectF(shape.plot.right() - BUTTON_PX + GAP_PX, shape.plot.top() - GAP_PX, BUTTON_PX, BUTTON_PX)
+def _button(geometry: NodeGeometry) -> QRectF:
+    return QRectF(geometry.plot.right() - BUTTON_PX + GAP_PX, geometry.plot.top() - GAP_PX, BUTTON_PX, BUTTON_PX)
 
 
 def _rounded(painter: QPainter, rect: QRectF, colour: str) -> None:

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from underfoot.widgets import theme
 
-SHOWN_MS = 5000
+VISIBLE_MS = 5000
 
 
 class Message(QLabel):
@@ -13,10 +13,10 @@ class Message(QLabel):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self._around = parent
+        self._parent_widget = parent
         self.setWordWrap(True)
         self.hide()
-        self._timer = QTimer(self, singleShot=True, interval=SHOWN_MS)
+        self._timer = QTimer(self, singleShot=True, interval=VISIBLE_MS)
         self._timer.timeout.connect(self.hide)
 
     def show_text(self, text: str, alarm: bool) -> None:
@@ -30,13 +30,13 @@ class Message(QLabel):
             f"border: 1px solid {accent}; border-radius: 4px; padding: 6px 10px;"
         )
         self.setText(text)
-        self.setFixedWidth(min(self._around.width() - 32, self.fontMetrics().horizontalAdvance(text) + 32))
+        self.setFixedWidth(min(self._parent_widget.width() - 32, self.fontMetrics().horizontalAdvance(text) + 32))
         self.adjustSize()
-        self.move((self._around.width() - self.width()) // 2, self._around.height() - self.height() - 16)
+        self.move((self._parent_widget.width() - self.width()) // 2, self._parent_widget.height() - self.height() - 16)
         self.raise_()
         self._timer.start()
 
     @property
-    def shown(self) -> str:
+    def visible_text(self) -> str:
         """What is shown now."""
         return "" if self.isHidden() else self.text()

@@ -9,9 +9,9 @@ from underfoot.widgets.design.scene import PatchScene
 
 
 class MiniMap(QWidget):
-    """`wanted` gives the place of the scene that should be in the middle of the view."""
+    """`place_requested` gives the place of the scene that should be in the middle of the view."""
 
-    wanted = Signal(QPointF)
+    place_requested = Signal(QPointF)
 
     def __init__(self, scene: PatchScene, parent: QWidget) -> None:
         super().__init__(parent)
@@ -21,11 +21,11 @@ class MiniMap(QWidget):
         self._picture = QPixmap()
         self._drawn: tuple[object, ...] = ()
         """What the picture of the nodes was drawn from."""
-        scene.selectionChanged.connect(self.take_colours)
+        scene.selectionChanged.connect(self.update_colours)
         self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()
 
-    def settle(self, width: int, height: int) -> None:
+    def fit_size(self, width: int, height: int) -> None:
         """Lie in the lower right corner of a canvas of this size, and leave most of it free."""
         wide = round(min(max(0.22 * min(width, 1.5 * height), 88), 176))
         self.setGeometry(width - wide - 8, height - round(0.64 * wide) - 8, wide, round(0.64 * wide))
@@ -65,23 +65,23 @@ class MiniMap(QWidget):
 
     def _nodes(self) -> QPixmap:
         """The nodes without the frame of the view: drawn anew only where they, or the scale, are others."""
-        wanted = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
-        if wanted != self._drawn:
-            self._drawn = wanted
+        place_requested = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
+        if place_requested != self._drawn:
+            self._drawn = place_requested
             self._picture = QPixmap(self.size() * self.devicePixelRatioF())
             self._picture.setDevicePixelRatio(self.devicePixelRatioF())
             self._picture.fill(Qt.GlobalColor.transparent)
             painter = QPainter(self._picture)
             self._go_to_scene(painter)
             painter.setPen(Qt.PenStyle.NoPen)
-            for item in self._scene.blocks_and_nodes():
+            for item in self._scene.nodes_and_group_nodes():
                 share = 0.9 if item.isSelected() else 0.45
-                painter.setBrush(QColor(theme.mixed(item.face.colour, theme.PANEL, share)))
-                painter.drawRect(item.shape_now.rect.translated(item.pos()))
+                painter.setBrush(QColor(theme.mixed(item.description.colour, theme.PANEL, share)))
+                painter.drawRect(item.geometry.rect.translated(item.pos()))
             painter.end()
         return self._picture
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Draw the nodes anew."""
         self._drawn = ()
         self.update()
@@ -96,5 +96,5 @@ class MiniMap(QWidget):
     def _go(self, event: QMouseEvent) -> None:
         scale, middle = self._scale()
         away = event.position() - QPointF(self.width() / 2, self.height() / 2)
-        self.wanted.emit(middle + away / scale)
+        self.place_requested.emit(middle + away / scale)
         event.accept()

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 from underfoot.patch.node import NodeType, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.design.shape import accent
-from underfoot.widgets.escape import asks_for_escape
+from underfoot.widgets.design.node_geometry import accent
+from underfoot.widgets.escape import is_escape_override
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
@@ -52,13 +52,13 @@ class NodeList(QListWidget):
         self.setDragEnabled(True)
         self.setAccessibleName("Nodes")
         self.itemDoubleClicked.connect(self._choose)
-        self.narrow("")
+        self.filter_by("")
 
-    def limit(self, allowed: Collection[str] | None, first: str = "") -> None:
+    def set_allowed(self, allowed: Collection[str] | None, first: str = "") -> None:
         """Show these types alone, or all; with `first`, words for a choice that is no node before them."""
         self._allowed, self._first = allowed, first
 
-    def narrow(self, text: str) -> None:
+    def filter_by(self, text: str) -> None:
         """Show the nodes that fit what was typed; the best is current."""
         self.clear()
         allowed, real = self._allowed, {t: type for t, type in self._registry.items() if not type.missing}
@@ -141,7 +141,7 @@ class NodeSearch(QFrame):
 
     def __init__(self, registry: Registry, parent: QWidget) -> None:
         super().__init__(parent)
-        self._around = parent
+        self._parent_widget = parent
         self.setObjectName("search")
         self.setStyleSheet(
             f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
@@ -158,10 +158,10 @@ class NodeSearch(QFrame):
         column.setSpacing(8)
         column.addWidget(self.field)
         column.addWidget(self.list)
-        self.field.textChanged.connect(self.list.narrow)
+        self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
-        self.field.entered.connect(lambda: self._done(self.list.current()))
-        self.field.left.connect(lambda: self._done(""))
+        self.field.return_pressed.connect(lambda: self._done(self.list.current()))
+        self.field.escaped.connect(lambda: self._done(""))
         self.hide()
 
     def open(
@@ -169,13 +169,13 @@ class NodeSearch(QFrame):
     ) -> None:
         """Show it at this place of its parent, as far as it fits there. It offers all types of node, or those that are
         `allowed`; with `first`, words for a choice before them that is no node: `NO_NODE` is chosen then."""
-        room = self._around.rect()
+        room = self._parent_widget.rect()
         self.setFixedHeight(min(_SEARCH.height(), room.height() - 16))
         self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
         self.field.clear()
         self.field.setPlaceholderText(hint)
-        self.list.limit(allowed, first)
-        self.list.narrow("")
+        self.list.set_allowed(allowed, first)
+        self.list.filter_by("")
         self.show()
         self.raise_()
         self.field.setFocus()
@@ -193,8 +193,8 @@ class SearchField(QLineEdit):
     """A field whose arrow keys step through a list. Escape clears it and leaves it."""
 
     stepped = Signal(int)
-    entered = Signal()
-    left = Signal()
+    return_pressed = Signal()
+    escaped = Signal()
 
     def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
         """`closes`: leaving it closes something, also where nothing was typed."""
@@ -206,7 +206,7 @@ class SearchField(QLineEdit):
 
     def event(self, event: QEvent) -> bool:
         # Escape belongs to the field while there is something to be closed: a list that is open, or a text.
-        if asks_for_escape(event) and (self.closes or self.text()):
+        if is_escape_override(event) and (self.closes or self.text()):
             event.accept()
             return True
         return super().event(event)
@@ -216,17 +216,17 @@ class SearchField(QLineEdit):
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.stepped.emit(1 if key == Qt.Key.Key_Down else -1)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.entered.emit()
+            self.return_pressed.emit()
         elif key == Qt.Key.Key_Escape:
             self.clear()
-            self.left.emit()
+            self.escaped.emit()
         else:
             super().keyPressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
         if event.reason() not in (Qt.FocusReason.PopupFocusReason, Qt.FocusReason.ActiveWindowFocusReason):
-            self.left.emit()
+            self.escaped.emit()
 
 
 def grouped(registry: Registry) -> dict[str, list[NodeType]]:
@@ -274,7 +274,7 @@ class _Row(QStyledItemDelegate):
                 painter.setBrush(QColor(theme.HOVER if selected else theme.RAISED))
                 painter.drawRoundedRect(rect, 4, 4)
             painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.mixed(theme.now(index.data(_COLOUR)), theme.PANEL, 0.7)))
+            painter.setBrush(QColor(theme.mixed(theme.current_colour(index.data(_COLOUR)), theme.PANEL, 0.7)))
             painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
             painter.setFont(theme.font())
             painter.setPen(QColor(theme.TEXT))

@@ -16,7 +16,7 @@ from underfoot.quantities import quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 
-_ROOM = 1.25
+_HEADROOM = 1.25
 """An axis is so much longer than what it shows."""
 
 
@@ -54,7 +54,7 @@ class NodePicture(HandlePad):
         area = self.area()
         return QPointF(area.x() + x / self._ends[0] * area.width(), area.bottom() - y / self._ends[1] * area.height())
 
-    def meant(self, place: QPointF) -> tuple[float, float]:
+    def value_at(self, place: QPointF) -> tuple[float, float]:
         """What a place in the picture means."""
         area = self.area()
         across, up = (place.x() - area.x()) / area.width(), (area.bottom() - place.y()) / area.height()
@@ -67,18 +67,18 @@ class NodePicture(HandlePad):
         value = float(f"{min(max(value, parameter.low), parameter.high):.4g}")
         if value != self._values[name]:
             self._values[name] = value
-            self._renew()
+            self._update_curve()
             self.edited.emit(name, value)
-            self.tell()
+            self.emit_changed()
 
     def _fit(self) -> None:
-        self._renew()
+        self._update_curve()
         if not self.is_dragged and self._values:
             across, up = self.ends()
-            self._ends = (_ROOM * across, _ROOM * up)
+            self._ends = (_HEADROOM * across, _HEADROOM * up)
         self.update()
 
-    def _renew(self) -> None:
+    def _update_curve(self) -> None:
         """Compute anew what is shown."""
 
     def paint_line(self, painter: QPainter, x: np.ndarray, y: np.ndarray, colour: str) -> None:
@@ -88,7 +88,7 @@ class NodePicture(HandlePad):
     def paint_axis(self, painter: QPainter, unit: str) -> None:
         for share in (0.0, 0.5, 1.0):
             x = share * self._ends[0]
-            self.axis(painter, self.place(x, 0.0).x(), quantity(x, unit, 2))
+            self.draw_axis_line(painter, self.place(x, 0.0).x(), quantity(x, unit, 2))
 
 
 class EnvelopePicture(NodePicture):
@@ -113,7 +113,7 @@ class EnvelopePicture(NodePicture):
         return attack * fit, decay * fit, duration
 
     def drag(self, index: int, place: QPointF) -> None:
-        time, height = self.meant(place)
+        time, height = self.value_at(place)
         duration = self.value("duration")
         if index == 0:
             self.set("attack", min(time, duration - self._fitted()[1]))
@@ -131,7 +131,7 @@ class EnvelopePicture(NodePicture):
         else:
             self.set("amplitude", self.value("amplitude") + 0.05 * up)
 
-    def words(self) -> str:
+    def caption(self) -> str:
         if not self._values:
             return ""
         attack, decay, duration = (quantity(self.value(name), "s") for name in self.NAMES)
@@ -147,10 +147,10 @@ class EnvelopePicture(NodePicture):
 class ContactPicture(NodePicture):
     """A blow on a rigid wall: force over penetration, there and back; the loop is what the contact takes away."""
 
-    HEIGHT = 152
+    HEIGHT_PX = 152
     _blow: WallImpact
 
-    def _renew(self) -> None:
+    def _update_curve(self) -> None:
         v = self._values
         self._blow = wall_impact(v["mass"], v["velocity"], v["stiffness"], v["exponent"], v["damping"])
 
@@ -167,7 +167,7 @@ class ContactPicture(NodePicture):
         return [self.place(self._blow.penetration_m[at], self._blow.force_n[at])]
 
     def drag(self, index: int, place: QPointF) -> None:
-        depth = max(self.meant(place)[0], 1e-3 * self._ends[0])
+        depth = max(self.value_at(place)[0], 1e-3 * self._ends[0])
         now = float(self._blow.penetration_m.max())
         self.set("stiffness", self.value("stiffness") * (now / depth) ** (self.value("exponent") + 1.0))
 
@@ -177,7 +177,7 @@ class ContactPicture(NodePicture):
         else:
             self.set("exponent", self.value("exponent") + 0.05 * up)
 
-    def words(self) -> str:
+    def caption(self) -> str:
         if not self._values:
             return ""
         depth, force = self.ends()

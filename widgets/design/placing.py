@@ -16,22 +16,22 @@ GAP = 2.0 * GRID
 COLUMN_GAP = 8.0 * GRID
 SWEEPS = 8
 
-NEAR, FAR, STEP = 24, 96, 2
+NEAR_STEPS, FAR_STEPS, GRID_STEP = 24, 96, 2
 """How far, and in which steps, room is looked for: in units of the grid."""
 
 
-def shift_to_room(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:
+def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:
     """The least shift, on the grid, after which none of the new boxes touches one that is there.
 
-    >>> shift_to_room([(0.0, 0.0, 100.0, 80.0)], [])
+    >>> shift_to_free_place([(0.0, 0.0, 100.0, 80.0)], [])
     (0.0, 0.0)
-    >>> shift_to_room([(0.0, 0.0, 100.0, 80.0)], [(0.0, 48.0, 100.0, 80.0)])
+    >>> shift_to_free_place([(0.0, 0.0, 100.0, 80.0)], [(0.0, 48.0, 100.0, 80.0)])
     (0.0, -48.0)
     """
     if not new or not taken:
         return 0.0, 0.0
     there = np.array(taken)
-    for boxes, reach in ((np.array(new), NEAR), (_around(new), FAR)):
+    for boxes, reach in ((np.array(new), NEAR_STEPS), (_bounding_box(new), FAR_STEPS)):
         shifts = _shifts(reach)
         free = np.ones(len(shifts), bool)
         for left, top, width, height in boxes:
@@ -45,7 +45,7 @@ def shift_to_room(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, floa
     return 0.0, float(np.ceil(below / GRID) * GRID)
 
 
-def layered(
+def layered_places(
     sizes: Mapping[str, tuple[float, float]], wires: Iterable[tuple[str, str]]
 ) -> dict[str, tuple[float, float]]:
     """Places for nodes of these sizes in columns along the flow, from 0, 0 on.
@@ -53,12 +53,12 @@ def layered(
     A node stands as far to the left as its sources let it, but beside what it feeds; in a column, nodes stand in the
     order, and near the height, of what they are connected to.
 
-    >>> layered({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
+    >>> layered_places({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
     {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
     """
     real, edges = list(sizes), sorted({(a, b) for a, b in wires if a in sizes and b in sizes and a != b})
     columns = _columns(real, edges)
-    sizes, edges = _with_bends(sizes, edges, columns)
+    sizes, edges = _with_virtual_nodes(sizes, edges, columns)
     beside: dict[str, list[str]] = {id: [] for id in sizes}
     for a, b in edges:
         beside[a].append(b)
@@ -80,7 +80,7 @@ def layered(
     return {id: places[id] for id in real}
 
 
-def _with_bends(
+def _with_virtual_nodes(
     sizes: Mapping[str, tuple[float, float]], edges: Sequence[tuple[str, str]], columns: Sequence[list[str]]
 ) -> tuple[dict[str, tuple[float, float]], list[tuple[str, str]]]:
     """Sizes and edges with a thin node in each column that a long wire passes: so it passes between the others."""
@@ -89,11 +89,11 @@ def _with_bends(
     for a, b in edges:
         before = a
         for i in range(at[a] + 1, at[b]):
-            bend = f"{a}>{b}>{i}"
-            all_sizes[bend] = (0.0, GRID)
-            columns[i].append(bend)
-            short.append((before, bend))
-            before = bend
+            virtual = f"{a}>{b}>{i}"
+            all_sizes[virtual] = (0.0, GRID)
+            columns[i].append(virtual)
+            short.append((before, virtual))
+            before = virtual
         short.append((before, b))
     return all_sizes, short
 
@@ -140,7 +140,7 @@ def _stack(
         middle[id] += by
 
 
-def _around(boxes: Sequence[Box]) -> np.ndarray:
+def _bounding_box(boxes: Sequence[Box]) -> np.ndarray:
     """The one box around all, as an array [1, 4]."""
     sides = np.array(boxes)
     low = sides[:, :2].min(axis=0)
@@ -149,6 +149,6 @@ def _around(boxes: Sequence[Box]) -> np.ndarray:
 
 def _shifts(reach: int) -> np.ndarray:
     """Every shift within reach, [shift, 2], the shortest first; of equal ones that down and to the right."""
-    across = GRID * np.arange(-reach, reach + 1, STEP)
+    across = GRID * np.arange(-reach, reach + 1, GRID_STEP)
     x, y = (part.ravel() for part in np.meshgrid(across, across))
     return np.stack([x, y], axis=1)[np.lexsort((-x, -y, x * x + y * y))].astype(float)

@@ -28,7 +28,7 @@ class PresetBrowsing(QObject):
         self._side, self._context, self.folder = side, context, folder
         panel = side.presets
         panel.bind(folder, context.settings.stars)
-        panel.heard.connect(self._hear)
+        panel.audition_changed.connect(self._audition)
         panel.chosen.connect(lambda preset: self.open(preset.path))
         self.show_action = QAction("Presets", side)
         self.show_action.setShortcut("Ctrl+P")
@@ -37,7 +37,7 @@ class PresetBrowsing(QObject):
         self.save_action.setShortcut("Ctrl+Alt+S")
         self.save_action.triggered.connect(self.ask_to_save)
 
-    def take_drops(
+    def accept_drops(
         self, canvas: QWidget, slots: Mapping[str, QWidget], open_in_other: Callable[[Path], object]
     ) -> None:
         """Open a preset that is dropped on the canvas, or on a slot: in that one, whichever is edited."""
@@ -56,27 +56,27 @@ class PresetBrowsing(QObject):
         dialog.accepted.connect(lambda: self._save(dialog.named()))
         dialog.open()
 
-    def _hear(self, preset: Preset | None) -> None:
+    def _audition(self, preset: Preset | None) -> None:
         listening = self._context.listening
         if preset is None:
-            listening.hear_preset(None)
+            listening.play_preset(None)
             return
         path = preset.path
-        self._context.open_patch.nodes.ask_for_patch(path, lambda: self._play(path))
+        self._context.open_patch.nodes.when_patch_allowed(path, lambda: self._play(path))
 
     def _play(self, path: Path) -> None:
         try:
             patch = Patch.load(path, self._context.registry)
         except UnderfootError as error:
-            self._side.presets.said.emit(str(error))
+            self._side.presets.notified.emit(str(error))
             return
-        self._context.listening.hear_preset(with_files_kept(patch, self._context.registry, path.parent, None))
+        self._context.listening.play_preset(with_files_kept(patch, self._context.registry, path.parent, None))
 
     def open(self, path: Path) -> None:
         """Edit on with a preset, as a step that can be taken back."""
-        self._side.presets.end_hearing()
-        self._context.listening.hear_preset(None)
-        self._context.open_patch.adopt(path)
+        self._side.presets.end_audition()
+        self._context.listening.play_preset(None)
+        self._context.open_patch.open_preset(path)
 
     def _save(self, patch: Patch) -> None:
         path = file_of(patch.title, self.folder)
@@ -99,12 +99,12 @@ class PresetBrowsing(QObject):
             open_patch = self._context.open_patch
             with_files_kept(patch, self._context.registry, open_patch.folder, self.folder).save(path)
         except UnderfootError as error:
-            self._side.presets.said.emit(str(error))
+            self._side.presets.notified.emit(str(error))
             return
         self._side.show_page(PRESETS)
-        self._side.presets.reveal(path)
-        left = open_patch.nodes.bring_along(patch, open_patch.folder, self.folder)
-        self._side.presets.said.emit(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
+        self._side.presets.show_saved(path)
+        left = open_patch.nodes.copy_node_files(patch, open_patch.folder, self.folder)
+        self._side.presets.notified.emit(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
 
 
 class PresetDialog(QDialog):

@@ -29,15 +29,15 @@ _ROW, _HEADING, _STAR_PX, _LEVEL_PX = 46, 28, 20, 58
 
 
 class PresetList(QListWidget):
-    """Presets by family. `chosen` gives the one to be opened; `moved` the current one after a key or a click."""
+    """Presets by family. `chosen` gives the one to open; `current_changed` the current one after a key or a click."""
 
     chosen = Signal(object)
-    moved = Signal(object)
+    current_changed = Signal(object)
     starred = Signal(object)
     """The star of this one was clicked, or toggled with *."""
-    unwanted = Signal(object)
+    deletion_requested = Signal(object)
     """Delete was pressed on this one."""
-    left = Signal()
+    escaped = Signal()
     """Escape was pressed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -71,7 +71,7 @@ class PresetList(QListWidget):
             item.setData(_PRESET, preset)
             item.setData(_PICTURE, pictures.get(preset.path))
             item.setData(_IS_STARRED, str(preset.path) in stars)
-            item.setToolTip(in_words(preset, pictures.get(preset.path)))
+            item.setToolTip(tooltip_text(preset, pictures.get(preset.path)))
             if before is not None and preset.path == before.path:
                 self.setCurrentItem(item)
 
@@ -81,7 +81,7 @@ class PresetList(QListWidget):
             preset = item.data(_PRESET)
             if preset.path == path:
                 item.setData(_PICTURE, picture)
-                item.setToolTip(in_words(preset, picture))
+                item.setToolTip(tooltip_text(preset, picture))
 
     def presets(self) -> list[Preset]:
         """The presets that are shown."""
@@ -99,7 +99,7 @@ class PresetList(QListWidget):
             here = self.currentItem()
             at = items.index(here) + by if here in items else (0 if by > 0 else -1)
             self.setCurrentItem(items[at % len(items)])
-            self.moved.emit(self.current())
+            self.current_changed.emit(self.current())
 
     def mimeTypes(self) -> list[str]:
         return [preset_drops.MIME]
@@ -123,11 +123,11 @@ class PresetList(QListWidget):
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._choose()
         elif key == Qt.Key.Key_Escape:
-            self.left.emit()
+            self.escaped.emit()
         elif key == Qt.Key.Key_Asterisk and current is not None:
             self.starred.emit(current)
         elif key == Qt.Key.Key_Delete and current is not None:
-            self.unwanted.emit(current)
+            self.deletion_requested.emit(current)
         else:
             super().keyPressEvent(event)
 
@@ -138,7 +138,7 @@ class PresetList(QListWidget):
     def _clicked(self, item: QListWidgetItem) -> None:
         preset = item.data(_PRESET)
         if preset is not None:
-            (self.starred if self._on_star else self.moved).emit(preset)
+            (self.starred if self._on_star else self.current_changed).emit(preset)
 
     def _choose(self) -> None:
         current = self.current()
@@ -149,10 +149,10 @@ class PresetList(QListWidget):
         return [item for i in range(self.count()) if (item := self.item(i)).data(_PRESET) is not None]
 
 
-def in_words(preset: Preset, picture: PresetPicture | None) -> str:
+def tooltip_text(preset: Preset, picture: PresetPicture | None) -> str:
     """What a preset is and does, in a few lines.
 
-    >>> in_words(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks."), None)
+    >>> tooltip_text(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks."), None)
     'Ice\\nIt cracks.'
     """
     lines = [preset.title, preset.comment]
@@ -161,20 +161,20 @@ def in_words(preset: Preset, picture: PresetPicture | None) -> str:
     if preset.author:
         lines.append(f"by {preset.author}")
     if picture is not None:
-        lines.append(f"One step: {level_in_words(picture)}")
+        lines.append(f"One step: {level_text(picture)}")
     return "\n".join(line for line in lines if line)
 
 
-def level_in_words(picture: PresetPicture) -> str:
+def level_text(picture: PresetPicture) -> str:
     """How strong it is, and how far above what is felt.
 
     >>> import numpy as np
-    >>> level_in_words(PresetPicture(np.zeros(96), 4.56, 22.8))
-    '4.6 m/s² peak, 23 dB over what a shoe lets feel'
+    >>> level_text(PresetPicture(np.zeros(96), 4.56, 22.8))
+    '4.6 m/s² peak, 23 dB over the threshold in a shoe'
     """
     if picture.felt_db is None:
         return "nothing is felt"
-    return f"{picture.peak_m_s2:.1f} m/s² peak, {picture.felt_db:.0f} dB over what a shoe lets feel"
+    return f"{picture.peak_m_s2:.1f} m/s² peak, {picture.felt_db:.0f} dB over the threshold in a shoe"
 
 
 class _Row(QStyledItemDelegate):

@@ -28,9 +28,17 @@ from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
-from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.analysis import Scale, quantised_levels, spectrogram_db, spectrum_db
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
-from underfoot.widgets.design.stretch import SHORTEST_MS, Stretch, event_rows, moved, pick, told, zoomed
+from underfoot.widgets.design.preview_signal import (
+    SHORTEST_MS,
+    PreviewSignal,
+    event_rows,
+    scrolled_view,
+    signal_of,
+    summary_text,
+    zoomed_view,
+)
 from underfoot.widgets.design.tile_pad import TilePad
 from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.plots.zoom_plot import ZoomPlot
@@ -38,9 +46,9 @@ from underfoot.widgets.plots.zoom_plot import ZoomPlot
 RANGES_DB = (60, 90, 120)
 SIDE_PX = 176
 """The column of the tile and the spectrum."""
-LAWS = 3
+LAWS_PAGE = 3
 """How many laws of a node are drawn."""
-LATE_MS = 400
+LATE_AFTER_MS = 400
 """A preview that takes longer says that it is being made."""
 NARROW_PX, LOW_PX = 680, 240
 """In a panel that is smaller the name stands before the figures, and the spectrogram has no words in it."""
@@ -53,7 +61,7 @@ class PreviewPanel(QWidget):
 
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
-    laws_wanted = Signal()
+    laws_requested = Signal()
     """The person wants to see the laws of the node, which come with the next preview."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -64,8 +72,8 @@ class PreviewPanel(QWidget):
         self._preview: Preview | None = None
         self._other: tuple[Preview, str, Port] | None = None
         self._other_slot, self._shows_other = "B", True
-        self._whole: Stretch | None = None
-        self._now: Stretch | None = None
+        self._full_signal: PreviewSignal | None = None
+        self._signal: PreviewSignal | None = None
         self._view_ms: Range | None = None
         self._levels = self._line = np.zeros((0, 0), np.float32)
         self._is_late = False
@@ -101,26 +109,26 @@ class PreviewPanel(QWidget):
         self.spectrum = ZoomPlot("Spectrum", NO_FREQUENCIES)
         self.spectrum.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._lay_out()
-        self._late = QTimer(self, singleShot=True, interval=LATE_MS)
-        self._late.timeout.connect(self._be_late)
+        self._late = QTimer(self, singleShot=True, interval=LATE_AFTER_MS)
+        self._late.timeout.connect(self._show_late)
         self.output.activated.connect(self._draw)
         self.range.activated.connect(self._draw)
         self.log.toggled.connect(self._draw)
         for button in self.shows.values():
-            button.toggled.connect(self._arrange)
+            button.toggled.connect(self._arrange_plots)
         self.laws.toggled.connect(self._choose_page)
         self.tiles.currentTextChanged.connect(self.pad.set_tile)
         self.pad.struck.connect(self.struck)
         self.pad.pressed.connect(self.pressed)
         for plot in (self.waveform, self.spectrogram):
-            plot.zoom_wanted.connect(self._zoom)
-            plot.move_wanted.connect(self._move)
-            plot.part_wanted.connect(self._look_at_part)
-            plot.whole_wanted.connect(lambda: self._look_at(None))
+            plot.zoom_requested.connect(self._zoom)
+            plot.move_requested.connect(self._move)
+            plot.range_requested.connect(self._zoom_to)
+            plot.full_range_requested.connect(lambda: self._set_view(None))
         self.waveform.pointed.connect(self._point_at_time)
         self.spectrogram.pointed.connect(self._point_at_level)
         self.spectrum.pointed.connect(self._point_at_spectrum)
-        self._arrange()
+        self._arrange_plots()
         self.clear()
 
     def _toggle(self, text: str, tip: str) -> QToolButton:
@@ -155,7 +163,7 @@ class PreviewPanel(QWidget):
         self._plots.setColumnMinimumWidth(1, SIDE_PX)
         self._step_page, self._law_page = QWidget(self), QWidget(self)
         self._step_page.setLayout(self._plots)
-        self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS)]
+        self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS_PAGE)]
         row = QHBoxLayout(self._law_page)
         row.setContentsMargins(8, 0, 8, 8)
         for plot in self.law_plots:
@@ -230,7 +238,7 @@ class PreviewPanel(QWidget):
             self._other = None
             self._draw()
 
-    def overlay(self, on: bool) -> None:
+    def set_overlay(self, on: bool) -> None:
         """Whether the other slot's output is drawn."""
         self._shows_other = on
         self._draw()
@@ -258,7 +266,7 @@ class PreviewPanel(QWidget):
         if wanted:
             for plot in self.law_plots:
                 plot.show_drawing(Drawing("Law", "", "", note="being made…"))
-            self.laws_wanted.emit()
+            self.laws_requested.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
         """The tiles that can be struck and pressed."""
@@ -276,7 +284,7 @@ class PreviewPanel(QWidget):
         """The output that is shown."""
         return self._ports.get(self.output.currentText())
 
-    def _arrange(self) -> None:
+    def _arrange_plots(self) -> None:
         on = {name: button.isChecked() for name, button in self.shows.items()}
         self.waveform.setVisible(on["Waveform"])
         self.spectrogram.setVisible(on["Spectrogram"])
@@ -295,7 +303,7 @@ class PreviewPanel(QWidget):
 
     def _draw(self) -> None:
         port, preview = self.port, self._preview
-        self._whole = self._now = None
+        self._full_signal = self._signal = None
         if port is None or preview is None or preview.error:
             self.waveform.show_drawing(preview_drawings.no_waveform("being made…" if self._is_late else ""))
             self._show_no_levels()
@@ -304,24 +312,24 @@ class PreviewPanel(QWidget):
             elif self.node and port is None:
                 self.note.set_full_text("it has no output to be seen")
             return
-        self._whole = Stretch.of(preview, self.node, port)
-        if self._view_ms is not None and self._view_ms[1] > self._whole.end_ms:
+        self._full_signal = PreviewSignal.of(preview, self.node, port)
+        if self._view_ms is not None and self._view_ms[1] > self._full_signal.end_ms:
             self._view_ms = None
-        self._now = self._whole.cut(self._view_ms)
+        self._signal = self._full_signal.cut(self._view_ms)
         if port.kind == "event":
-            self._draw_events(preview, port, self._now)
+            self._draw_events(preview, port, self._signal)
         else:
-            self._draw_signal(port, self._now, self._other_now())
+            self._draw_signal(port, self._signal, self._other_now())
 
-    def _other_now(self) -> Stretch | None:
+    def _other_now(self) -> PreviewSignal | None:
         """What is in view of the other slot's signal."""
         other = self._other
         if other is None or not self._shows_other or other[0].error or other[2].kind == "event":
             return None
-        return Stretch.of(*other).cut(self._view_ms)
+        return PreviewSignal.of(*other).cut(self._view_ms)
 
-    def _draw_events(self, preview: Preview, port: Port, now: Stretch) -> None:
-        rows = event_rows(pick(preview.events, self.node, port.name))
+    def _draw_events(self, preview: Preview, port: Port, now: PreviewSignal) -> None:
+        rows = event_rows(signal_of(preview.events, self.node, port.name))
         times_ms = rows[:, 0] * (1e3 / now.rate_hz)
         self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
         self._show_no_levels("events have no spectrum", now.view_ms)
@@ -329,30 +337,28 @@ class PreviewPanel(QWidget):
         count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
         self.note.set_full_text(count if came else "the preview holds no events")
 
-    def _draw_signal(self, port: Port, now: Stretch, other: Stretch | None) -> None:
+    def _draw_signal(self, port: Port, now: PreviewSignal, other: PreviewSignal | None) -> None:
         self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent))
-        self._tell(now, other)
+        self._show_note(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale, rate = self._scale, now.rate_hz
         if self.shows["Spectrogram"].isChecked():
             self._levels = spectrogram_db(now.values, rate, scale)
-            shown = shown_levels(self._levels, top_of(self._levels), range_db)
+            shown = quantised_levels(self._levels, top_level(self._levels), range_db)
             heat = HeatMap(shown, now.view_ms, scale.range_hz)
             caption = self.height() >= LOW_PX
             self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, caption=caption))
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
             beside = spectrum_db(other.values, rate, scale) if other is not None else None
-            top = top_of(line if beside is None else np.concatenate((line, beside)))
+            top = top_level(line if beside is None else np.concatenate((line, beside)))
             drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
             more = "the colours are the spectrogram's"
             if now.measured is not None:
                 bands = band_levels(now.values, rate), band_levels(now.measured, rate)
                 theirs = band_levels(other.values, rate) if other is not None else None
                 drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
-                more = (
-                    "filled: what is asked of the tile; green: what it does; dashed: felt from here on in a hard shoe"
-                )
+                more = "filled: commanded; green: measured on the tile; dashed: threshold in a hard shoe"
             if other is not None:
                 more += "; violet: the other slot"
             self.spectrum.show_drawing(drawing)
@@ -368,7 +374,7 @@ class PreviewPanel(QWidget):
     def _scale(self) -> Scale:
         return Scale(self.log.isChecked())
 
-    def _be_late(self) -> None:
+    def _show_late(self) -> None:
         """What is awaited takes its time: what was shown is of a patch that is no more."""
         self._is_late, self._preview = True, None
         self._draw()
@@ -385,21 +391,21 @@ class PreviewPanel(QWidget):
     # --- zoom and cursor ---
 
     def _zoom(self, factor: float, about_ms: float) -> None:
-        if self._whole is not None:
-            self._look_at(zoomed(self._view_ms, self._whole.end_ms, factor, about_ms))
+        if self._full_signal is not None:
+            self._set_view(zoomed_view(self._view_ms, self._full_signal.end_ms, factor, about_ms))
 
     def _move(self, share: float) -> None:
-        if self._whole is not None and self._view_ms is not None:
+        if self._full_signal is not None and self._view_ms is not None:
             by_ms = share * (self._view_ms[1] - self._view_ms[0])
-            self._look_at(moved(self._view_ms, self._whole.end_ms, by_ms))
+            self._set_view(scrolled_view(self._view_ms, self._full_signal.end_ms, by_ms))
 
-    def _look_at_part(self, low_ms: float, high_ms: float) -> None:
-        if self._whole is not None:
+    def _zoom_to(self, low_ms: float, high_ms: float) -> None:
+        if self._full_signal is not None:
             middle, width = 0.5 * (low_ms + high_ms), max(high_ms - low_ms, SHORTEST_MS)
-            view = max(middle - width / 2, 0.0), min(middle + width / 2, self._whole.end_ms)
-            self._look_at(view if view[1] - view[0] >= SHORTEST_MS / 2 else None)
+            view = max(middle - width / 2, 0.0), min(middle + width / 2, self._full_signal.end_ms)
+            self._set_view(view if view[1] - view[0] >= SHORTEST_MS / 2 else None)
 
-    def _look_at(self, view_ms: Range | None) -> None:
+    def _set_view(self, view_ms: Range | None) -> None:
         """Show this stretch, or all; levels and spectrum are those of the stretch."""
         if view_ms != self._view_ms:
             self._view_ms = view_ms
@@ -407,19 +413,19 @@ class PreviewPanel(QWidget):
 
     def _point_at_time(self, time_ms: float, level: float) -> None:
         """Tell the values under the mouse in the waveform."""
-        self._mark(time_ms)
-        if self._now is None or not self._now.values.size:
+        self._draw_pointer(time_ms)
+        if self._signal is None or not self._signal.values.size:
             return
-        told = "" if math.isnan(time_ms) else self._now.told_at(time_ms)
+        told = "" if math.isnan(time_ms) else self._signal.text_at(time_ms)
         if told:
             self.note.set_full_text(told)
         else:
-            self._tell(self._now, self._other_now())
+            self._show_note(self._signal, self._other_now())
 
     def _point_at_level(self, time_ms: float, frequency_hz: float) -> None:
         """Tell the level under the mouse in the spectrogram."""
-        self._mark(time_ms)
-        now, levels = self._now, self._levels
+        self._draw_pointer(time_ms)
+        now, levels = self._signal, self._levels
         if now is None or not levels.size or math.isnan(time_ms):
             self._point_at_time(math.nan, math.nan)
             return
@@ -429,32 +435,32 @@ class PreviewPanel(QWidget):
 
     def _point_at_spectrum(self, level_db: float, frequency_hz: float) -> None:
         """Tell the level of the frequency under the mouse in the spectrum."""
-        if self._now is None or not self._line.size or math.isnan(frequency_hz):
+        if self._signal is None or not self._line.size or math.isnan(frequency_hz):
             self._point_at_time(math.nan, math.nan)
             return
         at = self._line[self._row(frequency_hz, self._line.size)]
         words = f"{quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}"
-        amplitude = quantity(10.0 ** (float(at) / 20.0), self._now.unit)
+        amplitude = quantity(10.0 ** (float(at) / 20.0), self._signal.unit)
         self.note.set_full_text(f"{words} ({amplitude})")
 
     def _row(self, frequency_hz: float, rows: int) -> int:
         return int(np.abs(np.log(self._scale.rows_hz(rows) / frequency_hz)).argmin())
 
-    def _mark(self, time_ms: float) -> None:
+    def _draw_pointer(self, time_ms: float) -> None:
         for plot in (self.waveform, self.spectrogram):
             plot.point_at(time_ms)
 
-    def _tell(self, now: Stretch, other: Stretch | None) -> None:
-        text = told(now, other, self._other_slot)
+    def _show_note(self, now: PreviewSignal, other: PreviewSignal | None) -> None:
+        text = summary_text(now, other, self._other_slot)
         if self._view_ms is not None:
             text = f"{self._view_ms[0]:.0f} to {self._view_ms[1]:.0f} ms: {text}"
         self.note.set_full_text(text)
 
 
-def top_of(levels_db: NDArray[np.float32]) -> float:
+def top_level(levels_db: NDArray[np.float32]) -> float:
     """The level at which the colours end: the largest, rounded up to 10 dB; of silence 0 dB.
 
-    >>> top_of(np.array([-33.0, -71.0], np.float32)), top_of(np.array([-180.0], np.float32))
+    >>> top_level(np.array([-33.0, -71.0], np.float32)), top_level(np.array([-180.0], np.float32))
     (-30.0, 0.0)
     """
     top = 10.0 * math.ceil(float(levels_db.max()) / 10.0)

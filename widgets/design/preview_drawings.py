@@ -8,7 +8,7 @@ from underfoot.drawing.axes import round_top
 from underfoot.drawing.layout import AXIS_PX, Margins
 from underfoot.models.sole import BAND_HZ, threshold_m_s2
 from underfoot.widgets.design.analysis import Scale
-from underfoot.widgets.design.stretch import Stretch
+from underfoot.widgets.design.preview_signal import PreviewSignal
 from underfoot.widgets.plots.spectrogram import FELT, FELT_HZ, spectrogram
 
 FORCE_AXIS_PX = 52
@@ -23,12 +23,12 @@ _TIME = "time, ms"
 _NO_TIME_MS = (0.0, 900.0)
 SILENT = 1e-9
 """What is smaller is drawn as silence, on an axis up to 1."""
-_ROOM = 0.06
+_HEADROOM = 0.06
 """What the vertical axis shows beyond its largest values, as a share of them."""
 _CAPTION = (FELT[0], ReferenceLine("y", FELT_HZ[1], dashed=True, name="felt by the sole: 40 to 1\u202f000 Hz"))
 
 
-def waveform(now: Stretch, other: Stretch | None = None, why_silent: str = "") -> Drawing:
+def waveform(now: PreviewSignal, other: PreviewSignal | None = None, why_silent: str = "") -> Drawing:
     """A signal over time; the force behind it, on the right axis, unless the signal is a force itself.
 
     Behind it is what the tile does of it, and in violet the `other` slot's signal. Where all is silent, it says why.
@@ -51,7 +51,7 @@ def waveform(now: Stretch, other: Stretch | None = None, why_silent: str = "") -
 
 
 def events(
-    times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: Stretch, why_silent: str = ""
+    times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: PreviewSignal, why_silent: str = ""
 ) -> Drawing:
     """Events as lines as long as they are strong, and the force behind them."""
     top = round_top(float(strengths.max(initial=0.0)) or 1.0)
@@ -62,7 +62,7 @@ def events(
 
 def no_waveform(note: str = "") -> Drawing:
     """The axes of a waveform that is not there; `note` says why."""
-    nothing = Stretch(np.zeros(0), np.zeros(0), 1.0)
+    nothing = PreviewSignal(np.zeros(0), np.zeros(0), 1.0)
     line = Series("", np.zeros(0), np.zeros(0))
     return _over_time([line], "signal", (-1.0, 1.0), np.zeros(0), nothing, _NO_TIME_MS, note)
 
@@ -142,7 +142,7 @@ def _over_time(
     label: str,
     ends: Range,
     force_n: NDArray[np.float64],
-    now: Stretch,
+    now: PreviewSignal,
     view_ms: Range,
     note: str = "",
 ) -> Drawing:
@@ -150,7 +150,7 @@ def _over_time(
     full_n = round_top(largest_n)
     if largest_n > 0.0:
         lines = [Series("force", _times_ms(now, force_n.size), force_n, colour="force", right=True), *lines]
-    room = _ROOM * (ends[1] - ends[0])
+    room = _HEADROOM * (ends[1] - ends[0])
     return Drawing(
         "Waveform",
         _TIME,
@@ -159,10 +159,10 @@ def _over_time(
         x_range=view_ms,
         y_range=(ends[0] - room, ends[1] + room),
         right="force, N" if largest_n > 0.0 else "",
-        right_range=(-_ROOM * full_n, (1.0 + _ROOM) * full_n),
+        right_range=(-_HEADROOM * full_n, (1.0 + _HEADROOM) * full_n),
         note=note,
     )
 
 
-def _times_ms(now: Stretch, frames: int) -> NDArray[np.float64]:
+def _times_ms(now: PreviewSignal, frames: int) -> NDArray[np.float64]:
     return now.begin_ms + np.arange(frames, dtype=np.float64) * (1e3 / now.rate_hz)

@@ -10,7 +10,7 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
-from underfoot.widgets.design.editing import may_fit, refusal
+from underfoot.widgets.design.patch_editing import can_connect, refusal
 
 
 def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
@@ -26,8 +26,8 @@ def fitting_port(type: NodeType, end: Port, side: str) -> str:
     Of the parameters only those count that have the wire's unit.
     """
     if side == "in":
-        return next((port.name for port in type.outputs if may_fit(port, end)), "")
-    plain = next((port.name for port in type.inputs if may_fit(end, port)), "")
+        return next((port.name for port in type.outputs if can_connect(port, end)), "")
+    plain = next((port.name for port in type.inputs if can_connect(end, port)), "")
     if plain or not end.unit:
         return plain
     driven = (port for name, port in type.input_ports.items() if name in type.parameters)
@@ -39,7 +39,7 @@ def types_that_fit(registry: Registry, end: Port, side: str) -> list[str]:
     return [type.type for type in registry.values() if fitting_port(type, end, side)]
 
 
-def joined(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
+def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
     """With a wire between the port `end`, on `side` of its node, and the port of node `id` that fits."""
     name = fitting_port(registry[patch.node(id).type], port_of(patch, registry, end, side), side)
     if not name:
@@ -48,30 +48,30 @@ def joined(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Pa
     return patch if refusal(patch, registry, *wire) else patch.connect(*wire, registry)
 
 
-class Passage(NamedTuple):
+class InsertionPorts(NamedTuple):
     """The input and the output by which a node can stand in a wire."""
 
     input: str
     output: str
 
 
-def passage(patch: Patch, registry: Registry, type: str, wire: Wire) -> Passage | None:
+def insertion_ports(patch: Patch, registry: Registry, type: str, wire: Wire) -> InsertionPorts | None:
     """How a node of `type` can stand in this wire; None where it cannot."""
     source, target = port_of(patch, registry, wire[0], "out"), port_of(patch, registry, wire[1], "in")
-    inputs = (port.name for port in registry[type].inputs if may_fit(source, port))
-    outputs = (port.name for port in registry[type].outputs if may_fit(port, target))
+    inputs = (port.name for port in registry[type].inputs if can_connect(source, port))
+    outputs = (port.name for port in registry[type].outputs if can_connect(port, target))
     input, output = next(inputs, ""), next(outputs, "")
-    return Passage(input, output) if input and output else None
+    return InsertionPorts(input, output) if input and output else None
 
 
 def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:
     """The types of node that can stand in this wire."""
-    return [type for type in registry if passage(patch, registry, type, wire)]
+    return [type for type in registry if insertion_ports(patch, registry, type, wire)]
 
 
 def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     """With the node `id`, which is there and has no wires, in this wire; the same patch where it does not fit."""
-    way = passage(patch, registry, patch.node(id).type, wire)
+    way = insertion_ports(patch, registry, patch.node(id).type, wire)
     if way is None:
         return patch
     wires = tuple((f"{id}.{way.output}", wire[1]) if other == wire else other for other in patch.wires)
@@ -79,7 +79,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
     return msgspec.structs.replace(patch, wires=through).check(registry)
 
 
-def healed(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:
+def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:
     """Without these nodes. What came into the first input of each goes on to where its outputs went, if that fits."""
     gone = set(ids)
     after = patch.remove(gone)
@@ -109,7 +109,7 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
     kept = {
         name: value
         for name, value in old.parameters.items()
-        if _keeps(registry[old.type].parameters[name], registry[type].parameters.get(name), value)
+        if _accepts_value(registry[old.type].parameters[name], registry[type].parameters.get(name), value)
     }
     used: set[str] = set()
     wires, lost = [], 0
@@ -131,7 +131,7 @@ def _without_published(group: Group, id: str) -> Group:
     return msgspec.structs.replace(group, published=kept)
 
 
-def _keeps(old: Parameter, new: Parameter | None, value: object) -> bool:
+def _accepts_value(old: Parameter, new: Parameter | None, value: object) -> bool:
     if new is None or new.kind != old.kind:
         return False
     if isinstance(old, Number) and isinstance(new, Number) and old.unit != new.unit:
@@ -153,7 +153,7 @@ def _moved(patch: Patch, registry: Registry, wire: Wire, id: str, new: PlacedNod
             continue
         other = port_of(patch, registry, wire[1 - i], "in" if side == "out" else "out")
         ports = type.output_ports if side == "out" else type.input_ports
-        fits = [p for p in ports.values() if may_fit(*((p, other) if side == "out" else (other, p)))]
+        fits = [p for p in ports.values() if can_connect(*((p, other) if side == "out" else (other, p)))]
         open_ports = [p.name for p in fits if side == "out" or f"{new.id}.{p.name}" not in used]
         plain = [name for name in open_ports if name not in type.parameters]
         chosen = name if name in open_ports else next(iter(plain), "")

@@ -13,7 +13,7 @@ from underfoot.widgets.controls.fields import ParameterEditor
 
 Note = tuple[float, float, float]
 """Step, length in steps, amplitude 0 to 1."""
-QUIETEST = 0.05
+MIN_AMPLITUDE = 0.05
 _EDGE_PX = 4.0
 
 
@@ -36,7 +36,7 @@ def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
     others = [other for i, other in enumerate(notes) if i != index]
     if any(step < other[0] + other[1] and other[0] < step + length for other in others):
         return None
-    return sorted([*others, (step, length, min(max(loud, QUIETEST), 1.0))])
+    return sorted([*others, (step, length, min(max(loud, MIN_AMPLITUDE), 1.0))])
 
 
 class RhythmBar(QWidget):
@@ -49,7 +49,7 @@ class RhythmBar(QWidget):
 
     changed = Signal(object)
     """The notes, after every change that a person made."""
-    began = Signal()
+    edit_began = Signal()
     """A new change begins: those that follow belong to it."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -57,8 +57,8 @@ class RhythmBar(QWidget):
         self._notes: list[Note] = []
         self._chosen = -1
         self._drag = ""
-        self._from = QPointF()
-        self._was: Note = (0.0, 1.0, 1.0)
+        self._drag_start = QPointF()
+        self._notes_before: Note = (0.0, 1.0, 1.0)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -107,30 +107,30 @@ class RhythmBar(QWidget):
     def _on_edge(self, place: QPointF, index: int) -> bool:
         return abs(place.x() - self._note_rect(self._notes[index]).right()) <= _EDGE_PX
 
-    def _loudness(self, place: QPointF) -> float:
+    def _amplitude_at(self, place: QPointF) -> float:
         bar = self.area()
-        return round(min(max((bar.bottom() - place.y()) / bar.height(), QUIETEST), 1.0), 2)
+        return round(min(max((bar.bottom() - place.y()) / bar.height(), MIN_AMPLITUDE), 1.0), 2)
 
     # --- mouse ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         place = event.position()
         found = self._note_at(place)
-        self.began.emit()
+        self.edit_began.emit()
         if event.button() == Qt.MouseButton.RightButton:
             self._chosen = found
             self._remove()
         elif event.button() == Qt.MouseButton.LeftButton:
             if found < 0:
-                new = (float(self._step_at(place)), 1.0, self._loudness(place))
-                self._take(placed([*self._notes, new], len(self._notes), new), new)
+                new = (float(self._step_at(place)), 1.0, self._amplitude_at(place))
+                self._set_notes(placed([*self._notes, new], len(self._notes), new), new)
                 self._drag = "length"
             else:
                 self._chosen = found
                 self._drag = "length" if self._on_edge(place, found) else "body"
             if self._chosen >= 0:
-                self._was = self._notes[self._chosen]
-            self._from = place
+                self._notes_before = self._notes[self._chosen]
+            self._drag_start = place
         self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -141,15 +141,15 @@ class RhythmBar(QWidget):
             self.setCursor(Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor)
             return
         wide = self.area().width() / STEPS
-        by = round((place.x() - self._from.x()) / wide)
-        rise = (self._from.y() - place.y()) / self.area().height()
-        step, length, loud = self._was
+        by = round((place.x() - self._drag_start.x()) / wide)
+        rise = (self._drag_start.y() - place.y()) / self.area().height()
+        step, length, loud = self._notes_before
         if self._drag == "length":
             new = (step, max(length + by, 1.0), loud)
         else:
-            up = rise if abs(place.y() - self._from.y()) > 3 else 0.0
-            new = (step + by, length, round(min(max(loud + up, QUIETEST), 1.0), 2))
-        self._take(placed(self._notes, self._chosen, new), new)
+            up = rise if abs(place.y() - self._drag_start.y()) > 3 else 0.0
+            new = (step + by, length, round(min(max(loud + up, MIN_AMPLITUDE), 1.0), 2))
+        self._set_notes(placed(self._notes, self._chosen, new), new)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._drag = ""
@@ -173,12 +173,12 @@ class RhythmBar(QWidget):
             if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
                 by, longer = 0, by
             step, length, loud = self._notes[self._chosen]
-            new = (step + by, length + longer, round(min(max(loud + louder, QUIETEST), 1.0), 2))
-            self._take(placed(self._notes, self._chosen, new), new)
+            new = (step + by, length + longer, round(min(max(loud + louder, MIN_AMPLITUDE), 1.0), 2))
+            self._set_notes(placed(self._notes, self._chosen, new), new)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._add_in_gap()
         elif key in (Qt.Key.Key_Delete, Qt.Key.Key_Backspace):
-            self.began.emit()
+            self.edit_began.emit()
             self._remove()
         else:
             super().keyPressEvent(event)
@@ -186,16 +186,16 @@ class RhythmBar(QWidget):
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
-        self.began.emit()
+        self.edit_began.emit()
         self.update()
 
     def _add_in_gap(self) -> None:
         taken = {s for step, length, _ in self._notes for s in range(int(step), int(step + length))}
         free = next((s for s in range(STEPS) if s not in taken), None)
         if free is not None:
-            self.began.emit()
+            self.edit_began.emit()
             new = (float(free), 1.0, 0.6)
-            self._take(placed([*self._notes, new], len(self._notes), new), new)
+            self._set_notes(placed([*self._notes, new], len(self._notes), new), new)
 
     def _remove(self) -> None:
         if 0 <= self._chosen < len(self._notes):
@@ -203,7 +203,7 @@ class RhythmBar(QWidget):
             self._chosen = min(self._chosen, len(self._notes) - 1)
             self.changed.emit(self.notes())
 
-    def _take(self, notes: list[Note] | None, chosen: Note) -> None:
+    def _set_notes(self, notes: list[Note] | None, chosen: Note) -> None:
         if notes is None or notes == self._notes:
             return
         self._notes = notes
@@ -263,20 +263,20 @@ class RhythmEditor(ParameterEditor):
         self.rhythms.setMenu(menu)
         self.grid.addWidget(self.rhythms, 0, 2, Qt.AlignmentFlag.AlignRight)
         self.bar = RhythmBar(self)
-        self._put(self.bar)
+        self._place_control(self.bar)
         self.bar.setToolTip(
             "Click: add a note. Drag a note: move it or change its amplitude. Drag its right edge: change its length.\n"
             "Right click: delete a note. Keys: N and P select a note, arrows move it or change its amplitude,\n"
             "Shift+arrows change its length, Enter adds a note, Delete deletes the selected one."
         )
-        self.bar.began.connect(self.began)
-        self.bar.changed.connect(self._give)
+        self.bar.edit_began.connect(self.edit_began)
+        self.bar.changed.connect(self._commit)
         self.set_value(parameter.default)
 
     def choose(self, rhythm: Rhythm) -> None:
         """Take the notes of this rhythm, as a person's change."""
-        self.began.emit()
-        self._give([(note.step, note.length, note.amplitude) for note in rhythm.notes])
+        self.edit_began.emit()
+        self._commit([(note.step, note.length, note.amplitude) for note in rhythm.notes])
         self._show()
         self.rhythm_chosen.emit(rhythm)
 

@@ -12,19 +12,19 @@ from underfoot.patch.groups import parents
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
-from underfoot.widgets.design.blocks import BlockItem, FrameItem, NoteItem, StubItem
-from underfoot.widgets.design.editing import driven_parameters, drivers, upstream
+from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem
+from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
-from underfoot.widgets.design.levels import face_of_group, level_of, node_of_group
+from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of
+from underfoot.widgets.design.patch_editing import driven_parameters, drivers, upstream
 from underfoot.widgets.design.placing import Box
-from underfoot.widgets.design.resting_wires import RestingWires
-from underfoot.widgets.design.rewiring import passage, port_of
-from underfoot.widgets.design.shape import REACH, Face, PlacedPort, face_of
+from underfoot.widgets.design.rewiring import insertion_ports, port_of
+from underfoot.widgets.design.wire_picture import WirePicture
 
-WORLD = 40_000.0
+SCENE_SIZE = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""
 
-STIR = 0.15
+MIN_CHANGE = 0.15
 """A node's cost is written anew when it has changed by this share."""
 
 
@@ -32,56 +32,56 @@ class PatchScene(QGraphicsScene):
     """Shows a patch. Selecting and dragging happen in it; everything else is the canvas's."""
 
     def __init__(self, registry: Registry) -> None:
-        super().__init__(-WORLD, -WORLD, 2 * WORLD, 2 * WORLD)
+        super().__init__(-SCENE_SIZE, -SCENE_SIZE, 2 * SCENE_SIZE, 2 * SCENE_SIZE)
         self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.BspTreeIndex)
         self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
         self.registry = registry
         self.patch = Patch()
         self.inside = ""
-        self.level = level_of(self.patch)
+        self.group_view = group_view_of(self.patch)
         self.nodes: dict[str, NodeItem] = {}
         """Nodes that are seen at this level, by id."""
-        self.blocks: dict[str, BlockItem] = {}
-        self.frames: dict[str, FrameItem] = {}
+        self.group_nodes: dict[str, GroupNodeItem] = {}
+        self.group_frames: dict[str, GroupFrameItem] = {}
         self.notes: dict[str, NoteItem] = {}
         self.wires: dict[Wire, WireItem] = {}
-        self.resting = RestingWires(self.wires, self.sceneRect())
-        self.addItem(self.resting)
+        self.wire_picture = WirePicture(self.wires, self.sceneRect())
+        self.addItem(self.wire_picture)
         self._costs: dict[str, float] = {}
-        self._offered: WireItem | None = None
-        self._faces: dict[tuple[str, str], Face] = {}
+        self._highlighted: WireItem | None = None
+        self._descriptions: dict[tuple[str, str], NodeDescription] = {}
         self._curves: dict[str, np.ndarray] = {}
 
     def show(self, patch: Patch, inside: str = "") -> None:
         """Show this patch instead, or what is in one of its groups."""
         self.patch, self.inside = patch, inside
-        self.level = level_of(patch, inside)
+        self.group_view = group_view_of(patch, inside)
         before, blocked = self.selected(), self.blockSignals(True)
-        self._offered = None
+        self._highlighted = None
         self._show_nodes()
-        self._show_blocks()
+        self._show_group_nodes()
         self._show_notes()
         self._show_wires()
-        self._show_frames()
+        self._show_group_frames()
         self.blockSignals(blocked)
         if before != self.selected():
             self.selectionChanged.emit()
 
     def _show_nodes(self) -> None:
-        stands = self.level.stands
-        placed = {node.id: node for node in self.patch.nodes if stands.get(node.id) == node.id}
+        shown_as = self.group_view.shown_as
+        placed = {node.id: node for node in self.patch.nodes if shown_as.get(node.id) == node.id}
         for id in [i for i, item in self.nodes.items() if i not in placed or placed[i].type != item.node.type]:
             self.removeItem(self.nodes.pop(id))
         for id, node in placed.items():
             if id not in self.nodes:
-                self.nodes[id] = NodeItem(node, self._face(node))
+                self.nodes[id] = NodeItem(node, self._description(node))
                 self.addItem(self.nodes[id])
                 self.nodes[id].set_curve(self._curves.get(id))
             elif self.nodes[id].node is not node:
                 item = self.nodes[id]
-                face = self._face(node)
-                if item.face is not face:
-                    item.set_face(face)
+                description = self._description(node)
+                if item.description is not description:
+                    item.set_description(description)
                 is_marked_otherwise = item.node.marks != node.marks
                 item.node = node
                 item.setPos(*node.at)
@@ -91,47 +91,47 @@ class PatchScene(QGraphicsScene):
             self.nodes = {id: self.nodes[id] for id in placed}
         wired = drivers(self.patch)
         for id, item in self.nodes.items():
-            item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.opened)
+            item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.shows_all_ports)
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Draw everything anew, in the colours that are in use."""
         self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
-        self._faces.clear()
+        self._descriptions.clear()
         for item in self.nodes.values():
-            item.set_face(self._face(item.node))
+            item.set_description(self._description(item.node))
         for wire in self.wires.values():
-            wire.colour = theme.now(wire.colour)
-        self._show_blocks()
-        self.resting.settle()
-        self.resting.forget()
+            wire.colour = theme.current_colour(wire.colour)
+        self._show_group_nodes()
+        self.wire_picture.put_back_still()
+        self.wire_picture.redraw_all()
         for drawn in self.items():
             drawn.update()
 
-    def forget_faces(self) -> None:
+    def forget_descriptions(self) -> None:
         """Node types are others now: nodes are drawn anew with the next patch."""
-        self._faces.clear()
+        self._descriptions.clear()
 
-    def _face(self, node: PlacedNode) -> Face:
+    def _description(self, node: PlacedNode) -> NodeDescription:
         """What a node shows: one object for all of the same type and name."""
         key = node.type, node.label
-        if key not in self._faces:
-            self._faces[key] = face_of(self.registry[node.type], node.label)
-        return self._faces[key]
+        if key not in self._descriptions:
+            self._descriptions[key] = description_of(self.registry[node.type], node.label)
+        return self._descriptions[key]
 
-    def _show_blocks(self) -> None:
-        wanted = {group.id: group for group in self.level.blocks}
-        for id in [id for id in self.blocks if id not in wanted]:
-            self.removeItem(self.blocks.pop(id))
+    def _show_group_nodes(self) -> None:
+        wanted = {group.id: group for group in self.group_view.collapsed}
+        for id in [id for id in self.group_nodes if id not in wanted]:
+            self.removeItem(self.group_nodes.pop(id))
         for id, group in wanted.items():
-            node, face = node_of_group(self.patch, group), face_of_group(self.patch, self.registry, group)
-            if id in self.blocks:
-                self.blocks[id].set_group(group, node, face)
+            node, description = node_of_group(self.patch, group), description_of_group(self.patch, self.registry, group)
+            if id in self.group_nodes:
+                self.group_nodes[id].set_group(group, node, description)
             else:
-                self.blocks[id] = BlockItem(group, node, face)
-                self.addItem(self.blocks[id])
+                self.group_nodes[id] = GroupNodeItem(group, node, description)
+                self.addItem(self.group_nodes[id])
 
     def _show_notes(self) -> None:
-        wanted = {note.id: note for note in self.patch.notes if self.level.stands.get(note.id) == note.id}
+        wanted = {note.id: note for note in self.patch.notes if self.group_view.shown_as.get(note.id) == note.id}
         for id in [id for id in self.notes if id not in wanted]:
             self.removeItem(self.notes.pop(id))
         for id, note in wanted.items():
@@ -142,7 +142,7 @@ class PatchScene(QGraphicsScene):
                 self.notes[id].set_note(note)
 
     def _show_wires(self) -> None:
-        wanted = {wire: ends for wire in self.patch.wires if any(ends := self.level.ends(wire))}
+        wanted = {wire: ends for wire in self.patch.wires if any(ends := self.group_view.ends(wire))}
         for wire, item in list(self.wires.items()):
             source, target = wanted.get(wire, ("", ""))
             is_stub = isinstance(item, StubItem)  # its text depends on other wires, too
@@ -152,8 +152,8 @@ class PatchScene(QGraphicsScene):
                 or item.source is not self._item(source)
                 or item.target is not self._item(target)
             ):
-                item.unhook()
-                self.resting.renew(item.boundingRect())
+                item.detach()
+                self.wire_picture.redraw(item.boundingRect())
                 self.removeItem(self.wires.pop(wire))
         for wire, ends in wanted.items():
             if wire not in self.wires:
@@ -165,62 +165,62 @@ class PatchScene(QGraphicsScene):
         start, end = self._item(source), self._item(target)
         if start is not None and end is not None:
             self.wires[wire] = item = WireItem(wire, start, end, colour)
-            item.set_resting(True)
-            item.moved = self.resting.lift
-            self.resting.renew(item.boundingRect())
+            item.set_in_picture(True)
+            item.about_to_move = self.wire_picture.take_out
+            self.wire_picture.redraw(item.boundingRect())
         else:
             inner, side = (start, "out") if start is not None else (end, "in")
             assert inner is not None
-            self.wires[wire] = StubItem(wire, inner, side, colour, self._far_names(wire, side))
+            self.wires[wire] = StubItem(wire, inner, side, colour, self._other_end_names(wire, side))
         self.addItem(self.wires[wire])
 
-    def _far_names(self, wire: Wire, side: str) -> str:
+    def _other_end_names(self, wire: Wire, side: str) -> str:
         """The names of what is outside at the other end of a wire, and of all others at the same port."""
         near, far = (0, 1) if side == "out" else (1, 0)
         ends = [other for other in self.patch.wires if other[near] == wire[near]]
-        outside = [end[far].partition(".")[0] for end in ends if not all(self.level.ends(end))]
-        if wire != next(end for end in ends if not all(self.level.ends(end))):
+        outside = [end[far].partition(".")[0] for end in ends if not all(self.group_view.ends(end))]
+        if wire != next(end for end in ends if not all(self.group_view.ends(end))):
             return ""
         nodes = map(self.patch.node, dict.fromkeys(outside))
         return ", ".join(node.label or self.registry[node.type].label for node in nodes)
 
-    def _show_frames(self) -> None:
-        wanted = {group.id: group for group in self.level.frames}
-        for id in [id for id in self.frames if id not in wanted]:
-            self.removeItem(self.frames.pop(id))
+    def _show_group_frames(self) -> None:
+        wanted = {group.id: group for group in self.group_view.opened}
+        for id in [id for id in self.group_frames if id not in wanted]:
+            self.removeItem(self.group_frames.pop(id))
         if not wanted:
             return
         above = parents(self.patch.groups)
         depths: dict[str, int] = {}
         for id, group in wanted.items():
             depths[id] = depths.get(above[id], -1) + 1
-            if id not in self.frames:
-                self.frames[id] = FrameItem(group)
-                self.addItem(self.frames[id])
+            if id not in self.group_frames:
+                self.group_frames[id] = GroupFrameItem(group)
+                self.addItem(self.group_frames[id])
         for id, group in reversed(wanted.items()):
-            direct = {self.level.stands[member] for member in group.members}
+            direct = {self.group_view.shown_as[member] for member in group.members}
             items = [item for id, item in self.movable().items() if id in direct]
-            inner = [self.frames[other] for other in wanted if above[other] == id]
-            self.frames[id].follow(group, [*items, *inner], depths[id])
+            inner = [self.group_frames[other] for other in wanted if above[other] == id]
+            self.group_frames[id].follow(group, [*items, *inner], depths[id])
 
     def _item(self, id: str) -> NodeItem | None:
         """The node or the collapsed group with this id, if it is seen."""
-        return self.nodes.get(id) or self.blocks.get(id)
+        return self.nodes.get(id) or self.group_nodes.get(id)
 
-    def adjust_frames(self) -> None:
+    def adjust_group_frames(self) -> None:
         """Let the frames follow what is dragged."""
-        for frame in reversed(self.frames.values()):
+        for frame in reversed(self.group_frames.values()):
             frame.adjust()
 
     # --- asking ---
 
-    def blocks_and_nodes(self) -> list[NodeItem]:
+    def nodes_and_group_nodes(self) -> list[NodeItem]:
         """Everything that wires may end at."""
-        return [*self.nodes.values(), *self.blocks.values()]
+        return [*self.nodes.values(), *self.group_nodes.values()]
 
     def movable(self) -> dict[str, NodeItem | NoteItem]:
         """Everything that can be dragged and selected, by id."""
-        return {**self.nodes, **self.blocks, **self.notes}
+        return {**self.nodes, **self.group_nodes, **self.notes}
 
     def selected(self) -> list[str]:
         """What is selected of that: nodes, collapsed groups, notes."""
@@ -228,15 +228,15 @@ class PatchScene(QGraphicsScene):
 
     def selected_ids(self) -> list[str]:
         """The selected nodes, those in selected groups too, in the order of the patch."""
-        chosen = {id for id, item in (*self.nodes.items(), *self.blocks.items()) if item.isSelected()}
-        if not self.blocks:
+        chosen = {id for id, item in (*self.nodes.items(), *self.group_nodes.items()) if item.isSelected()}
+        if not self.group_nodes:
             return [id for id in self.nodes if id in chosen]
-        return [node.id for node in self.patch.nodes if self.level.stands.get(node.id) in chosen]
+        return [node.id for node in self.patch.nodes if self.group_view.shown_as.get(node.id) in chosen]
 
     def members(self, ids: Iterable[str]) -> list[str]:
         """The nodes and notes that these stand for."""
         wanted = set(ids)
-        return [id for id, shown in self.level.stands.items() if shown in wanted]
+        return [id for id, shown in self.group_view.shown_as.items() if shown in wanted]
 
     def select(self, ids: Iterable[str]) -> None:
         """Select these nodes, groups and notes, and no others."""
@@ -256,10 +256,10 @@ class PatchScene(QGraphicsScene):
         """The note here."""
         return next((item for item in self.items(place) if isinstance(item, NoteItem)), None)
 
-    def frame_at(self, place: QPointF) -> FrameItem | None:
+    def group_frame_at(self, place: QPointF) -> GroupFrameItem | None:
         """The frame whose title is here, where nothing else is."""
-        hits = [frame for frame in self.frames.values() if frame.title_rect().contains(place)]
-        return max(hits, key=FrameItem.zValue, default=None)
+        hits = [frame for frame in self.group_frames.values() if frame.title_rect().contains(place)]
+        return max(hits, key=GroupFrameItem.zValue, default=None)
 
     def port_at(self, place: QPointF) -> tuple[NodeItem, PlacedPort] | None:
         """The port that a mouse here means."""
@@ -288,36 +288,36 @@ class PatchScene(QGraphicsScene):
     def show_wire(self, wire: WireItem, shown: bool) -> None:
         """Hide a wire while it is in the hand, and show it again."""
         wire.setVisible(shown)
-        self.resting.renew(wire.boundingRect())
+        self.wire_picture.redraw(wire.boundingRect())
 
     def wire_for(self, type: str, area: QRectF) -> WireItem | None:
         """The wire through this rectangle that a node of `type` can stand in: of several the one through its middle."""
         fitting = [item for item in self.wires.values() if item.passes(area)]
-        fitting = [item for item in fitting if passage(self.patch, self.registry, type, item.wire)]
+        fitting = [item for item in fitting if insertion_ports(self.patch, self.registry, type, item.wire)]
         middle = QRectF(area.center().x() - 8, area.center().y() - 8, 16, 16)
         return next((item for item in fitting if item.passes(middle)), next(iter(fitting), None))
 
-    def offer(self, wire: WireItem | None) -> None:
+    def highlight_wire(self, wire: WireItem | None) -> None:
         """Light up the wire that a node would be put into, and no other."""
-        if self._offered is not wire:
-            for item in (self._offered, wire):
+        if self._highlighted is not wire:
+            for item in (self._highlighted, wire):
                 if item is not None:
-                    item.set_offered(item is wire)
-            self._offered = wire
+                    item.set_highlighted(item is wire)
+            self._highlighted = wire
 
     def sizes(self) -> dict[str, tuple[float, float]]:
         return {id: item.size for id, item in self.movable().items()}
 
-    def boxes(self, but: Iterable[str] = ()) -> list[Box]:
+    def boxes(self, without: Iterable[str] = ()) -> list[Box]:
         """Where everything stands, but for some."""
-        left_out = set(but)
+        left_out = set(without)
         return [
             (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
         ]
 
     def places(self) -> dict[str, tuple[float, float]]:
         """What was dragged, and where to."""
-        stood = {id: item.node.at for id, item in (*self.nodes.items(), *self.blocks.items())}
+        stood = {id: item.node.at for id, item in (*self.nodes.items(), *self.group_nodes.items())}
         stood |= {id: item.note.at for id, item in self.notes.items()}
         return {
             id: (item.pos().x(), item.pos().y())
@@ -330,7 +330,7 @@ class PatchScene(QGraphicsScene):
         there = self.movable()
         chosen = [there[id] for id in ids if id in there]
         stubs = [item for item in self.wires.values() if isinstance(item, StubItem)]
-        return bounds(chosen or [*there.values(), *self.frames.values(), *stubs])
+        return bounds(chosen or [*there.values(), *self.group_frames.values(), *stubs])
 
     # --- what the engine says ---
 
@@ -350,7 +350,7 @@ class PatchScene(QGraphicsScene):
                 continue
             # Figures that tremble would have every node drawn anew twice a second.
             before = self._costs.get(id, -1.0)
-            if abs(share[id] - before) > STIR * before:
+            if abs(share[id] - before) > MIN_CHANGE * before:
                 self._costs[id] = share[id]
             item.set_cost(percent(self._costs[id]), "" if awake.get(id, 0) else "asleep")
 
@@ -362,10 +362,10 @@ class PatchScene(QGraphicsScene):
             elif item.state == "fault":
                 item.set_cost("", "")
 
-    def show_alone(self, id: str) -> None:
+    def show_auditioned(self, id: str) -> None:
         """Mark the node that is heard alone; "" for none."""
         for other, item in self.nodes.items():
-            item.set_alone(other == id)
+            item.set_auditioned(other == id)
 
     def show_curve(self, id: str, values: np.ndarray | None) -> None:
         """The small plot of a node; it is kept while the node is not seen."""
@@ -373,7 +373,7 @@ class PatchScene(QGraphicsScene):
             self._curves.pop(id, None)
         else:
             self._curves[id] = values
-        if id in self.nodes and self.nodes[id].face.outputs:
+        if id in self.nodes and self.nodes[id].description.outputs:
             self.nodes[id].set_curve(values)
 
 

@@ -4,7 +4,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
-from underfoot.widgets.design.palette import Palette
+from underfoot.widgets.design.node_palette import NodePalette
 from underfoot.widgets.design.preset_panel import PresetPanel
 
 NODES, PRESETS = "Nodes", "Presets"
@@ -14,7 +14,7 @@ _TIPS = {NODES: "Nodes to build with (/ on the canvas)", PRESETS: "Presets to he
 class SidePanel(QWidget):
     """Two pages, one of which is seen."""
 
-    def __init__(self, palette: Palette, presets: PresetPanel, parent: QWidget | None = None) -> None:
+    def __init__(self, palette: NodePalette, presets: PresetPanel, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -51,7 +51,7 @@ class SidePanel(QWidget):
     def show_page(self, name: str) -> None:
         """Bring a page to the front; its field is ready to be typed into."""
         if name != PRESETS:
-            self.presets.end_hearing()
+            self.presets.end_audition()
         self.tabs[name].setChecked(True)
         self._stack.setCurrentWidget(self._pages[name])
         if name == PRESETS:

@@ -13,50 +13,55 @@ from underfoot.errors import UnderfootError
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
-from underfoot.widgets.design.editing import changed_nodes
-from underfoot.widgets.design.hearing import Hearing
 from underfoot.widgets.design.listen_bar import ListenBar
+from underfoot.widgets.design.mark_actions import MarkActions
+from underfoot.widgets.design.patch_editing import changed_nodes
 from underfoot.widgets.design.preview import PreviewPanel
-from underfoot.widgets.design.stretch import event_rows, felt_rms, pick
-from underfoot.widgets.session.listening import Ear, match_in_words
+from underfoot.widgets.design.preview_signal import event_rows, felt_rms, signal_of
+from underfoot.widgets.session.listening import AuditionedOutput, gain_text
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 from underfoot.widgets.workspace import WorkspaceContext
 
-OTHER = "/"
+OTHER_PREFIX = "/"
 """What the name of a preview begins with that is of the other slot; no node's id has it."""
 
 
 class SlotListening(QObject):
     """Binds a workspace to `Listening` and `OpenPatch`, and says which previews a comparison of A and B needs."""
 
-    preview_wanted = Signal(str)
+    preview_requested = Signal(str)
     """The name of a preview that is wanted now."""
-    renewal_wanted = Signal()
+    preview_update_requested = Signal()
     """`needed_preview` is to be asked again, when the hand rests."""
     slot_chosen = Signal(str, object)
     """The slot that is edited from now on, and its `Patch`."""
 
     def __init__(
-        self, canvas: Canvas, hearing: Hearing, preview: PreviewPanel, bar: ListenBar, context: WorkspaceContext
+        self,
+        canvas: Canvas,
+        mark_actions: MarkActions,
+        preview: PreviewPanel,
+        bar: ListenBar,
+        context: WorkspaceContext,
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._preview, self._bar, self._context = canvas, preview, bar, context
         self._open_patch, self._listening = context.open_patch, context.listening
         self._peaks: dict[str, dict[str, float]] = {}
-        self._asked: Ear | None = None
+        self._pending: AuditionedOutput | None = None
         self._overlaid = ""
         listening, open_patch = self._listening, self._open_patch
         listening.tile = preview.pad.tile.id
-        bar.start_wanted.connect(listening.play_from_start)
-        bar.loop_wanted.connect(listening.loop)
-        bar.switch_wanted.connect(open_patch.switch)
-        bar.copy_wanted.connect(self._copy)
-        bar.match_wanted.connect(listening.match)
-        bar.whole_wanted.connect(listening.hear_all)
-        bar.blind_wanted.connect(self._open_blind_test)
-        hearing.audition_wanted.connect(self.audition)
+        bar.start_requested.connect(listening.play_from_start)
+        bar.loop_requested.connect(listening.loop)
+        bar.switch_requested.connect(open_patch.switch)
+        bar.copy_requested.connect(self._copy)
+        bar.match_requested.connect(listening.match_levels)
+        bar.whole_patch_requested.connect(listening.end_audition)
+        bar.blind_requested.connect(self._open_blind_test)
+        mark_actions.audition_requested.connect(self.audition)
         preview.tiles.currentTextChanged.connect(self._choose_tile)
-        canvas.document.other_changed.connect(open_patch.take_other)
+        canvas.document.other_changed.connect(open_patch.set_other)
         open_patch.switched.connect(self._switch)
         open_patch.opened.connect(lambda _: self.forget())
         listening.changed.connect(self._show)
@@ -78,32 +83,32 @@ class SlotListening(QObject):
         if own and self._listening.level(self._open_patch.slot) is None:
             return own
         if theirs and self._listening.level(other_slot(self._open_patch.slot)) is None:
-            return OTHER + theirs
+            return OTHER_PREFIX + theirs
         node = self._counterpart(previewed)
-        return OTHER + node if node and self._overlaid != previewed else ""
+        return OTHER_PREFIX + node if node and self._overlaid != previewed else ""
 
-    def take_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
+    def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
         """Learn from a preview how loud it is; one of the other slot is drawn over the one that is shown."""
-        slot, is_other = self._open_patch.slot, name.startswith(OTHER)
+        slot, is_other = self._open_patch.slot, name.startswith(OTHER_PREFIX)
         if is_other and self._open_patch.other is None:
             return
-        node = name.removeprefix(OTHER)
+        node = name.removeprefix(OTHER_PREFIX)
         patch = self._open_patch.other.patch if is_other and self._open_patch.other else self._patch
         if not any(one.id == node for one in patch.nodes):
             return
         if self._open_patch.other is not None and (preview.error or COMMANDED in preview.signals):
             level = felt_rms(preview.signals.get(COMMANDED, np.zeros(0)), preview.rate_hz)
-            self._learn_level(other_slot(slot) if is_other else slot, level)
+            self._store_level(other_slot(slot) if is_other else slot, level)
         if is_other:
             self._overlay(preview, node, patch)
         elif not preview.error:
-            self._learn_peaks(preview, node, patch)
+            self._store_peaks(preview, node, patch)
             if is_shown:
                 self._listening.set_loop_length(len(preview.force_n) / preview.rate_hz)
         if self._open_patch.other is not None:
-            self.renewal_wanted.emit()
+            self.preview_update_requested.emit()
 
-    def take_outlines(self, outlines: Outlines, nodes: Set[str]) -> None:
+    def use_outlines(self, outlines: Outlines, nodes: Set[str]) -> None:
         """Learn how loud these nodes are."""
         for name, values in outlines.signals.items():
             node, _, port = name.partition(".")
@@ -129,22 +134,22 @@ class SlotListening(QObject):
         for slot in SLOTS:
             self._listening.set_level(slot, None)
 
-    def _learn_level(self, slot: str, rms_m_s2: float) -> None:
+    def _store_level(self, slot: str, rms_m_s2: float) -> None:
         if self._listening.level(slot) is None:
             self._listening.set_level(slot, rms_m_s2)
 
-    def _learn_peaks(self, preview: Preview, node: str, patch: Patch) -> None:
+    def _store_peaks(self, preview: Preview, node: str, patch: Patch) -> None:
         found = {}
         for port in self._context.registry[patch.node(node).type].outputs:
             values = (
-                event_rows(pick(preview.events, node, port.name))[:, 1]
+                event_rows(signal_of(preview.events, node, port.name))[:, 1]
                 if port.kind == "event"
-                else pick(preview.signals, node, port.name)
+                else signal_of(preview.signals, node, port.name)
             )
             found[port.name] = float(np.abs(np.nan_to_num(values)).max(initial=0.0))
         self._peaks[node] = found
-        if self._asked is not None and self._asked.node == node:
-            self._hear(self._asked)
+        if self._pending is not None and self._pending.node == node:
+            self._start_audition(self._pending)
 
     def _overlay(self, preview: Preview, node: str, patch: Patch) -> None:
         shown = self._preview
@@ -176,38 +181,38 @@ class SlotListening(QObject):
         if other is not None:
             patch = with_files_kept(other.patch, self._context.registry, other.folder, None)
             seconds = self._bar.seconds
-            self._context.controller.request_preview(patch, node, tile, seconds, name=OTHER + node)
+            self._context.controller.request_preview(patch, node, tile, seconds, name=OTHER_PREFIX + node)
 
     # --- what is heard ---
 
     def audition(self, node: str, everywhere: bool = False) -> None:
         """Hear a node's output alone; the one that is heard alone already, no more."""
-        ear = self._listening.ear
-        if ear is not None and ear.node == node:
-            self._listening.hear_all()
+        output = self._listening.auditioned_output
+        if output is not None and output.node == node:
+            self._listening.end_audition()
             return
         type = self._context.registry[self._patch.node(node).type]
         if not type.outputs:
-            self._canvas.say(f"{type.label} has no output to be heard")
+            self._canvas.show_message(f"{type.label} has no output to be heard")
             return
         shown = self._preview
         port = shown.port.name if shown.node == node and shown.port is not None else type.outputs[0].name
-        self._asked = Ear(node, port, "" if everywhere else self._preview.pad.tile.id)
+        self._pending = AuditionedOutput(node, port, "" if everywhere else self._preview.pad.tile.id)
         if node in self._peaks:
-            self._hear(self._asked)
+            self._start_audition(self._pending)
         else:
-            self.preview_wanted.emit(node)
+            self.preview_requested.emit(node)
 
-    def _hear(self, ear: Ear) -> None:
-        self._asked = None
-        self._listening.audition(replace(ear, peak=self._peaks[ear.node].get(ear.port, 1.0)))
+    def _start_audition(self, output: AuditionedOutput) -> None:
+        self._pending = None
+        self._listening.audition(replace(output, peak=self._peaks[output.node].get(output.port, 1.0)))
 
     def _choose_tile(self, tile: str) -> None:
         self._listening.tile = tile
-        self._asked = None
-        ear = self._listening.ear
-        if ear is not None and ear.tile:
-            self._listening.audition(replace(ear, tile=tile))
+        self._pending = None
+        output = self._listening.auditioned_output
+        if output is not None and output.tile:
+            self._listening.audition(replace(output, tile=tile))
 
     # --- A and B ---
 
@@ -217,40 +222,40 @@ class SlotListening(QObject):
         self._preview.forget_other()
         self.slot_chosen.emit(slot, patch)
         self._show()
-        self.renewal_wanted.emit()
+        self.preview_update_requested.emit()
 
     def _copy(self) -> None:
         """Give the other slot what is in this one; it can be taken back there."""
         slot = self._open_patch.slot
-        self._give_other(self._open_patch.copy_to_other(), f"Copy {slot} to {other_slot(slot)}")
-        self._canvas.say(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
+        self._set_other(self._open_patch.patch_for_other(), f"Copy {slot} to {other_slot(slot)}")
+        self._canvas.show_message(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
 
     def open_in_other(self, path: Path) -> None:
         """Open a preset in the slot that is not edited; it can be taken back there."""
-        self._open_patch.nodes.ask_for_patch(path, lambda: self._open_there(path))
+        self._open_patch.nodes.when_patch_allowed(path, lambda: self._open_in_other(path))
 
-    def _open_there(self, path: Path) -> None:
+    def _open_in_other(self, path: Path) -> None:
         try:
             patch = Patch.load(path, self._context.registry)
         except UnderfootError as error:
-            self._canvas.say(str(error))
+            self._canvas.show_message(str(error))
             return
         slot, title = other_slot(self._open_patch.slot), patch.title or path.stem
-        self._listening.hear_preset(None)
-        self._give_other(with_files_kept(patch, self._context.registry, path.parent, None), f"Open {title} in {slot}")
-        self._canvas.say(f"{title} is open in {slot}; X switches", alarm=False)
+        self._listening.play_preset(None)
+        self._set_other(with_files_kept(patch, self._context.registry, path.parent, None), f"Open {title} in {slot}")
+        self._canvas.show_message(f"{title} is open in {slot}; X switches", alarm=False)
 
-    def _give_other(self, patch: Patch, words: str) -> None:
+    def _set_other(self, patch: Patch, words: str) -> None:
         """Let the other slot have this patch, as an edit where it has one already."""
         self._listening.set_level(other_slot(self._open_patch.slot), None)
         other = self._open_patch.other
         if other is None:
-            self._open_patch.take_other(patch)
+            self._open_patch.set_other(patch)
         else:
             self._canvas.document.edit_other(other.patch, patch, words)
         self._overlaid = ""
         self._show()
-        self.renewal_wanted.emit()
+        self.preview_update_requested.emit()
 
     def _open_blind_test(self) -> None:
         from underfoot.widgets.design.blind_test import BlindTest
@@ -270,8 +275,10 @@ class SlotListening(QObject):
         bar, listening = self._bar, self._listening
         has_other = self._open_patch.other is not None
         bar.show_slot(self._open_patch.slot, has_other)
-        bar.show_alone(listening.ear.node if listening.ear is not None else "")
+        bar.show_auditioned(listening.auditioned_output.node if listening.auditioned_output is not None else "")
         bar.show_looping(listening.is_looping)
-        self._canvas.patch_scene.show_alone(listening.ear.node if listening.ear is not None else "")
+        self._canvas.patch_scene.show_auditioned(
+            listening.auditioned_output.node if listening.auditioned_output is not None else ""
+        )
         if has_other:
-            bar.show_match({slot: match_in_words(listening, slot) for slot in SLOTS}, listening.is_matched)
+            bar.show_match({slot: gain_text(listening, slot) for slot in SLOTS}, listening.is_matched)

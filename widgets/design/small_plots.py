@@ -8,77 +8,77 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from underfoot.engine.reports import Outlines, Preview
-from underfoot.widgets.design.stretch import event_rows, pick
+from underfoot.widgets.design.preview_signal import event_rows, signal_of
 
 if TYPE_CHECKING:
     from underfoot.widgets.design.canvas import Canvas
 
-PATIENCE_MS = 5000
+TIMEOUT_MS = 5000
 """What has not come by then is asked for again: whoever renders it may not have been there yet."""
 
 
 class SmallPlots(QObject):
     """Asks for the small plots of all nodes in view that have changed, together, and shows what comes."""
 
-    wanted = Signal(list)
+    outlines_requested = Signal(list)
     """What these nodes do in one step should be rendered, and handed to `show_outlines`."""
 
-    reach_changed = Signal(dict)
+    signal_ranges_changed = Signal(dict)
     """Least and largest value of signals, by "node.port"."""
 
-    late = Signal()
+    timed_out = Signal()
     """What was asked for did not come."""
 
     def __init__(self, canvas: "Canvas") -> None:
         super().__init__(canvas)
         self._canvas = canvas
         self._stale: set[str] = set()
-        self._asked: set[str] = set()
-        self._reach: dict[str, tuple[float, float]] = {}
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(self.late)
+        self._requested: set[str] = set()
+        self._signal_ranges: dict[str, tuple[float, float]] = {}
+        self._timeout = QTimer(self, singleShot=True, interval=TIMEOUT_MS)
+        self._timeout.timeout.connect(self.timed_out)
 
-    def renew(self, nodes: Iterable[str]) -> None:
+    def mark_stale(self, nodes: Iterable[str]) -> None:
         """These nodes do something else now."""
         changed = set(nodes)
         self._stale |= changed
-        self._asked -= changed
+        self._requested -= changed
 
-    def keep_only(self, nodes: Iterable[str]) -> None:
+    def retain(self, nodes: Iterable[str]) -> None:
         """There are only these nodes now."""
         self._stale &= set(nodes)
 
     def forget_request(self) -> None:
         """Something else is being asked for: what was asked for before may not come."""
-        self._patience.stop()
+        self._timeout.stop()
 
     @property
     def is_waiting(self) -> bool:
         """Whether some are on their way."""
-        return self._patience.isActive()
+        return self._timeout.isActive()
 
     @property
     def are_stale(self) -> bool:
         """Whether there are any to be renewed, in view or not."""
         return bool(self._stale)
 
-    def ask(self, but_not: str) -> bool:
+    def request_visible(self, except_node: str) -> bool:
         """Ask for those in view that have changed, but not this node's; false if there are none."""
-        nodes, stale = self._canvas.patch_scene.nodes, self._stale - {but_not}
-        seen = [id for id in self._canvas.visible_ids() if id in stale and nodes[id].face.outputs]
-        if seen:
-            self._asked = set(seen)
-            self._patience.start()
-            self.wanted.emit(seen)
-        return bool(seen)
+        nodes, stale = self._canvas.patch_scene.nodes, self._stale - {except_node}
+        visible = [id for id in self._canvas.visible_ids() if id in stale and nodes[id].description.outputs]
+        if visible:
+            self._requested = set(visible)
+            self._timeout.start()
+            self.outlines_requested.emit(visible)
+        return bool(visible)
 
     def show_outlines(self, outlines: Outlines) -> set[str]:
         """Show those that have not changed since they were asked for; these nodes."""
-        self._patience.stop()
-        shown, self._asked = self._asked & set(self._canvas.patch_scene.nodes), set()
+        self._timeout.stop()
+        shown, self._requested = self._requested & set(self._canvas.patch_scene.nodes), set()
         for node in shown:
             self._show(node, outlines.signals, outlines.events)
-        self.reach_changed.emit(self._reach)
+        self.signal_ranges_changed.emit(self._signal_ranges)
         self._stale -= shown
         return shown
 
@@ -91,16 +91,16 @@ class SmallPlots(QObject):
             events[port] = np.column_stack([found[:, 0] / frames, found[:, 1]])
         if node in self._canvas.patch_scene.nodes:
             self._show(node, preview.signals, events)
-            self.reach_changed.emit(self._reach)
+            self.signal_ranges_changed.emit(self._signal_ranges)
         self._stale.discard(node)
 
     def _show(self, node: str, signals: dict[str, NDArray], events: dict[str, NDArray]) -> None:
-        ports = [row.port for row in self._canvas.patch_scene.nodes[node].face.outputs]
+        ports = [row.port for row in self._canvas.patch_scene.nodes[node].description.outputs]
         for port in ports:
-            values = np.asarray(pick(signals, node, port.name), float)
+            values = np.asarray(signal_of(signals, node, port.name), float)
             if port.kind == "signal" and values.size:
-                self._reach[f"{node}.{port.name}"] = (float(values.min()), float(values.max()))
+                self._signal_ranges[f"{node}.{port.name}"] = (float(values.min()), float(values.max()))
         if ports and ports[0].kind == "event":
-            self._canvas.patch_scene.show_curve(node, pick(events, node, ports[0].name).reshape(-1, 2))
+            self._canvas.patch_scene.show_curve(node, signal_of(events, node, ports[0].name).reshape(-1, 2))
         elif ports:
-            self._canvas.patch_scene.show_curve(node, np.asarray(pick(signals, node, ports[0].name), float))
+            self._canvas.patch_scene.show_curve(node, np.asarray(signal_of(signals, node, ports[0].name), float))

@@ -10,7 +10,7 @@ from underfoot.floor.layout import Tile, default_floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
 
-FULL_N = 800.0
+FULL_SCALE_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
 CLICK_PX = 4.0
 
@@ -73,7 +73,7 @@ class TilePad(QWidget):
         self._mouse = event.position()
         far = QLineF(self._began, self._mouse).length()
         if far > CLICK_PX or self._force_n > 0:
-            self._force_n = min(max(far - CLICK_PX, 0.0) / self._area().height(), 1.0) * FULL_N
+            self._force_n = min(max(far - CLICK_PX, 0.0) / self._area().height(), 1.0) * FULL_SCALE_N
             self.pressed.emit(self.tile.id, *self._place(self._began), max(self._force_n, 1.0))
         self.update()
 
@@ -129,7 +129,7 @@ class TilePad(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         area = self._area()
-        share = min(self._force_n / FULL_N, 1.0)
+        share = min(self._force_n / FULL_SCALE_N, 1.0)
         load = theme.mixed(theme.FORCE, theme.RAISED, 0.35 * share)
         border = theme.VIBRATION if self._flash or self.hasFocus() else theme.FAINT
         painter.setPen(QPen(QColor(border), 1.5))

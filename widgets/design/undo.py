@@ -13,9 +13,9 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
-LIMIT = 500
+MAX_STEPS = 500
 """Edits that can be taken back. Patches share what did not change, so each costs little."""
-KEPT = 50
+MAX_SAVED_STEPS = 50
 """Edits that can be taken back after a new start: on the disk, each costs a patch."""
 
 
@@ -37,7 +37,7 @@ class Document(QObject):
         self.group = QUndoGroup(self)
         self._stacks = {slot: QUndoStack(self.group) for slot in SLOTS}
         for stack in self._stacks.values():
-            stack.setUndoLimit(LIMIT)
+            stack.setUndoLimit(MAX_STEPS)
         self.group.setActiveStack(self.stack)
 
     @property
@@ -80,16 +80,18 @@ class Document(QObject):
 
     # --- over a new start ---
 
-    def keep(self, path: Path) -> None:
+    def save_history(self, path: Path) -> None:
         """Write down what can be undone and redone in the slot that is edited."""
         stack = self.stack
-        first = max(stack.index() - KEPT, 0)
-        edits = [cast(_Edit, stack.command(i)) for i in range(first, min(stack.index() + KEPT, stack.count()))]
+        first = max(stack.index() - MAX_SAVED_STEPS, 0)
+        edits = [
+            cast(_Edit, stack.command(i)) for i in range(first, min(stack.index() + MAX_SAVED_STEPS, stack.count()))
+        ]
         steps = [{"words": edit.text(), "before": edit.before, "after": edit.after} for edit in edits]
         write_file(path, msgspec.json.encode({"format": "underfoot-undo", "at": stack.index() - first, "steps": steps}))
 
-    def take_up(self, path: Path, registry: Registry) -> None:
-        """Go on with what `keep` wrote, where it leads to the patch that is open; the file is gone then.
+    def restore_history(self, path: Path, registry: Registry) -> None:
+        """Go on with what `save_history` wrote, where it leads to the patch that is open; the file is gone then.
 
         What cannot be read is let go: it is no work, only the way to it.
         """
@@ -106,10 +108,10 @@ class Document(QObject):
             kept = msgspec.json.decode(text)
             steps = [(str(step["words"]), read(step["before"]), read(step["after"])) for step in kept["steps"]]
             at = int(kept["at"])
-            stood = steps[at - 1][2] if at else steps[0][1]
+            saved_patch = steps[at - 1][2] if at else steps[0][1]
         except (UnderfootError, OSError, msgspec.DecodeError, LookupError, TypeError, ValueError):
             return
-        if stood != now:
+        if saved_patch != now:
             return
         blocked = self.blockSignals(True)
         for words, before, after in steps:
@@ -119,7 +121,7 @@ class Document(QObject):
         self._patches[self.slot] = now
         self.blockSignals(blocked)
 
-    def _take(self, slot: str, patch: Patch) -> None:
+    def _set_patch(self, slot: str, patch: Patch) -> None:
         self._patches[slot] = patch
         (self.changed if slot == self.slot else self.other_changed).emit(patch)
 
@@ -133,10 +135,10 @@ class _Edit(QUndoCommand):
         self._merge = merge
 
     def undo(self) -> None:
-        self._document._take(self._slot, self.before)
+        self._document._set_patch(self._slot, self.before)
 
     def redo(self) -> None:
-        self._document._take(self._slot, self.after)
+        self._document._set_patch(self._slot, self.after)
 
     def id(self) -> int:
         return 1 if self._merge else -1

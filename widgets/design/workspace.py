@@ -15,18 +15,18 @@ from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
-from underfoot.widgets.design.editing import changed_nodes, downstream
 from underfoot.widgets.design.first_steps import FirstSteps
-from underfoot.widgets.design.hearing import Hearing
 from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.listen_bar import ListenBar
-from underfoot.widgets.design.palette import Palette
+from underfoot.widgets.design.mark_actions import MarkActions
+from underfoot.widgets.design.node_palette import NodePalette
+from underfoot.widgets.design.patch_editing import changed_nodes, downstream
 from underfoot.widgets.design.preset_browsing import PresetBrowsing
 from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.side_panel import SidePanel
 from underfoot.widgets.design.silence import SilenceHint, why_silent
-from underfoot.widgets.design.slot_listening import OTHER, SlotListening
+from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
 from underfoot.widgets.design.small_plots import SmallPlots
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
@@ -34,12 +34,12 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
 
-SOON_MS = 10
+PREVIEW_DELAY_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
 IDLE_MS = 150
 """When nothing was edited for so long, the small plots of the other nodes are renewed."""
 UNDO_FILE = "undo.json"
-PATIENCE_MS = 5000
+TIMEOUT_MS = 5000
 """A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
 
 
@@ -49,15 +49,15 @@ class DesignWorkspace(Workspace):
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
 
-    preview_wanted = Signal(str, str, bool)
+    preview_requested = Signal(str, str, bool)
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
     laws should be drawn for `show_laws`."""
 
-    errors_wanted = Signal(str)
+    errors_requested = Signal(str)
     """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
 
-    other_wanted = Signal(str, str)
-    """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER` and the node."""
+    other_requested = Signal(str, str)
+    """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER_PREFIX` and the node."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
@@ -72,32 +72,32 @@ class DesignWorkspace(Workspace):
         super().__init__(parent)
         self.registry = registry
         self.document = Document(Patch(), self)
-        self._shown = self.document.patch
+        self._last_patch = self.document.patch
         self._loading = False
-        self._previewed = self._waiting = self._laws_of = ""
-        self.palette_panel = Palette(registry, self)
-        self.side = SidePanel(self.palette_panel, PresetPanel(), self)
+        self._previewed = self._requested = self._laws_of = ""
+        self.node_palette = NodePalette(registry, self)
+        self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
         self.canvas = Canvas(self.document, registry, self)
         self.small_plots = SmallPlots(self.canvas)
         self.inspector = Inspector(registry, self)
         self.preview = PreviewPanel(self)
         self.listen_bar = ListenBar(self)
-        self.hearing = Hearing(self.canvas, registry)
-        self.silence_hint = SilenceHint(lambda text: self.canvas.say(text, alarm=False))
+        self.mark_actions = MarkActions(self.canvas, registry)
+        self.silence_hint = SilenceHint(lambda text: self.canvas.show_message(text, alarm=False))
         self.slots: SlotListening | None = None
         self._lay_out()
-        self._soon = QTimer(self, singleShot=True, interval=SOON_MS)
-        self._soon.timeout.connect(self._ask)
-        self._again = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._again.timeout.connect(self._ask_again)
-        self._idle = QTimer(self, singleShot=True, interval=IDLE_MS)
-        self._idle.timeout.connect(self._renew)
+        self._preview_timer = QTimer(self, singleShot=True, interval=PREVIEW_DELAY_MS)
+        self._preview_timer.timeout.connect(self._request_previewed)
+        self._timeout_timer = QTimer(self, singleShot=True, interval=TIMEOUT_MS)
+        self._timeout_timer.timeout.connect(self._request_again)
+        self._idle_timer = QTimer(self, singleShot=True, interval=IDLE_MS)
+        self._idle_timer.timeout.connect(self._request_next)
         group = self.document.group
-        self.undo_action = self._history("Undo", ("Ctrl+Z",), self.undo)
-        self.redo_action = self._history("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
-        group.undoTextChanged.connect(lambda text: _name_step(self.undo_action, "Undo", text))
-        group.redoTextChanged.connect(lambda text: _name_step(self.redo_action, "Redo", text))
+        self.undo_action = self._undo_action("Undo", ("Ctrl+Z",), self.undo)
+        self.redo_action = self._undo_action("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
+        group.undoTextChanged.connect(lambda text: _set_step_name(self.undo_action, "Undo", text))
+        group.redoTextChanged.connect(lambda text: _set_step_name(self.redo_action, "Redo", text))
         group.canUndoChanged.connect(self.undo_action.setEnabled)
         group.canRedoChanged.connect(self.redo_action.setEnabled)
         self._connect()
@@ -105,58 +105,58 @@ class DesignWorkspace(Workspace):
 
     # --- as a workspace ---
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         controller, open_patch = context.controller, context.open_patch
         self.set_folder(open_patch.folder)
         self.set_patch(open_patch.patch)
-        self.document.take_up(context.folder / UNDO_FILE, self.registry)
+        self.document.restore_history(context.folder / UNDO_FILE, self.registry)
         open_patch.opened.connect(self.set_patch)
-        open_patch.nodes.changed.connect(self._renew_nodes)
+        open_patch.nodes.changed.connect(self._update_nodes)
         open_patch.folder_changed.connect(self.set_folder)
         open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
-        self.patch_edited.connect(open_patch.take)
+        self.patch_edited.connect(open_patch.set_patch)
         controller.opened.connect(self._set_target)
-        self.silence_hint.begin(controller.playing)
+        self.silence_hint.begin(controller.is_playing)
         controller.playing_changed.connect(self.silence_hint.begin)
-        controller.bridge.costs.connect(self.show_costs)
-        controller.bridge.health.connect(self.show_health)
+        controller.bridge.costs_measured.connect(self.show_costs)
+        controller.bridge.health_reported.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
-        controller.previewed.connect(self.show_preview)
-        controller.outlined.connect(self.show_outlines)
-        controller.lawful.connect(self.show_laws)
+        controller.preview_computed.connect(self.show_preview)
+        controller.outlines_computed.connect(self.show_outlines)
+        controller.laws_computed.connect(self.show_laws)
         controller.errors_measured.connect(self.inspector.show_errors)
-        self.preview_wanted.connect(
+        self.preview_requested.connect(
             lambda node, tile, laws: controller.request_preview(
                 self.patch(), node, tile, self.listen_bar.seconds, laws=laws
             )
         )
-        self.small_plots.wanted.connect(
+        self.small_plots.outlines_requested.connect(
             lambda nodes: controller.request_outlines(self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds)
         )
-        self.errors_wanted.connect(lambda node: controller.measure_errors(self.patch(), node))
-        self.slots = SlotListening(self.canvas, self.hearing, self.preview, self.listen_bar, context)
-        self.other_wanted.connect(self.slots.request_other)
-        self.slots.preview_wanted.connect(self._want)
-        self.slots.renewal_wanted.connect(self._idle.start)
+        self.errors_requested.connect(lambda node: controller.measure_errors(self.patch(), node))
+        self.slots = SlotListening(self.canvas, self.mark_actions, self.preview, self.listen_bar, context)
+        self.other_requested.connect(self.slots.request_other)
+        self.slots.preview_requested.connect(self._request)
+        self.slots.preview_update_requested.connect(self._idle_timer.start)
         self.slots.slot_chosen.connect(self.show_slot)
-        self.canvas.play_wanted.connect(controller.play_or_stop)
+        self.canvas.play_requested.connect(controller.play_or_stop)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
         self.pressed.connect(lambda *press: controller.send(PressTile(*press)))
-        open_patch.adopted.connect(self.document.edit)
-        open_patch.adopted.connect(self.canvas.begin_view)
-        self.side.presets.said.connect(self.said)
-        self.side.presets.left.connect(self.canvas.setFocus)
+        open_patch.preset_opened.connect(self.document.edit)
+        open_patch.preset_opened.connect(self.canvas.fit_new_patch)
+        self.side.presets.notified.connect(self.notified)
+        self.side.presets.escaped.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
-        self.browsing.take_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
+        self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
 
-    def _renew_nodes(self) -> None:
-        self.palette_panel.list.narrow(self.palette_panel.field.text())
-        self.canvas.patch_scene.forget_faces()
+    def _update_nodes(self) -> None:
+        self.node_palette.list.filter_by(self.node_palette.field.text())
+        self.canvas.patch_scene.forget_descriptions()
 
-    def keep_for_next_start(self, folder: Path) -> None:
-        self.document.keep(folder / UNDO_FILE)
+    def save_for_restart(self, folder: Path) -> None:
+        self.document.save_history(folder / UNDO_FILE)
 
     def close_down(self) -> None:
         self.side.presets.close_down()
@@ -165,10 +165,10 @@ class DesignWorkspace(Workspace):
         """The three steps of a first start, until the person puts them away."""
         settings = context.settings
         steps = FirstSteps(self.canvas, lambda: not settings.first_steps_done)
-        context.controller.playing_changed.connect(lambda on: steps.tick("play") if on else None)
-        self.struck.connect(lambda *_: steps.tick("press"))
-        self.pressed.connect(lambda *_: steps.tick("press"))
-        self.inspector.edited.connect(lambda *_: steps.tick("turn"))
+        context.controller.playing_changed.connect(lambda on: steps.mark_done("play") if on else None)
+        self.struck.connect(lambda *_: steps.mark_done("press"))
+        self.pressed.connect(lambda *_: steps.mark_done("press"))
+        self.inspector.edited.connect(lambda *_: steps.mark_done("turn"))
         steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
@@ -201,33 +201,33 @@ class DesignWorkspace(Workspace):
         self.document.load(patch)
         self._loading = False
         self.canvas.patch_scene.select([])
-        self.canvas.begin_view()
+        self.canvas.fit_new_patch()
 
     # --- what the engine reports ---
 
     def show_preview(self, preview: Preview, node: str = "") -> None:
         """Show a preview of `node`, or of the one that was asked for last."""
-        node = node or self._waiting or self._previewed
-        if node == self._waiting:
-            self._waiting = ""
-            self._again.stop()
+        node = node or self._requested or self._previewed
+        if node == self._requested:
+            self._requested = ""
+            self._timeout_timer.stop()
         if self.slots is not None:
-            self.slots.take_preview(preview, node, node == self._previewed)
-        if node.startswith(OTHER):
-            self._idle.start()
+            self.slots.use_preview(preview, node, node == self._previewed)
+        if node.startswith(OTHER_PREFIX):
+            self._idle_timer.start()
             return
         if not preview.error:
             self.small_plots.show_preview(node, preview)
         if node == self._previewed:
             self.preview.show_preview(preview)
-        self._idle.start()
+        self._idle_timer.start()
 
     def show_outlines(self, outlines: Outlines) -> None:
         """Show what the nodes in view do."""
         shown = self.small_plots.show_outlines(outlines)
         if self.slots is not None:
-            self.slots.take_outlines(outlines, shown)
-        self._idle.start()
+            self.slots.use_outlines(outlines, shown)
+        self._idle_timer.start()
 
     def show_laws(self, laws: Distributions) -> None:
         """Show the laws of the node that is previewed."""
@@ -253,15 +253,15 @@ class DesignWorkspace(Workspace):
         """Mark the node that produced a value that is not finite; None takes the mark away."""
         self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            self.canvas.say(f"{fault.node} produced a value that is not finite; its output is silenced")
+            self.canvas.show_message(f"{fault.node} produced a value that is not finite; its output is silenced")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
         """The tiles of the target. A preview that is awaited, or was of a tile that is gone, is asked for again."""
         before = self.preview_tile()
         self.inspector.set_tiles([tile.id for tile in tiles])
         self.preview.set_tiles(tiles)
-        if self._waiting:
-            self._want(self._waiting)
+        if self._requested:
+            self._request(self._requested)
         elif self.preview_tile() != before:
             self._tile_changed()
 
@@ -308,15 +308,15 @@ class DesignWorkspace(Workspace):
         """Take back the last edit, and say which."""
         text = self.document.stack.undoText()
         self.document.stack.undo()
-        self.said.emit(f"Undone: {_in_a_line(text)}")
+        self.notified.emit(f"Undone: {_lower_first(text)}")
 
     def redo(self) -> None:
         """Do again what was taken back last, and say what."""
         text = self.document.stack.redoText()
         self.document.stack.redo()
-        self.said.emit(f"Redone: {_in_a_line(text)}")
+        self.notified.emit(f"Redone: {_lower_first(text)}")
 
-    def _history(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
+    def _undo_action(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
         action = QAction(name, self)
         action.setEnabled(False)
         action.triggered.connect(lambda _=False: do())
@@ -327,26 +327,28 @@ class DesignWorkspace(Workspace):
 
     def _connect(self) -> None:
         self.document.changed.connect(self._changed)
-        self.palette_panel.chosen.connect(lambda type: self.canvas.add(type))
+        self.node_palette.chosen.connect(lambda type: self.canvas.add(type))
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
         self.canvas.files_pasted.connect(self.files_pasted)
-        self.canvas.view_moved.connect(self._idle_again)
+        self.canvas.view_moved.connect(self._restart_idle)
         self.inspector.edited.connect(self._set)
         self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
-        self.inspector.disconnect_wanted.connect(self._disconnect)
-        self.inspector.drive_wanted.connect(self.canvas.driving.open_menu)
-        self.inspector.publish_wanted.connect(self._publish)
+        self.inspector.disconnect_requested.connect(self._disconnect)
+        self.inspector.drive_requested.connect(self.canvas.driver_menus.open_menu)
+        self.inspector.publish_requested.connect(self._publish)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
-        self.preview.laws_wanted.connect(self._tile_changed)
-        self.small_plots.late.connect(self._idle.start)
-        self.small_plots.reach_changed.connect(self.inspector.show_reach)
-        self.inspector.errors_toggled.connect(self._ask)  # which stops what is being measured, or leads to it
+        self.preview.laws_requested.connect(self._tile_changed)
+        self.small_plots.timed_out.connect(self._idle_timer.start)
+        self.small_plots.signal_ranges_changed.connect(self.inspector.show_signal_ranges)
+        self.inspector.errors_toggled.connect(
+            self._request_previewed
+        )  # which stops what is being measured, or leads to it
         self.listen_bar.length_chosen.connect(self._tile_changed)
-        self.listen_bar.overlay_wanted.connect(self.preview.overlay)
+        self.listen_bar.overlay_requested.connect(self.preview.set_overlay)
 
     def _set_target(self, target: Target) -> None:
         self.set_floor(target.floor.tiles)
@@ -355,43 +357,43 @@ class DesignWorkspace(Workspace):
         """All previews were of another tile or length: ask for the selected node's, then for the small plots."""
         if self.slots is not None:
             self.slots.forget()
-        self.small_plots.renew(node.id for node in self.patch().nodes)
-        self._soon.start()
-        self._idle.start()
+        self.small_plots.mark_stale(node.id for node in self.patch().nodes)
+        self._preview_timer.start()
+        self._idle_timer.start()
 
-    def _set(self, id: str, name: str, value: object, together: str) -> None:
+    def _set(self, id: str, name: str, value: object, merge_key: str) -> None:
         patch = self.patch()
         parameter = self.registry[patch.node(id).type].parameters[name]
-        self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", together)
+        self.document.edit(patch.set(id, name, value, self.registry), f"Set {parameter.label.lower()}", merge_key)
 
-    def _set_many(self, ids: list[str], name: str, value: object, together: str) -> None:
+    def _set_many(self, ids: list[str], name: str, value: object, merge_key: str) -> None:
         patch = self.patch()
         label = self.registry[patch.node(ids[0]).type].parameters[name].label.lower()
         for id in ids:
             patch = patch.set(id, name, value, self.registry)
-        self.document.edit(patch, f"Set {label} of {len(ids)} nodes", together)
+        self.document.edit(patch, f"Set {label} of {len(ids)} nodes", merge_key)
 
-    def _set_patch_field(self, field: str, value: object, together: str) -> None:
-        self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", together)
+    def _set_patch_field(self, field: str, value: object, merge_key: str) -> None:
+        self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", merge_key)
 
     def _disconnect(self, target: str) -> None:
         patch = self.patch()
         self.document.edit(patch.disconnect([w for w in patch.wires if w[1] == target]), "Disconnect")
 
     def _changed(self, patch: Patch) -> None:
-        before, self._shown = self._shown, patch
+        before, self._last_patch = self._last_patch, patch
         changed = downstream(patch, changed_nodes(before, patch))
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
-        self.small_plots.keep_only(ids)
-        self.small_plots.renew(changed)
+        self.small_plots.retain(ids)
+        self.small_plots.mark_stale(changed)
         if self._previewed not in ids:
             self._choose_previewed(self.canvas.selected_ids())
         elif self._previewed in changed:
-            self._soon.start()
+            self._preview_timer.start()
         self._inspect(self.canvas.selected_ids())
-        self._idle_again()
+        self._restart_idle()
         if not self._loading:
             self.patch_edited.emit(patch)
 
@@ -406,12 +408,12 @@ class DesignWorkspace(Workspace):
         self.document.switch(slot, patch)
         self._loading = False
         if not shared:
-            self.canvas.frame(everything=True)
+            self.canvas.fit_view(all_nodes=True)
 
     def _inspect(self, ids: Sequence[str]) -> None:
         scene = self.canvas.patch_scene
         chosen = scene.selected()
-        group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.blocks else ""
+        group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.group_nodes else ""
         self.inspector.show_selection(self.patch(), ids, group)
 
     def _publish(self, end: str, on: bool) -> None:
@@ -430,68 +432,68 @@ class DesignWorkspace(Workspace):
             return
         self._previewed = wanted
         if wanted:
-            self._soon.start()
+            self._preview_timer.start()
         else:
             self.preview.clear()
 
-    def _ask(self) -> None:
+    def _request_previewed(self) -> None:
         id = self._previewed
         if any(node.id == id for node in self.patch().nodes):
             type = self.registry[self.patch().node(id).type]
             self.preview.expect(id, type, why_silent(self.patch(), self.registry, id))
-            self._want(id)
+            self._request(id)
 
-    def _want(self, id: str) -> None:
-        self._waiting = id
-        self._again.start()
+    def _request(self, id: str) -> None:
+        self._requested = id
+        self._timeout_timer.start()
         self.small_plots.forget_request()
-        if id.startswith(OTHER):
-            self.other_wanted.emit(id.removeprefix(OTHER), self.preview_tile())
+        if id.startswith(OTHER_PREFIX):
+            self.other_requested.emit(id.removeprefix(OTHER_PREFIX), self.preview_tile())
             return
         wants_laws = id == self._previewed and (self.preview.wants_laws or self.inspector.wants_laws)
         self._laws_of = id if wants_laws else self._laws_of
-        self.preview_wanted.emit(id, self.preview_tile(), wants_laws)
+        self.preview_requested.emit(id, self.preview_tile(), wants_laws)
 
-    def _ask_again(self) -> None:
-        if self._waiting and any(node.id == self._waiting for node in self.patch().nodes):
-            self._want(self._waiting)
-        elif self._waiting.startswith(OTHER):
-            self._waiting = ""
-            self._idle.start()
+    def _request_again(self) -> None:
+        if self._requested and any(node.id == self._requested for node in self.patch().nodes):
+            self._request(self._requested)
+        elif self._requested.startswith(OTHER_PREFIX):
+            self._requested = ""
+            self._idle_timer.start()
         else:
-            self._waiting = ""
+            self._requested = ""
 
-    def _idle_again(self) -> None:
+    def _restart_idle(self) -> None:
         if self.small_plots.are_stale:
-            self._idle.start()
+            self._idle_timer.start()
 
-    def _renew(self) -> None:
+    def _request_next(self) -> None:
         """Ask for what a comparison needs, then for the small plots of the nodes in view that have changed.
 
         Last, when nothing else is wanted, for the selected node's run time over error.
         """
-        if self._waiting or self._soon.isActive() or self.small_plots.is_waiting:
+        if self._requested or self._preview_timer.isActive() or self.small_plots.is_waiting:
             return
         needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
         if needed:
-            self._want(needed)
+            self._request(needed)
             return
-        if self.small_plots.ask(but_not=self._previewed):
+        if self.small_plots.request_visible(except_node=self._previewed):
             return
         if self.inspector.errors is not None and self.inspector.errors.wants_curve:
-            self.inspector.errors.begin()
-            self.errors_wanted.emit(self._previewed)
+            self.inspector.errors.start_measuring()
+            self.errors_requested.emit(self._previewed)
 
 
-def _name_step(action: QAction, word: str, text: str) -> None:
+def _set_step_name(action: QAction, word: str, text: str) -> None:
     """Let an action say what it takes back, or does again."""
-    action.setText(f"{word}: {_in_a_line(text)}" if text else word)
+    action.setText(f"{word}: {_lower_first(text)}" if text else word)
 
 
-def _in_a_line(text: str) -> str:
+def _lower_first(text: str) -> str:
     """What a step was called, to go on with after a colon.
 
-    >>> _in_a_line("Move 3 nodes")
+    >>> _lower_first("Move 3 nodes")
     'move 3 nodes'
     """
     return text[:1].lower() + text[1:]

@@ -21,7 +21,7 @@ class AboutDialog(QDialog):
     def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("About Underfoot")
-        self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_places(folder)))
+        self._text = "\n".join((f"Underfoot {__version__}", *_system(), *_folders(folder)))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(*[3 * theme.GRID] * 4)
         layout.setSpacing(theme.GRID)
@@ -30,7 +30,7 @@ class AboutDialog(QDialog):
         layout.addWidget(theme.label("Its systems are those of Yon Visell's thesis “Walking on virtual ground”."))
         layout.addWidget(theme.label("MIT licence: use it, change it, pass it on; it comes without warranty.", "muted"))
         layout.addWidget(_documentation())
-        for line in (*_system(), *_places(folder)):
+        for line in (*_system(), *_folders(folder)):
             shown = theme.label(line, "small")
             shown.setTextInteractionFlags(shown.textInteractionFlags().TextSelectableByMouse)
             shown.setWordWrap(True)
@@ -69,7 +69,7 @@ def _system() -> list[str]:
     return [f"Python {platform.python_version()} on {platform.platform(terse=True)}", libraries]
 
 
-def _places(folder: Path) -> list[str]:
+def _folders(folder: Path) -> list[str]:
     return [f"Settings, profiles and unsaved work: {folder}", f"Compiled kernels: {cache_folder()}"]
 
 

@@ -36,20 +36,20 @@ class AudioDialog(QDialog):
     """Edits device, rate and block; Apply emits them. The tiles' buttons ask for a pulse at once.
 
     `find` looks for sound devices, which can take a second: it runs in a thread, when the dialog is opened and at each
-    "Look again". When the dialog is closed `give_up` lets it come back at once.
+    "Look again". When the dialog is closed `cancel_search` lets it come back at once.
     """
 
     applied = Signal(object, int, int, str)
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block, accelerometers."""
-    pulse_wanted = Signal(str)
+    pulse_requested = Signal(str)
     """The tile whose shaker is to be heard."""
-    found = Signal(list)
+    devices_found = Signal(list)
     """The devices that there are."""
 
     def __init__(
         self,
         find: Callable[[], Sequence[Device]],
-        give_up: Callable[[], None],
+        cancel_search: Callable[[], None],
         floor: Floor,
         parent: QWidget | None = None,
     ) -> None:
@@ -61,11 +61,11 @@ class AudioDialog(QDialog):
         self.accelerometers = QLineEdit()
         self.accelerometers.setPlaceholderText("none")
         self.accelerometers.setToolTip(
-            f"Accelerometers on inputs of this device, with spaces between: {FORM}. Monitor then shows what each tile "
-            "does beside what it is asked, and recordings keep it."
+            f"Accelerometers on inputs of this device, with spaces between: {FORM}. Monitor then shows measured "
+            "beside commanded vibration, and recordings keep it."
         )
-        self._floor, self._find, self._give_up = floor, find, give_up
-        self._search: threading.Thread | None = None
+        self._floor, self._find, self._cancel_search = floor, find, cancel_search
+        self._search_thread: threading.Thread | None = None
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
         self.length = theme.label("", "small")
@@ -90,34 +90,34 @@ class AudioDialog(QDialog):
         self.map.setWidgetResizable(True)
         layout.addWidget(self.map, 1)
         layout.addWidget(self.buttons)
-        self.block.currentIndexChanged.connect(self._explain)
-        self.rate.currentIndexChanged.connect(self._explain)
-        self.cards.changed.connect(self._explain)
+        self.block.currentIndexChanged.connect(self._update_note)
+        self.rate.currentIndexChanged.connect(self._update_note)
+        self.cards.changed.connect(self._update_note)
         self.resize(60 * theme.GRID, 56 * theme.GRID)
-        self.found.connect(self._show_devices)
-        self.cards.again.clicked.connect(self.look)
-        self.look()
+        self.devices_found.connect(self._show_devices)
+        self.cards.search_again.clicked.connect(self.find_devices)
+        self.find_devices()
 
-    def look(self) -> None:
+    def find_devices(self) -> None:
         """Look which cards there are now. What plays goes on."""
-        if self._search is None:
+        if self._search_thread is None:
             self.devices = None
-            self.cards.again.setEnabled(False)
-            self._search = threading.Thread(
-                target=lambda: self.found.emit(list(self._find())), name="look for sound devices", daemon=True
+            self.cards.search_again.setEnabled(False)
+            self._search_thread = threading.Thread(
+                target=lambda: self.devices_found.emit(list(self._find())), name="look for sound devices", daemon=True
             )
-            self._search.start()
-            self._explain()
+            self._search_thread.start()
+            self._update_note()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        self._give_up()
+        self._cancel_search()
         self._end_search()
         super().hideEvent(event)
 
     def _end_search(self) -> None:
-        if self._search is not None:
-            self._search.join()
-            self._search = None
+        if self._search_thread is not None:
+            self._search_thread.join()
+            self._search_thread = None
 
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
         """What is in use."""
@@ -125,7 +125,7 @@ class AudioDialog(QDialog):
         self.cards.show_text(device)
         for box, value in ((self.rate, rate_hz), (self.block, block)):
             box.setCurrentIndex(max(0, index_of(box, value)))
-        self._explain()
+        self._update_note()
 
     def values(self) -> tuple[str | None, int, int, str]:
         """Device, rate in Hz, frames in a block and accelerometers, as chosen."""
@@ -140,12 +140,12 @@ class AudioDialog(QDialog):
 
     def _show_devices(self, devices: list[Device]) -> None:
         self._end_search()
-        self.cards.again.setEnabled(True)
+        self.cards.search_again.setEnabled(True)
         self.devices = devices
         self.cards.show_devices(devices)
-        self._explain()
+        self._update_note()
 
-    def _explain(self) -> None:
+    def _update_note(self) -> None:
         device, rate_hz, block, _ = self.values()
         lasts_ms = 1e3 * block / rate_hz
         self.length.setText(
@@ -173,7 +173,7 @@ class AudioDialog(QDialog):
             self.note.show()
             self.accelerometers.setFocus()
             return
-        self._explain()
+        self._update_note()
         self.applied.emit(*self.values())
 
     def _show_map(self) -> None:
@@ -183,7 +183,7 @@ class AudioDialog(QDialog):
         grid = QGridLayout(inside)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(theme.GRID)
-        for name, first, end in self._spans(max(channel for channel, _ in tiles) + 1):
+        for name, first, end in self._channel_ranges(max(channel for channel, _ in tiles) + 1):
             there = sorted((channel, tile) for channel, tile in tiles if first <= channel < end)
             if name and there:
                 grid.addWidget(theme.label(name, "muted"), grid.rowCount(), 0, 1, _COLUMNS)
@@ -192,12 +192,12 @@ class AudioDialog(QDialog):
                 button = QPushButton(tile)
                 button.setAutoDefault(False)
                 button.setToolTip(f"Pulse tile {tile}: output channel {channel - first + 1}")
-                button.clicked.connect(lambda _=False, id=tile: self.pulse_wanted.emit(id))
+                button.clicked.connect(lambda _=False, id=tile: self.pulse_requested.emit(id))
                 grid.addWidget(button, row + i // _COLUMNS, i % _COLUMNS)
         grid.setRowStretch(grid.rowCount(), 1)
         self.map.setWidget(inside)
 
-    def _spans(self, wanted: int) -> list[tuple[str, int, int]]:
+    def _channel_ranges(self, wanted: int) -> list[tuple[str, int, int]]:
         """Name, first channel and the one behind the last, of each card, and of what no card has a channel for."""
         has = {name: channels for name, channels, _ in self.devices or ()}
         spans, first = [], 0

@@ -21,54 +21,54 @@ class CardRow(QWidget):
 
     def __init__(self, is_first: bool) -> None:
         super().__init__()
-        self.device, self.channels, self.remove = QComboBox(), QSpinBox(), QPushButton("Remove")
-        self.device.setAccessibleName("Sound card")
-        self.device.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.device.addItem("Default device of this computer", "")
+        self.device_box, self.channels, self.remove_button = QComboBox(), QSpinBox(), QPushButton("Remove")
+        self.device_box.setAccessibleName("Sound card")
+        self.device_box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.device_box.addItem("Default device of this computer", "")
         if is_first:
-            self.device.addItem("No sound", None)
+            self.device_box.addItem("No sound", None)
         self.channels.setAccessibleName("Channels of this card")
         self.channels.setToolTip("How many channels of this card are used; the tiles behind them play on the next card")
         self.channels.setRange(0, MAX_CHANNELS)
         self.channels.setSpecialValueText("all channels")
         self.channels.setSuffix(" channels")
         self.channels.lineEdit().setTextMargins(theme.GRID, 0, theme.GRID, 0)
-        self.remove.setAutoDefault(False)
-        self.remove.setVisible(not is_first)
+        self.remove_button.setAutoDefault(False)
+        self.remove_button.setVisible(not is_first)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(theme.GRID)
-        layout.addWidget(self.device, 1)
+        layout.addWidget(self.device_box, 1)
         layout.addWidget(self.channels)
-        layout.addWidget(self.remove)
-        self.device.currentIndexChanged.connect(self.changed)
+        layout.addWidget(self.remove_button)
+        self.device_box.currentIndexChanged.connect(self.changed)
         self.channels.valueChanged.connect(self.changed)
 
     def output(self) -> Output:
         """The card as chosen."""
-        return Output(self.device.currentData() or "", self.channels.value())
+        return Output(self.device_box.currentData() or "", self.channels.value())
 
     def show_output(self, name: str | None, channels: int) -> None:
         """Choose a card, also one that is not there."""
-        if index_of(self.device, name) < 0:
-            self.device.addItem(str(name), name)
-        self.device.setCurrentIndex(max(0, index_of(self.device, name)))
+        if index_of(self.device_box, name) < 0:
+            self.device_box.addItem(str(name), name)
+        self.device_box.setCurrentIndex(max(0, index_of(self.device_box, name)))
         self.channels.setValue(channels)
 
     def show_devices(self, devices: Sequence[Device]) -> None:
         """Offer the devices that there are."""
         known = [name for name, _, _ in devices]
-        for index in range(self.device.count()):
-            name = self.device.itemData(index)
+        for index in range(self.device_box.count()):
+            name = self.device_box.itemData(index)
             if name and name not in known:
-                self.device.setItemText(index, f"{name} (not connected)")
+                self.device_box.setItemText(index, f"{name} (not connected)")
         for name, channels, rate_hz in devices:
             words = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
-            index = index_of(self.device, name)
+            index = index_of(self.device_box, name)
             if index < 0:
-                self.device.addItem(words, name)
+                self.device_box.addItem(words, name)
             else:
-                self.device.setItemText(index, words)
+                self.device_box.setItemText(index, words)
 
 
 class CardRows(QWidget):
@@ -80,19 +80,21 @@ class CardRows(QWidget):
         super().__init__()
         self.rows: list[CardRow] = []
         self._devices: Sequence[Device] = ()
-        self.add = QPushButton("Add a card")
-        self.add.setAutoDefault(False)
-        self.add.setToolTip("For floors of more tiles than one card has channels; each card keeps its own clock")
-        self.add.clicked.connect(lambda: self._add())
+        self.add_button = QPushButton("Add a card")
+        self.add_button.setAutoDefault(False)
+        self.add_button.setToolTip("For floors of more tiles than one card has channels; each card keeps its own clock")
+        self.add_button.clicked.connect(lambda: self._add())
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(theme.GRID)
         foot = QHBoxLayout()
-        self.again = QPushButton("Look again")
-        self.again.setAutoDefault(False)
-        self.again.setToolTip("Look which cards there are now; a card that was plugged in since is on the list then")
-        foot.addWidget(self.add)
-        foot.addWidget(self.again)
+        self.search_again = QPushButton("Look again")
+        self.search_again.setAutoDefault(False)
+        self.search_again.setToolTip(
+            "Look which cards there are now; a card that was plugged in since is on the list then"
+        )
+        foot.addWidget(self.add_button)
+        foot.addWidget(self.search_again)
         foot.addStretch(1)
         self._layout.addLayout(foot)
         self._add()
@@ -100,7 +102,7 @@ class CardRows(QWidget):
     @property
     def text(self) -> str | None:
         """The cards as `outputs_of` reads them; None for no sound. A card that is there twice counts once."""
-        if self.rows[0].device.currentData() is None:
+        if self.rows[0].device_box.currentData() is None:
             return None
         return text_of(list({output.name: output for output in (row.output() for row in self.rows)}.values()))
 
@@ -124,21 +126,21 @@ class CardRows(QWidget):
         row = CardRow(is_first=not self.rows)
         row.show_devices(self._devices)
         row.changed.connect(self.changed)
-        row.remove.clicked.connect(partial(self._remove, row))
+        row.remove_button.clicked.connect(partial(self._remove, row))
         self._layout.insertWidget(len(self.rows), row)
         self.rows.append(row)
-        taken = {one.device.currentData() for one in self.rows[:-1]}
+        taken = {one.device_box.currentData() for one in self.rows[:-1]}
         free = next((name for name, _, _ in self._devices if name not in taken), None)
         if len(self.rows) > 1 and free is not None:
             row.show_output(free, 0)
-        self.add.setEnabled(len(self.rows) < MOST_CARDS)
+        self.add_button.setEnabled(len(self.rows) < MOST_CARDS)
         self.changed.emit()
 
     def _remove(self, row: CardRow, _: bool = False) -> None:
         self.rows.remove(row)
         row.setParent(None)
         row.deleteLater()
-        self.add.setEnabled(True)
+        self.add_button.setEnabled(True)
         self.changed.emit()
 
 

@@ -20,7 +20,7 @@ from underfoot.bench.cost_process import CostRequest
 from underfoot.engine.child_process import ChildProcess
 from underfoot.widgets import theme
 
-_LOOK_MS = 50
+_POLL_MS = 50
 _COLUMNS = ("", "ms a second", "Share", "")
 
 
@@ -38,15 +38,15 @@ class CostDialog(QDialog):
         self.feet.setAccessibleName("Tiles with a foot on them")
         for words, count in (("every tile", tiles), ("two tiles", min(2, tiles)), ("no tile", 0)):
             self.feet.addItem(words, count)
-        self.begin = QPushButton("Measure")
-        self.begin.clicked.connect(self._begin_or_stop)
+        self.start_button = QPushButton("Measure")
+        self.start_button.clicked.connect(self._start_or_stop)
         self.summary = theme.label("", "muted")
         self.table = QTreeWidget()
         self.table.setHeaderLabels(_COLUMNS)
         self.table.setRootIsDecorated(False)
         self.table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         top = QHBoxLayout()
-        for widget in (theme.label("A foot steps on"), self.feet, self.begin):
+        for widget in (theme.label("A foot steps on"), self.feet, self.start_button):
             top.addWidget(widget)
         top.addWidget(self.summary, 1)
         column = QVBoxLayout(self)
@@ -54,36 +54,36 @@ class CostDialog(QDialog):
         column.addLayout(top)
         column.addWidget(self.table)
         self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.setInterval(_POLL_MS)
+        self._timer.timeout.connect(self._poll)
         self.resize(112 * theme.GRID, 72 * theme.GRID)
-        self._begin_or_stop()
+        self._start_or_stop()
 
     def done(self, result: int) -> None:
         """Esc and the button in the frame both come here: what is being measured stops."""
         self._stop("")
         super().done(result)
 
-    def _begin_or_stop(self) -> None:
+    def _start_or_stop(self) -> None:
         if self._process is not None:
             self._stop("Stopped.")
             return
         request = self._request(self.feet.currentData())
         self._process = ChildProcess("cost", "underfoot.bench.cost_process", request)
         self._timer.start()
-        self.begin.setText("Stop")
-        self.summary.setText("Measuring: some ten seconds, in a process beside; other work makes it seem slower")
+        self.start_button.setText("Stop")
+        self.summary.setText("Measuring for about ten seconds, in another process; other work makes it seem slower")
 
-    def _stop(self, said: str) -> None:
+    def _stop(self, message: str) -> None:
         self._timer.stop()
         if self._process is not None:
             self._process.kill()
             self._process.end(0.0)
             self._process = None
-        self.begin.setText("Measure")
-        self.summary.setText(said)
+        self.start_button.setText("Measure")
+        self.summary.setText(message)
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         process = self._process
         if process is None:
             return
@@ -105,10 +105,10 @@ class CostDialog(QDialog):
         self._heading("STAGES")
         for stage in found.stages:
             self._row(stage.stage, stage.ms, found.whole_ms, STAGES[stage.stage])
-        self._row("reading", found.reading_ms, 0.0, "beside it, where devices are read: readings to newtons")
+        self._row("reading", found.reading_ms, 0.0, "not in the block: readings to newtons, where devices are read")
         self._heading("NODES")
         for node in sorted(found.nodes, key=lambda node: -node.ms):
-            self._row(node.node, node.ms, found.whole_ms, _of_node(node, found.tiles))
+            self._row(node.node, node.ms, found.whole_ms, _cost_of_node(node, found.tiles))
         for id in found.left_out:
             self._row(id, 0.0, 0.0, "left out: no output needs it")
 
@@ -125,6 +125,6 @@ class CostDialog(QDialog):
         self.table.addTopLevelItem(item)
 
 
-def _of_node(node: NodeCost, tiles: int) -> str:
+def _cost_of_node(node: NodeCost, tiles: int) -> str:
     sleeps = f"sleeps when {node.sleeps}" if node.sleeps else "never sleeps"
     return f"{node.type}, awake on {node.tiles_awake:.1f} of {tiles} tiles; {sleeps}"

@@ -24,9 +24,9 @@ from underfoot.exchange.losses import losses
 from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
-from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.dialogs.file_chooser import FileChooser
 
-_LOOK_MS = 50
+_POLL_MS = 50
 STEP, WALK = "one step over one tile", "a walk over this floor"
 
 
@@ -36,11 +36,11 @@ class ExportDialog(QDialog):
     `export(walks)` is what is to be written, on one step or on a walk over the floor; `name` is what files are called.
     """
 
-    def __init__(self, export: Callable[[bool], Export], name: str, files: FileQuestion, parent: QWidget) -> None:
+    def __init__(self, export: Callable[[bool], Export], name: str, file_chooser: FileChooser, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Export")
-        self._export, self._name, self._files = export, name, files
+        self._export, self._name, self._file_chooser = export, name, file_chooser
         self._process: ChildProcess | None = None
         self._path = Path()
         self.formats = QListWidget()
@@ -53,29 +53,29 @@ class ExportDialog(QDialog):
             self.formats.addItem(item)
         self.note = theme.label("", "muted")
         self.note.setWordWrap(True)
-        self.lost_title = theme.label("", "heading")
-        self.lost = QListWidget()
-        self.lost.setAccessibleName("What will be lost")
-        self.lost.setWordWrap(True)
-        self.lost.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.lost.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.plays = QComboBox()
-        self.plays.setAccessibleName("What it plays on")
-        self.plays.addItems([STEP, WALK])
+        self.losses_title = theme.label("", "heading")
+        self.losses = QListWidget()
+        self.losses.setAccessibleName("What will be lost")
+        self.losses.setWordWrap(True)
+        self.losses.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.losses.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.playing_note = QComboBox()
+        self.playing_note.setAccessibleName("What it plays on")
+        self.playing_note.addItems([STEP, WALK])
         self.progress = QProgressBar()
         self.progress.setRange(0, 0)
         self.progress.setTextVisible(False)
         self.progress.setFixedHeight(2)
-        self.said = theme.label("", "small")
-        self.said.setWordWrap(True)
+        self.message = theme.label("", "small")
+        self.message.setWordWrap(True)
         self.write = QPushButton("Export…")
         self.write.setProperty("role", "primary")
         self.write.setDefault(True)
         self.write.setMinimumWidth(12 * theme.GRID)
-        self.write.clicked.connect(self._ask_or_stop)
+        self.write.clicked.connect(self._start_or_stop)
         self.formats.currentItemChanged.connect(lambda *_: self._show_format())
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = QTimer(self, interval=_POLL_MS)
+        self._timer.timeout.connect(self._poll)
         self._lay_out()
         self._show_busy(False)
         self.formats.setCurrentRow(0)
@@ -85,11 +85,11 @@ class ExportDialog(QDialog):
     def _lay_out(self) -> None:
         played = QHBoxLayout()
         played.addWidget(theme.label("It plays on"))
-        played.addWidget(self.plays)
+        played.addWidget(self.playing_note)
         played.addStretch()
         right = QVBoxLayout()
         right.setSpacing(theme.GRID)
-        for widget in (self.note, self.lost_title, self.lost):
+        for widget in (self.note, self.losses_title, self.losses):
             right.addWidget(widget)
         right.addLayout(played)
         middle = QHBoxLayout()
@@ -100,7 +100,7 @@ class ExportDialog(QDialog):
         close.setAutoDefault(False)
         close.clicked.connect(self.close)
         below = QHBoxLayout()
-        below.addWidget(self.said, 1)
+        below.addWidget(self.message, 1)
         below.addWidget(close)
         below.addWidget(self.write)
         column = QVBoxLayout(self)
@@ -125,60 +125,62 @@ class ExportDialog(QDialog):
         """What a person should know before a file of this format is written."""
         self.note.setText(f"{self.format.note[:1].upper()}{self.format.note[1:]}.")
         lines = losses(self._export(False).patch, REGISTRY, self.format.carries)
-        self.lost_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
-        self.lost.clear()
-        self.lost.addItems([pretty_text(line) for line in lines])
-        self.plays.setEnabled("parameters" not in self.format.carries and self._process is None)
+        self.losses_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
+        self.losses.clear()
+        self.losses.addItems([pretty_text(line) for line in lines])
+        self.playing_note.setEnabled("parameters" not in self.format.carries and self._process is None)
         if self._process is None:
-            self.said.setText("")
+            self.message.setText("")
 
     # --- writing ---
 
-    def _ask_or_stop(self) -> None:
+    def _start_or_stop(self) -> None:
         if self._process is not None:
             self._stop("Stopped; nothing was written.")
             return
         suffix = self.format.suffix
         patterns = " ".join(f"*{one}" for one in self.format.suffixes if one) or "*"
         name = f"{self._name}{suffix}"
-        self._files.ask(f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix)
+        self._file_chooser.ask(
+            f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix
+        )
 
     def begin(self, path: Path) -> None:
         """Write this file; a process beside does it."""
-        walks = self.plays.currentText() == WALK or "parameters" in self.format.carries
+        walks = self.playing_note.currentText() == WALK or "parameters" in self.format.carries
         request = ExportRequest(self._export(walks), self.format.name, path)
         self._path = path
         self._process = ChildProcess("export", "underfoot.exchange.export_process", request)
         self._timer.start()
         self._show_busy(True)
-        self.said.setText("Playing and writing, in a process beside; a first time compiles for up to a minute…")
+        self.message.setText("Playing and writing, in another process; the first time compiles for up to a minute…")
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         process = self._process
         if process is None:
             return
         alive = process.is_alive
         answers = process.receive()
         if answers and isinstance(answers[0], tuple):
-            self._stop(_written(self._path, answers[0]))
+            self._stop(_result_text(self._path, answers[0]))
         elif answers or not alive:
             self._stop(answers[0] if answers else "The process that wrote it died; export again.")
 
-    def _stop(self, said: str) -> None:
+    def _stop(self, message: str) -> None:
         self._timer.stop()
         if self._process is not None:
             self._process.kill()
             self._process.end(0.0)
             self._process = None
         self._show_busy(False)
-        self.said.setText(said)
+        self.message.setText(message)
 
     def _show_busy(self, busy: bool) -> None:
         self.progress.setVisible(busy)
         self.formats.setDisabled(busy)
-        self.plays.setDisabled(busy)
+        self.playing_note.setDisabled(busy)
         self.write.setText("Stop" if busy else "Export…")
 
 
-def _written(path: Path, lines: Sequence[str]) -> str:
+def _result_text(path: Path, lines: Sequence[str]) -> str:
     return "\n".join([f"Written: {path}", *lines])

@@ -12,7 +12,7 @@ from underfoot.network.server import Counts
 from underfoot.quantities import number
 from underfoot.widgets import theme
 
-_LOOK_MS = 250
+_POLL_MS = 250
 _DIGITS = 9
 _NO_LSL = 'Needs the package pylsl: pip install "underfoot[lsl]".'
 ROWS = (
@@ -37,14 +37,14 @@ STREAMS = (
 class NetworkDialog(QDialog):
     """Edits addresses and what is used; Apply hands them to `apply(addresses, on)`, which may refuse them.
 
-    `counts` and `trouble` are asked for while the dialog is open.
+    `counts` and `problem` are asked for while the dialog is open.
     """
 
     def __init__(
         self,
         apply: Callable[[dict[str, str], list[str]], None],
         counts: Callable[[], Counts],
-        trouble: Callable[[], str],
+        problem: Callable[[], str],
         addresses: dict[str, str],
         on: list[str],
         parent: QWidget | None = None,
@@ -52,8 +52,8 @@ class NetworkDialog(QDialog):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Network")
-        self._apply_to, self._counts, self._trouble = apply, counts, trouble
-        self.used: dict[str, QCheckBox] = {}
+        self._apply_to, self._counts, self._problem = apply, counts, problem
+        self.check_boxes: dict[str, QCheckBox] = {}
         self.addresses: dict[str, QLineEdit] = {}
         grid = QGridLayout()
         grid.setHorizontalSpacing(2 * theme.GRID)
@@ -64,7 +64,7 @@ class NetworkDialog(QDialog):
             field.setAccessibleName(words.replace("&", ""))
             field.setToolTip(HINTS.get(name, HINT))
             field.setPlaceholderText(HINTS.get(name, ""))
-            field.textEdited.connect(self._explain)
+            field.textEdited.connect(self._update_note)
             grid.addWidget(field, 3 * row, 1)
         for row, (name, words, help) in enumerate(STREAMS, len(ROWS)):
             self._add(grid, 3 * row, name, words, help if find_spec("pylsl") else _NO_LSL, name in on)
@@ -88,16 +88,16 @@ class NetworkDialog(QDialog):
         column.addWidget(self.buttons)
         self.resize(80 * theme.GRID, 60 * theme.GRID)
         self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.setInterval(_POLL_MS)
+        self._timer.timeout.connect(self._poll)
         self._timer.start()
-        self._look()
-        self._explain()
+        self._poll()
+        self._update_note()
 
     def _add(self, grid: QGridLayout, row: int, name: str, words: str, help: str, on: bool) -> None:
-        box = self.used[name] = QCheckBox(words)
+        box = self.check_boxes[name] = QCheckBox(words)
         box.setChecked(on)
-        box.toggled.connect(self._explain)
+        box.toggled.connect(self._update_note)
         said = theme.label(help, "small")
         said.setWordWrap(True)
         grid.addWidget(box, row, 0)
@@ -107,32 +107,32 @@ class NetworkDialog(QDialog):
     def values(self) -> tuple[dict[str, str], list[str]]:
         """The addresses, and the names of what is to be used."""
         texts = {name: field.text().strip() for name, field in self.addresses.items()}
-        return texts, [name for name, box in self.used.items() if box.isChecked()]
+        return texts, [name for name, box in self.check_boxes.items() if box.isChecked()]
 
-    def _explain(self) -> None:
+    def _update_note(self) -> None:
         """Say what the choice means before it is applied: what leaves this computer, or why it cannot be."""
         addresses, on = self.values()
         try:
             plan = NetworkPlan.chosen(addresses, on)
         except UnderfootError as error:
-            self._say(str(error))
+            self._show_note(str(error))
             return
-        self._say("\n".join(f"{line[0].upper()}{line[1:]}." for line in plan.warnings()))
+        self._show_note("\n".join(f"{line[0].upper()}{line[1:]}." for line in plan.warnings()))
 
     def _apply(self) -> None:
-        self._explain()
+        self._update_note()
         try:
             self._apply_to(*self.values())
         except UnderfootError as error:
-            self._say(str(error))
+            self._show_note(str(error))
 
-    def _say(self, text: str) -> None:
+    def _show_note(self, text: str) -> None:
         self.note.setText(text)
         self.note.setVisible(bool(text))
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         counts = self._counts()
         sent, received, refused = (number(n, _DIGITS) for n in (counts.sent, counts.received, counts.refused))
         self.counters.setText(f"Sent {sent}   Cues received {received}   Refused {refused}")
         last = f"Last refused: {counts.reason}" if counts.refused else counts.reason
-        self.refusal.setText(self._trouble() or last)
+        self.refusal.setText(self._problem() or last)

@@ -15,13 +15,13 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.slider import Slider
 
 TEXT_PX, BUTTON_LINES = 20, 2.6
-MOST_BUTTONS = 12
+MAX_BUTTONS = 12
 """Whole numbers of up to so many are buttons; of more, a line."""
-_STEP = 0.02
+_KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
 
-def asks_of(runner: Runner) -> tuple[Parameter, ...]:
+def questions_of(runner: Runner) -> tuple[Parameter, ...]:
     """What is answered on a runner's page: its questions, or, in learning, which stimulus is to be felt."""
     if runner.page.kind == "learn":
         return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
@@ -42,33 +42,33 @@ class AnswerForm(QWidget):
         self._text_px = text_px
         self._layout = QVBoxLayout(self)
         self._layout.setSpacing(2 * theme.GRID)
-        self._asks: tuple[Parameter, ...] = ()
+        self._questions: tuple[Parameter, ...] = ()
         self.buttons: list[QPushButton] = []
         self.fields: dict[str, QLineEdit] = {}
         self.sliders: dict[str, Slider] = {}
         self._chosen: dict[str, Any] = {}
 
     @property
-    def is_by_button(self) -> bool:
+    def is_answered_by_button(self) -> bool:
         """Whether one press of a button answers all."""
-        return len(self._asks) == 1 and bool(self.buttons)
+        return len(self._questions) == 1 and bool(self.buttons)
 
     @property
-    def is_to_give(self) -> bool:
+    def needs_submit(self) -> bool:
         """Whether something is asked that no single button answers."""
-        return bool(self._asks) and not self.is_by_button
+        return bool(self._questions) and not self.is_answered_by_button
 
     @property
-    def how(self) -> str:
+    def hint_text(self) -> str:
         """What to do to answer, in a sentence."""
-        if self.is_by_button:
+        if self.is_answered_by_button:
             last = len(self.buttons)
             return f"Press a number from 1 to {last}, or click." if last > 2 else "Press 1 or 2, or click."
         if len(self.sliders) == 1:
             return "Left and Right move it. Return answers."
         return "Press Return to go on, or click."
 
-    def show_asks(self, asks: Sequence[Parameter]) -> None:
+    def show_questions(self, questions: Sequence[Parameter]) -> None:
         """Ask this now, in the place of what was asked before."""
         while self._layout.count():
             item = self._layout.takeAt(0)
@@ -76,130 +76,134 @@ class AnswerForm(QWidget):
             if widget is not None:
                 widget.hide()
                 widget.deleteLater()
-        self._asks = tuple(asks)
+        self._questions = tuple(questions)
         self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
-        for one in self._asks:
-            self._layout.addWidget(self._one(one))
+        for question in self._questions:
+            self._layout.addWidget(self._question_widget(question))
 
-    def give(self) -> None:
+    def submit(self) -> None:
         """Answer with what is chosen and typed."""
         try:
-            values = {one.name: self._given(one) for one in self._asks}
+            values = {question.name: self._answer_to(question) for question in self._questions}
         except BadValue as error:
             self.refused.emit(str(error))
             return
         self.answered.emit(values)
 
-    def key(self, key: int, text: str) -> bool:
+    def handle_key(self, key: int, text: str) -> bool:
         """What a key does: a number chooses, arrows move the only slider. Whether it did something."""
-        if self.is_by_button and text.isdecimal() and 0 < int(text) <= len(self.buttons):
+        if self.is_answered_by_button and text.isdecimal() and 0 < int(text) <= len(self.buttons):
             self.buttons[int(text) - 1].click()
             return True
-        way = {Qt.Key.Key_Left.value: -_STEP, Qt.Key.Key_Right.value: _STEP}.get(key)
-        if way is not None and len(self.sliders) == 1:
+        step = {Qt.Key.Key_Left.value: -_KEY_STEP, Qt.Key.Key_Right.value: _KEY_STEP}.get(key)
+        if step is not None and len(self.sliders) == 1:
             slider = next(iter(self.sliders.values()))
-            slider.set_place(slider.place() + way)
-            slider.moved.emit(slider.place())
+            slider.set_position(slider.position() + step)
+            slider.moved.emit(slider.position())
             return True
         return False
 
-    def _given(self, one: Parameter) -> Any:
+    def _answer_to(self, question: Parameter) -> Any:
         """What answers this; `BadValue`, with its line ready to be typed in, where nothing does."""
-        field = self.fields.get(one.name)
+        field = self.fields.get(question.name)
         if field is None:
-            if one.name not in self._chosen and needs_answer(one):
-                raise unanswered(one)
-            return self._chosen.get(one.name, one.default)
+            if question.name not in self._chosen and needs_answer(question):
+                raise unanswered(question)
+            return self._chosen.get(question.name, question.default)
         text = field.text().strip()
         try:
-            if not text and needs_answer(one):
-                raise unanswered(one)
-            return typed_answer(one, text)
+            if not text and needs_answer(question):
+                raise unanswered(question)
+            return typed_answer(question, text)
         except BadValue:
             field.setFocus()
             field.selectAll()
             raise
 
-    def _one(self, one: Parameter) -> QWidget:
+    def _question_widget(self, question: Parameter) -> QWidget:
         box = QWidget()
         column = QVBoxLayout(box)
         column.setContentsMargins(0, 0, 0, 0)
-        words = theme.label(one.doc or one.label)
+        words = theme.label(question.doc or question.label)
         words.setFont(theme.font(self._text_px))
         words.setWordWrap(True)
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         column.addWidget(words)
-        column.addWidget(self._control(one))
+        column.addWidget(self._make_control(question))
         return box
 
-    def _control(self, one: Parameter) -> QWidget:
-        if isinstance(one, Choice):
-            return self._choices(one, list(one.options))
-        if isinstance(one, Count) and one.high - one.low < MOST_BUTTONS:
-            return self._choices(one, list(range(one.low, one.high + 1)))
-        if isinstance(one, Number) and len(self._asks) == 1:
-            return self._slider(one)
+    def _make_control(self, question: Parameter) -> QWidget:
+        if isinstance(question, Choice):
+            return self._make_buttons(question, list(question.options))
+        if isinstance(question, Count) and question.high - question.low < MAX_BUTTONS:
+            return self._make_buttons(question, list(range(question.low, question.high + 1)))
+        if isinstance(question, Number) and len(self._questions) == 1:
+            return self._make_slider(question)
         field = QLineEdit()
         field.setFont(theme.font(self._text_px))
-        field.setAccessibleName(one.label)
-        field.setPlaceholderText("" if one.kind == "text" else one.allowed)
-        self.fields[one.name] = field
+        field.setAccessibleName(question.label)
+        field.setPlaceholderText("" if question.kind == "text" else question.allowed)
+        self.fields[question.name] = field
         return field
 
-    def _choices(self, one: Parameter, options: Sequence[Any]) -> QWidget:
+    def _make_buttons(self, question: Parameter, options: Sequence[Any]) -> QWidget:
         line = QWidget()
         row = QHBoxLayout(line)
         row.setContentsMargins(0, 0, 0, 0)
-        mine: list[QPushButton] = []
-        is_numbered = len(self._asks) == 1 and len(options) > 2 and not isinstance(one, Count)
+        row_buttons: list[QPushButton] = []
+        is_numbered = len(self._questions) == 1 and len(options) > 2 and not isinstance(question, Count)
         for number, option in enumerate(options, 1):
             button = QPushButton(f"{number}  {option}" if is_numbered else str(option))  # its key
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
-            button.setCheckable(len(self._asks) > 1)
+            button.setCheckable(len(self._questions) > 1)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # where it is gone, the focus would go to another
-            button.clicked.connect(lambda _=False, value=option, b=button: self._choose(one, value, mine, b))
-            button.setChecked(isinstance(one, OpenChoice) and option == one.default)
-            mine.append(button)
+            button.clicked.connect(
+                lambda _=False, value=option, b=button: self._choose(question, value, row_buttons, b)
+            )
+            button.setChecked(isinstance(question, OpenChoice) and option == question.default)
+            row_buttons.append(button)
             row.addWidget(button)
-        self.buttons += mine
+        self.buttons += row_buttons
         return line
 
-    def _choose(self, one: Parameter, value: Any, mine: Sequence[QPushButton], pressed: QPushButton) -> None:
-        self._chosen[one.name] = value
-        for button in mine:
+    def _choose(
+        self, question: Parameter, value: Any, row_buttons: Sequence[QPushButton], pressed: QPushButton
+    ) -> None:
+        self._chosen[question.name] = value
+        for button in row_buttons:
             button.setChecked(button is pressed)
-        if self.is_by_button:
-            self.give()
+        if self.is_answered_by_button:
+            self.submit()
 
-    def _slider(self, one: Number) -> QWidget:
+    def _make_slider(self, question: Number) -> QWidget:
         box = QWidget()
         column = QVBoxLayout(box)
         slider, value = Slider(), QLabel()
         below = QHBoxLayout()
-        for end, side in zip(one.ends if isinstance(one, Scale) else (), _SIDES, strict=False):
+        for end, side in zip(question.ends if isinstance(question, Scale) else (), _SIDES, strict=False):
             words = theme.label(end, "muted")
             words.setFont(theme.font(self._text_px))
             below.addWidget(words, 1, side)
-        slider.setAccessibleName(one.label)
+        slider.setAccessibleName(question.label)
         slider.setMinimumSize(480, 4 * theme.GRID)
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)
         value.setFont(theme.font(self._text_px))
 
-        def stands(found: float) -> None:
-            self._chosen[one.name] = found
-            value.setText(quantity(round(found, 2), one.unit) if one.unit else "")
+        def show_value(found: float) -> None:
+            self._chosen[question.name] = found
+            value.setText(quantity(round(found, 2), question.unit) if question.unit else "")
 
         def moved(place: float) -> None:
-            stands(one.value(place))
-            self.changed.emit(one.name, one.value(place))
+            show_value(question.value(place))
+            self.changed.emit(question.name, question.value(place))
 
-        slider.set_place(one.position(one.default))
-        stands(one.default)
+        slider.set_position(question.position(question.default))
+        show_value(question.default)
         slider.moved.connect(moved)
-        self.sliders[one.name] = slider
+        self.sliders[question.name] = slider
         column.addWidget(slider)
         column.addLayout(below)
-        value.setVisible(bool(one.unit))
+        value.setVisible(bool(question.unit))
         column.addWidget(value)
         return box

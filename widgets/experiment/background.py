@@ -14,9 +14,9 @@ STOPPED = "Stopped."
 class Task:
     """What is computed, as whoever computes it sees it: it asks `is_stopped` now and then, and says how far it is."""
 
-    def __init__(self, say: Callable[[str], object]) -> None:
+    def __init__(self, report: Callable[[str], object]) -> None:
         self._stopped = threading.Event()
-        self._say = say
+        self._report = report
 
     def is_stopped(self) -> bool:
         """Whether nobody waits for it any more."""
@@ -26,18 +26,18 @@ class Task:
         """Let it end; what comes of it is not wanted."""
         self._stopped.set()
 
-    def say(self, words: str) -> None:
+    def report(self, words: str) -> None:
         """Say how far it is."""
         if not self.is_stopped():
-            self._say(words)
+            self._report(words)
 
 
-class Background(QObject):
+class BackgroundWorker(QObject):
     """Computes one thing at a time. `found` brings what came of it, `failed` why nothing did; `said` how far it is."""
 
     found = Signal(list)
     failed = Signal(str)
-    said = Signal(str)
+    notified = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -53,7 +53,7 @@ class Background(QObject):
         """Compute this, unless something is being computed."""
         if self.is_busy:
             return
-        task = self._task = Task(self.said.emit)
+        task = self._task = Task(self.notified.emit)
 
         def work() -> None:
             signal: Any = self.found

@@ -23,7 +23,7 @@ from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import all_stages
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.people_dialog import SimulatedPeople, words_of
+from underfoot.widgets.experiment.people_dialog import SimulatedPeople, people_text
 from underfoot.widgets.experiment.results_menu import ResultsButton
 from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
@@ -35,11 +35,11 @@ class StudyList(QWidget):
     """The studies there are, by title; one is chosen."""
 
     chosen = Signal(int)
-    open_wanted = Signal()
-    new_wanted = Signal()
-    own_wanted = Signal()
-    edit_wanted = Signal()
-    delete_wanted = Signal()
+    open_requested = Signal()
+    new_requested = Signal()
+    copy_requested = Signal()
+    edit_requested = Signal()
+    delete_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -50,29 +50,29 @@ class StudyList(QWidget):
         self.list.setAccessibleName("Studies")
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
-        self.new, self.own, self.edit, self.delete, self.open = (
+        self.new, self.copy_button, self.edit, self.delete, self.open = (
             QPushButton("&New study…"),
             QPushButton("&Make a copy…"),
             QPushButton("&Edit…"),
             QPushButton("Delete…"),
             QPushButton("Open a protocol…"),
         )
-        self.own.setToolTip("A copy of the chosen study, to be changed")
+        self.copy_button.setToolTip("A copy of the chosen study, to be changed")
         below = QGridLayout()
         below.setSpacing(theme.GRID // 2)
-        for place, button in enumerate((self.new, self.own, self.edit, self.delete)):
-            below.addWidget(button, place // 2, place % 2)
+        for index, button in enumerate((self.new, self.copy_button, self.edit, self.delete)):
+            below.addWidget(button, index // 2, index % 2)
         below.addWidget(self.open, 2, 0, 1, 2)
         column = QVBoxLayout(self)
         column.addWidget(theme.label("STUDIES", "heading"))
         column.addWidget(self.list, 1)
         column.addLayout(below)
         self.list.currentRowChanged.connect(self.chosen)
-        self.new.clicked.connect(self.new_wanted)
-        self.own.clicked.connect(self.own_wanted)
-        self.edit.clicked.connect(self.edit_wanted)
-        self.delete.clicked.connect(self.delete_wanted)
-        self.open.clicked.connect(self.open_wanted)
+        self.new.clicked.connect(self.new_requested)
+        self.copy_button.clicked.connect(self.copy_requested)
+        self.edit.clicked.connect(self.edit_requested)
+        self.delete.clicked.connect(self.delete_requested)
+        self.open.clicked.connect(self.open_requested)
         self.setFocusProxy(self.list)
 
     def show_studies(self, studies: Sequence[StudyFile], chosen: int) -> None:
@@ -81,7 +81,7 @@ class StudyList(QWidget):
         self.list.addItems([_title_of(study) for study in studies])
         self.list.setCurrentRow(chosen)
 
-    def show_own(self, is_own: bool) -> None:
+    def set_editable(self, is_own: bool) -> None:
         """Whether the chosen study is a person's own, to be edited and deleted."""
         self.edit.setEnabled(is_own)
         self.delete.setEnabled(is_own)
@@ -90,12 +90,12 @@ class StudyList(QWidget):
 class StudyOverview(QWidget):
     """What a study is, a field for the participant's id, and what can be done with it."""
 
-    begin_wanted = Signal(str)
-    pilot_wanted = Signal()
-    simulate_wanted = Signal()
-    people_wanted = Signal()
-    equipment_wanted = Signal()
-    analyse_wanted = Signal()
+    begin_requested = Signal(str)
+    pilot_requested = Signal()
+    simulate_requested = Signal()
+    people_requested = Signal()
+    equipment_requested = Signal()
+    analyse_requested = Signal()
     participant_typed = Signal(str)
 
     def __init__(self) -> None:
@@ -119,7 +119,7 @@ class StudyOverview(QWidget):
         self.people.setToolTip("How many people are simulated, and what is true of them")
         self.results = ResultsButton()
         self._simulate_words, self._can_analyse = "", False
-        self.show_people(words_of(SimulatedPeople()))
+        self.show_people(people_text(SimulatedPeople()))
         self.begin.setProperty("role", "primary")
         self.equipment = QPushButton()
         self.equipment.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
@@ -135,13 +135,13 @@ class StudyOverview(QWidget):
         self.table.setStyleSheet("font-family: monospace;")
         self._lay_out()
         self.begin.clicked.connect(self._begin)
-        self.pilot.clicked.connect(self.pilot_wanted)
+        self.pilot.clicked.connect(self.pilot_requested)
         self.participant.returnPressed.connect(self._begin)
         self.participant.textChanged.connect(self.participant_typed)
-        self.equipment.clicked.connect(self.equipment_wanted)
-        self.simulate.clicked.connect(self.simulate_wanted)
-        self.people.clicked.connect(self.people_wanted)
-        self.analyse.clicked.connect(self.analyse_wanted)
+        self.equipment.clicked.connect(self.equipment_requested)
+        self.simulate.clicked.connect(self.simulate_requested)
+        self.people.clicked.connect(self.people_requested)
+        self.analyse.clicked.connect(self.analyse_requested)
 
     def show_study(self, study: StudyFile, sessions: int, folder: Path) -> None:
         """Show a study, of which so many sessions were begun, in a folder."""
@@ -154,7 +154,7 @@ class StudyOverview(QWidget):
         self.analyse.setEnabled(self._can_analyse)
         self.results.enable_writing(self._can_analyse)
 
-    def show_way(self, has_session: bool, may_begin: bool, goes_on: bool, why_not: str) -> None:
+    def show_availability(self, has_session: bool, may_begin: bool, goes_on: bool, why_not: str) -> None:
         """Whether there is a session to be lent, and one of a study can be begun, or gone on with; else why not."""
         self.pilot.setEnabled(has_session)
         self.begin.setEnabled(may_begin)
@@ -189,7 +189,7 @@ class StudyOverview(QWidget):
 
     def _begin(self) -> None:
         if self.begin.isEnabled() and is_id(self.participant.text()):
-            self.begin_wanted.emit(self.participant.text())
+            self.begin_requested.emit(self.participant.text())
 
     def _lay_out(self) -> None:
         who, found_by = QHBoxLayout(), QHBoxLayout()

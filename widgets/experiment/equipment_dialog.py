@@ -41,7 +41,7 @@ class EquipmentDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Equipment of studies")
         self._use = use
-        self.used = {
+        self.check_boxes = {
             "plate": QCheckBox("&Stiffness plate at"),
             "masking": QCheckBox("&Masking sound on"),
             "trigger": QCheckBox("T&rigger at"),
@@ -58,51 +58,51 @@ class EquipmentDialog(QDialog):
         self.note.setWordWrap(True)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.try_out = self.buttons.addButton("Try", QDialogButtonBox.ButtonRole.ActionRole)
-        self.take = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.take.setDefault(True)
+        self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.use_button.setDefault(True)
         self._lay_out()
         self._show(choice)
-        for box in self.used.values():
+        for box in self.check_boxes.values():
             box.toggled.connect(self._enable)
         self._enable()
-        self.take.clicked.connect(self._give)
-        self.try_out.clicked.connect(self._try)
+        self.use_button.clicked.connect(self._accept_choice)
+        self.try_out.clicked.connect(self._try_out)
         self.buttons.rejected.connect(self.reject)
 
     def choice(self) -> EquipmentChoice:
         """What is chosen; `BadValue` where something is missing."""
         plate = trigger = ""
-        if self.used["plate"].isChecked():
+        if self.check_boxes["plate"].isChecked():
             plate = f"{self.plate.currentText().strip()}:{self.calibration.text().strip()}"
             split_plate(plate)
-        if self.used["trigger"].isChecked():
+        if self.check_boxes["trigger"].isChecked():
             trigger = self.trigger.currentText().strip()
             if not trigger:
                 raise BadValue("trigger is ''; allowed: a serial port, as /dev/ttyUSB0 or COM3")
         device = "" if self.masking.currentText() == DEFAULT_DEVICE else self.masking.currentText()
-        masking = device if self.used["masking"].isChecked() else None
-        return EquipmentChoice(plate, masking, trigger, self.used["lsl"].isChecked())
+        masking = device if self.check_boxes["masking"].isChecked() else None
+        return EquipmentChoice(plate, masking, trigger, self.check_boxes["lsl"].isChecked())
 
-    def _give(self) -> None:
+    def _accept_choice(self) -> None:
         try:
             chosen = self.choice()
             chosen.check()
         except UnderfootError as error:
-            self._say(str(error), "alarm")
+            self._show_note(str(error), "alarm")
             return
         self._use(chosen)
         self.accept()
 
-    def _try(self) -> None:
+    def _try_out(self) -> None:
         try:
             chosen = self.choice()
             chosen.opened(Sounds(noise="pink"), default_floor(), _TRIED_HZ).close()
         except UnderfootError as error:
-            self._say(str(error), "alarm")
+            self._show_note(str(error), "alarm")
             return
-        self._say(f"Opened: {chosen.words}." if chosen.words else "Nothing is chosen.", "good")
+        self._show_note(f"Opened: {chosen.words}." if chosen.words else "Nothing is chosen.", "good")
 
-    def _say(self, text: str, role: str) -> None:
+    def _show_note(self, text: str, role: str) -> None:
         theme.set_role(self.note, role)
         self.note.setText(text)
 
@@ -116,7 +116,7 @@ class EquipmentDialog(QDialog):
             self.masking.addItem(choice.masking)
         self.masking.setCurrentText(choice.masking or DEFAULT_DEVICE)
         on = {"plate": choice.plate, "masking": choice.masking is not None, "trigger": choice.trigger}
-        for name, box in self.used.items():
+        for name, box in self.check_boxes.items():
             box.setChecked(bool(on.get(name, choice.lsl)))
 
     def _enable(self) -> None:
@@ -126,7 +126,7 @@ class EquipmentDialog(QDialog):
             "trigger": (self.trigger,),
         }.items():
             for part in parts:
-                part.setEnabled(self.used[name].isChecked())
+                part.setEnabled(self.check_boxes[name].isChecked())
 
     def _look(self) -> None:
         dialog = QFileDialog(self, "Calibration of the plate", "", "Calibrations (*.json)")
@@ -150,7 +150,7 @@ class EquipmentDialog(QDialog):
             else 'Needs the package pylsl: pip install "underfoot[lsl]".',
         }
         row = 0
-        for name, box in self.used.items():
+        for name, box in self.check_boxes.items():
             grid.addWidget(box, row, 0)
             if name in controls:
                 controls[name].setAccessibleName(box.text().replace("&", ""))
@@ -175,10 +175,10 @@ class EquipmentDialog(QDialog):
         self.resize(72 * theme.GRID, 44 * theme.GRID)
 
 
-def kept_choice(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:
+def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:
     """What the window remembers; nothing where it cannot be read.
 
-    >>> kept_choice({"trigger": "COM3"}).words, kept_choice({"lsl": "maybe"}).words
+    >>> choice_of_settings({"trigger": "COM3"}).words, choice_of_settings({"lsl": "maybe"}).words
     ('trigger', '')
     """
     try:

@@ -86,7 +86,7 @@ class FieldRows(QWidget):
             text.setFixedHeight(PROSE_PX)
             text.textChanged.connect(lambda: self._set(name, text.toPlainText()))
             return text
-        line = QLineEdit(shown(parameter, value))
+        line = QLineEdit(value_text(parameter, value))
         match parameter:
             case StimulusNames():
                 line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
@@ -94,7 +94,7 @@ class FieldRows(QWidget):
                 line.setPlaceholderText("all")
             case Rows(columns=columns):
                 line.setPlaceholderText("; ".join([", ".join(column for column, _, _ in columns)] * 2) + "; …")
-        line.textEdited.connect(lambda typed: self._set(name, read(parameter, typed)))
+        line.textEdited.connect(lambda typed: self._set(name, parsed_value(parameter, typed)))
         return line
 
     def _choices(self, name: str, choices: Mapping[str, Any], value: Any) -> QComboBox:
@@ -108,15 +108,19 @@ class FieldRows(QWidget):
         return box
 
 
-def read(parameter: Parameter, typed: str) -> Any:
+def parsed_value(parameter: Parameter, typed: str) -> Any:
     """What was typed, as the value that a field wants; as text where it cannot be that.
 
-    >>> read(Count(1, 1, 9), "4"), read(Number(1.0, 0.0, 9.0, unit="s"), "250 ms"), read(Count(1, 1, 9), "many")
-    (4, 0.25, 'many')
-    >>> read(Numbers((1.0,), 0.0, 20.0), "8, 15")
+    >>> parsed_value(Count(1, 1, 9), "4"), parsed_value(Count(1, 1, 9), "many")
+    (4, 'many')
+    >>> parsed_value(Number(1.0, 0.0, 9.0, unit="s"), "250 ms")
+    0.25
+    >>> parsed_value(Numbers((1.0,), 0.0, 20.0), "8, 15")
     [8.0, 15.0]
-    >>> read(TextLine(), "often, never"), read(TextLine(), "yes, always; no"), read(Rows((), columns=()), "1, 2; 3, 4")
-    (['often', 'never'], ['yes, always', 'no'], [[1.0, 2.0], [3.0, 4.0]])
+    >>> parsed_value(TextLine(), "often, never"), parsed_value(TextLine(), "yes, always; no")
+    (['often', 'never'], ['yes, always', 'no'])
+    >>> parsed_value(Rows((), columns=()), "1, 2; 3, 4")
+    [[1.0, 2.0], [3.0, 4.0]]
     """
     text = typed.strip()
     unit = getattr(parameter, "unit", "")
@@ -140,23 +144,23 @@ def read(parameter: Parameter, typed: str) -> Any:
     return typed
 
 
-def shown(parameter: Parameter, value: Any) -> str:
+def value_text(parameter: Parameter, value: Any) -> str:
     """A value as `read` takes it.
 
-    >>> shown(TextLine(), ["yes, always", "no"]), shown(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
+    >>> value_text(TextLine(), ["yes, always", "no"]), value_text(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
     ('yes, always; no', '1, 2.5; 3, 4')
     """
     if isinstance(value, list | tuple):
         if isinstance(parameter, Rows):
             return "; ".join(_joined(row) for row in value)
         return _joined(value)
-    return _plain(value)
+    return _number_text(value)
 
 
 def _joined(items: Any) -> str:
-    words = [_plain(item) for item in items] if isinstance(items, list | tuple) else [str(items)]
+    words = [_number_text(item) for item in items] if isinstance(items, list | tuple) else [str(items)]
     return ("; " if any("," in word for word in words) else ", ").join(words)
 
 
-def _plain(value: Any) -> str:
+def _number_text(value: Any) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)

@@ -28,7 +28,7 @@ def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> li
     jobs = jobs_of(study.protocol, study.folder, people.count, people.conditions)
 
     def seen(done: int) -> None:
-        task.say(f"Simulating {people.count} people: {sum(job.end - job.first for job in jobs[:done])} done…")
+        task.report(f"Simulating {people.count} people: {sum(job.end - job.first for job in jobs[:done])} done…")
 
     summed = summaries(simulate_locally(jobs, cores(), seen, task.is_stopped))
     return [power_of(summed, people.count, truths_of(study.protocol, dict(people.conditions.truth)))]

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QWidget
 from underfoot.studies.foot_answers import FootAnswers, FootField
 from underfoot.widgets import theme
 
-HEIGHT_PX, LEAST_PX, MOST_PX = 46 * theme.GRID, 18, 40
+HEIGHT_PX, MIN_TEXT_PX, MAX_TEXT_PX = 46 * theme.GRID, 18, 40
 _INSET_PX = 6.0
 
 
@@ -35,7 +35,7 @@ class FootFieldsView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         shapes = self._shapes(answers.fields)
         least = min(min(shape.boundingRect().width(), shape.boundingRect().height()) for shape in shapes)
-        painter.setFont(theme.font(round(min(max(0.25 * least, LEAST_PX), MOST_PX)), bold=True))
+        painter.setFont(theme.font(round(min(max(0.25 * least, MIN_TEXT_PX), MAX_TEXT_PX)), bold=True))
         for field, shape in zip(answers.fields, shapes, strict=True):
             box = shape.boundingRect()
             painter.setPen(Qt.PenStyle.NoPen)

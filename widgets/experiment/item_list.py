@@ -15,10 +15,10 @@ class ItemList(QWidget):
     """Names in order, of which one is chosen; whoever has the things does what is asked for."""
 
     chosen = Signal(int)
-    add_wanted = Signal()
-    copy_wanted = Signal(int)
-    remove_wanted = Signal(int)
-    move_wanted = Signal(int, int)
+    add_requested = Signal()
+    copy_requested = Signal(int)
+    remove_requested = Signal(int)
+    move_requested = Signal(int, int)
     """From a place, by so many (-1 or 1)."""
 
     def __init__(self, what: str) -> None:
@@ -35,7 +35,7 @@ class ItemList(QWidget):
         )
         self.buttons = buttons = QGridLayout()
         buttons.setSpacing(theme.GRID // 2)
-        for place, (button, key, says) in enumerate(
+        for index, (button, key, says) in enumerate(
             (
                 (self.add, "Ins", f"Add a {what}"),
                 (self.copy, "Ctrl+D", f"Copy the {what}"),
@@ -49,7 +49,7 @@ class ItemList(QWidget):
             shortcut = QShortcut(QKeySequence(key), self.list)
             shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
             shortcut.activated.connect(button.click)
-            buttons.addWidget(button, place // 3, place % 3)
+            buttons.addWidget(button, index // 3, index % 3)
         self.detail = QScrollArea()
         self.detail.setWidgetResizable(True)
         self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -67,11 +67,11 @@ class ItemList(QWidget):
         row.addWidget(self.detail, 1)
         self.setFocusProxy(self.list)
         self.list.currentRowChanged.connect(self.chosen)
-        self.add.clicked.connect(self.add_wanted)
-        self.copy.clicked.connect(lambda: self.copy_wanted.emit(self.list.currentRow()))
-        self.remove.clicked.connect(lambda: self.remove_wanted.emit(self.list.currentRow()))
-        self.up.clicked.connect(lambda: self.move_wanted.emit(self.list.currentRow(), -1))
-        self.down.clicked.connect(lambda: self.move_wanted.emit(self.list.currentRow(), 1))
+        self.add.clicked.connect(self.add_requested)
+        self.copy.clicked.connect(lambda: self.copy_requested.emit(self.list.currentRow()))
+        self.remove.clicked.connect(lambda: self.remove_requested.emit(self.list.currentRow()))
+        self.up.clicked.connect(lambda: self.move_requested.emit(self.list.currentRow(), -1))
+        self.down.clicked.connect(lambda: self.move_requested.emit(self.list.currentRow(), 1))
 
     def show_names(self, names: Sequence[str], chosen: int) -> None:
         """Show these, and choose one; nothing is said of it."""
@@ -82,9 +82,9 @@ class ItemList(QWidget):
         for button in (self.copy, self.remove, self.up, self.down):
             button.setEnabled(bool(names))
 
-    def rename(self, place: int, name: str) -> None:
+    def rename(self, index: int, name: str) -> None:
         """Show another name at a place."""
-        item = self.list.item(place)
+        item = self.list.item(index)
         if item is not None:
             item.setText(name)
 

@@ -8,14 +8,14 @@ from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
 TITLE_PX, TEXT_PX, CLOCK_PX = 40, 26, 96
 WIDTH_PX = 960
 SPACE_STEPS = "Space steps on the simulated floor."
 _MARGIN_M = 0.05
-_USUAL_PX_PER_M = 96.0 / 0.0254
+_DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
 class ParticipantWindow(QWidget):
@@ -25,10 +25,10 @@ class ParticipantWindow(QWidget):
     """
 
     answered = Signal(dict)
-    slid = Signal(str, object)
-    go_wanted = Signal()
+    slider_moved = Signal(str, object)
+    continue_requested = Signal()
     """Begin a presentation, or continue."""
-    stop_wanted = Signal()
+    stop_requested = Signal()
     closed = Signal()
 
     def __init__(self, stand: StandingPlace) -> None:
@@ -64,7 +64,7 @@ class ParticipantWindow(QWidget):
         for part in (self.form, self.foot):
             part.setFixedWidth(WIDTH_PX)
         self.form.answered.connect(self.answered)
-        self.form.changed.connect(self.slid)
+        self.form.changed.connect(self.slider_moved)
         self.form.refused.connect(self.hint.setText)
 
     def show_on(self, screen: QScreen) -> None:
@@ -84,13 +84,13 @@ class ParticipantWindow(QWidget):
             self.title.setText(_title(runner))
             self.title.setVisible(bool(self.title.text()) and not self._on_floor)
             self.text.setText(_text(runner))
-            asks = asks_of(runner) if asking else ()
-            self.form.show_asks(asks)
+            asks = questions_of(runner) if asking else ()
+            self.form.show_questions(asks)
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
-            self.hint.setText(_what_now(runner, self.form))
-            words = _go_words(runner, self.form)
+            self.hint.setText(_hint(runner, self.form))
+            words = _continue_text(runner, self.form)
             self.go.setText(words)
             self.go.setVisible(bool(words))
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
@@ -108,26 +108,26 @@ class ParticipantWindow(QWidget):
         """Pixels a metre, from the size that the screen says it has; fewer where not all buttons fit in."""
         screen = self.screen()
         width = screen.physicalSize().width()
-        true = 1e3 * screen.geometry().width() / width if width > 0 else _USUAL_PX_PER_M
+        true = 1e3 * screen.geometry().width() / width if width > 0 else _DEFAULT_PX_PER_M
         return min(true, self.height() / (self._stand.reach_m + FOOT_M[1] + 2.0 * _MARGIN_M))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         match event.key():
             case Qt.Key.Key_Escape:
-                self.stop_wanted.emit()
+                self.stop_requested.emit()
             case Qt.Key.Key_Space if self._plays_again:
-                self.go_wanted.emit()
+                self.continue_requested.emit()
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 self._go_on()
             case key:
-                if not self.form.key(int(key), event.text()):
+                if not self.form.handle_key(int(key), event.text()):
                     super().keyPressEvent(event)
 
     def _go_on(self) -> None:
-        if self.form.is_to_give:
-            self.form.give()
+        if self.form.needs_submit:
+            self.form.submit()
         else:
-            self.go_wanted.emit()
+            self.continue_requested.emit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         super().closeEvent(event)
@@ -214,16 +214,16 @@ def _right_answers(runner: Runner) -> str:
     return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
 
 
-def _go_words(runner: Runner, form: AnswerForm) -> str:
+def _continue_text(runner: Runner, form: AnswerForm) -> str:
     """What the button is called that goes on; "" where there is nothing to go on to."""
     page, phase = runner.page, runner.phase
     if phase is Phase.READY and page.start == "key":
         return "Feel it"
-    goes_on = phase is Phase.PAGE and (not page.questions or form.is_to_give)
-    return "Go on" if goes_on or (phase is Phase.ANSWERING and form.is_to_give) else ""
+    goes_on = phase is Phase.PAGE and (not page.questions or form.needs_submit)
+    return "Go on" if goes_on or (phase is Phase.ANSWERING and form.needs_submit) else ""
 
 
-def _what_now(runner: Runner, form: AnswerForm) -> str:
+def _hint(runner: Runner, form: AnswerForm) -> str:
     page = runner.page
     match runner.phase:
         case Phase.READY if page.start == "key":
@@ -231,13 +231,13 @@ def _what_now(runner: Runner, form: AnswerForm) -> str:
         case Phase.ANSWERING if runner.may_play:
             left = page.plays - runner.plays
             key = "Ctrl+Space" if form.fields else "Space"  # where words are typed Space is one of their letters
-            return f"{form.how} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
+            return f"{form.hint_text} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
         case Phase.ANSWERING:
-            return form.how
+            return form.hint_text
         case Phase.PAGE if page.kind == "learn":
             return "Press a number to feel it. Return goes on to the trials."
         case Phase.PAGE:
-            return form.how
+            return form.hint_text
         case Phase.PAUSE:
             return "It goes on by itself."
         case Phase.STOPPED:

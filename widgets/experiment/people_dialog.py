@@ -57,9 +57,9 @@ class PeopleDialog(QDialog):
         self.note = theme.label("", "alarm")
         self.note.setWordWrap(True)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.usual = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
-        self.take = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.take.setDefault(True)
+        self.defaults_button = self.buttons.addButton("Defaults", QDialogButtonBox.ButtonRole.ResetRole)
+        self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.use_button.setDefault(True)
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.setSpacing(2 * theme.GRID)
@@ -69,11 +69,11 @@ class PeopleDialog(QDialog):
         column.addStretch(1)
         column.addWidget(self.buttons)
         self.resize(100 * theme.GRID, 0)
-        self.take.clicked.connect(self._give)
-        self.usual.clicked.connect(self._give_usual)
+        self.use_button.clicked.connect(self._accept_people)
+        self.defaults_button.clicked.connect(self._show_defaults)
         self.buttons.rejected.connect(self.reject)
 
-    def _give(self) -> None:
+    def _accept_people(self) -> None:
         try:
             found = {name: one.check(self._values[name]) for name, one in {**_GENERAL, **self._truths}.items()}
         except BadValue as error:
@@ -83,15 +83,15 @@ class PeopleDialog(QDialog):
         self._use(SimulatedPeople(found["people"], SimulationSettings(found["seed"], truth=tuple(changed.items()))))
         self.accept()
 
-    def _give_usual(self) -> None:
+    def _show_defaults(self) -> None:
         self._use(SimulatedPeople())
         self.accept()
 
 
-def words_of(people: SimulatedPeople) -> str:
+def people_text(people: SimulatedPeople) -> str:
     """What a button that simulates them says.
 
-    >>> words_of(SimulatedPeople(40, SimulationSettings(truth=(("lapses", 0.1),))))
+    >>> people_text(SimulatedPeople(40, SimulationSettings(truth=(("lapses", 0.1),))))
     'Simulate 40 people, with your settings'
     """
     own = ", with your settings" if people.conditions.truth else ""

@@ -18,7 +18,7 @@ from underfoot.experiments.declared import fields_of
 from underfoot.experiments.questions import Question
 from underfoot.parameters import Choice
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.field_rows import read, shown
+from underfoot.widgets.experiment.field_rows import parsed_value, value_text
 
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
 _FIELDS = fields_of(Question, COLUMNS)
@@ -43,10 +43,10 @@ class QuestionTable(QWidget):
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
         self.table.verticalHeader().hide()
         self.table.setMinimumHeight(theme.GRID * (5 + 4 * rows_seen))
-        for place, column in enumerate(COLUMNS):
+        for index, column in enumerate(COLUMNS):
             if column in _WIDTHS:
-                self.table.setColumnWidth(place, _WIDTHS[column])
-            heading = self.table.horizontalHeaderItem(place)
+                self.table.setColumnWidth(index, _WIDTHS[column])
+            heading = self.table.horizontalHeaderItem(index)
             if heading is not None:
                 heading.setToolTip(_TIPS.get(column, ""))
         self.table.horizontalHeader().setSectionResizeMode(COLUMNS.index("text"), QHeaderView.ResizeMode.Stretch)
@@ -69,11 +69,11 @@ class QuestionTable(QWidget):
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(self.questions))
             for row, question in enumerate(self.questions):
-                for place, column in enumerate(COLUMNS):
-                    self._cell(row, place, column, question)
+                for index, column in enumerate(COLUMNS):
+                    self._cell(row, index, column, question)
         self.remove.setEnabled(bool(self.questions))
 
-    def _cell(self, row: int, place: int, column: str, question: dict[str, Any]) -> None:
+    def _cell(self, row: int, index: int, column: str, question: dict[str, Any]) -> None:
         field = _FIELDS[column]
         if isinstance(field, Choice):
             box = QComboBox()
@@ -81,13 +81,13 @@ class QuestionTable(QWidget):
             box.addItems(list(field.options))
             box.setCurrentText(str(question.get(column, field.default)))
             box.activated.connect(lambda _: self._put(question, column, box.currentText()))
-            self.table.setCellWidget(row, place, box)
+            self.table.setCellWidget(row, index, box)
             return
-        self.table.setItem(row, place, QTableWidgetItem(shown(field, question.get(column, field.default))))
+        self.table.setItem(row, index, QTableWidgetItem(value_text(field, question.get(column, field.default))))
 
     def _typed(self, item: QTableWidgetItem) -> None:
         column = COLUMNS[item.column()]
-        self._put(self.questions[item.row()], column, read(_FIELDS[column], item.text()))
+        self._put(self.questions[item.row()], column, parsed_value(_FIELDS[column], item.text()))
 
     def _put(self, question: dict[str, Any], column: str, value: Any) -> None:
         question[column] = value

@@ -17,27 +17,27 @@ from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
-from underfoot.widgets.experiment.background import Background
-from underfoot.widgets.experiment.desk import Desk
+from underfoot.widgets.experiment.background import BackgroundWorker
+from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import answers_so_far
 from underfoot.widgets.experiment.participant_window import ParticipantWindow
 from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
 
-LEAST_ANSWERED = 4
+MIN_ANSWERS = 4
 """From so many trials on what they say is drawn while a study runs."""
 
 
 class RunningStudy(QObject):
     """At most one at a time, on the window's session. `background` computes what the answers so far say."""
 
-    said = Signal(str)
-    left = Signal(str)
+    notified = Signal(str)
+    ended = Signal(str)
     """It was ended for now: the participant who has come to the end of the study, or ""."""
 
-    def __init__(self, desk: Desk, background: Background) -> None:
-        super().__init__(desk)
-        self.desk, self._background = desk, background
+    def __init__(self, experimenter: ExperimenterView, background: BackgroundWorker) -> None:
+        super().__init__(experimenter)
+        self.experimenter, self._background = experimenter, background
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self._controller: SessionController | None = None
@@ -75,7 +75,7 @@ class RunningStudy(QObject):
             raise
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
         session.send(Walk(False))
-        self.desk.begin(floor, f"{study.protocol.title}  ·  {participant}", session.target.kind == "simulator")
+        self.experimenter.begin(floor, f"{study.protocol.title}  ·  {participant}", session.target.kind == "simulator")
 
     def stop(self, why: str) -> None:
         """Silence; what was presented begins anew when it goes on."""
@@ -89,12 +89,12 @@ class RunningStudy(QObject):
         if self.window_of_participant is None:
             made = ParticipantWindow(StandingPlace.of(self.runner.protocol))
             made.answered.connect(self._answer)
-            made.slid.connect(self._slide)
-            made.go_wanted.connect(self._go)
-            made.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
+            made.slider_moved.connect(self._slide)
+            made.continue_requested.connect(self._go)
+            made.stop_requested.connect(lambda: self._do(lambda runner: runner.stop("by the participant")))
             made.closed.connect(self._window_closed)
             self.window_of_participant = made
-        others = [screen for screen in QGuiApplication.screens() if screen is not self.desk.screen()]
+        others = [screen for screen in QGuiApplication.screens() if screen is not self.experimenter.screen()]
         if others:
             self.window_of_participant.show_on(others[-1])
         else:
@@ -116,9 +116,9 @@ class RunningStudy(QObject):
         try:
             runner.close_file()
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
         self._controller.take_back()
-        self.left.emit(runner.study.participant if runner.study.is_done else "")
+        self.ended.emit(runner.study.participant if runner.study.is_done else "")
 
     def take(self, reports: list[Report]) -> None:
         """What the session has reported."""
@@ -131,7 +131,7 @@ class RunningStudy(QObject):
             return
         self._do(lambda runner: runner.poll(()))
         self._foot.tick(self.runner)
-        self.desk.show_runner(self.runner)
+        self.experimenter.show_runner(self.runner)
         self._draw_answers(self.runner)
         if self.window_of_participant is not None:
             self.window_of_participant.show_runner(self.runner)
@@ -140,7 +140,7 @@ class RunningStudy(QObject):
         """Analyse what was answered so far, in a thread, whenever something was."""
         study, entries = runner.study, list(runner.study.entries)
         answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
-        if answered < LEAST_ANSWERED or answered == self._drawn or self._background.is_busy:
+        if answered < MIN_ANSWERS or answered == self._drawn or self._background.is_busy:
             return
         self._drawn = answered
         self._background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
@@ -152,7 +152,7 @@ class RunningStudy(QObject):
         try:
             what(self.runner)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
 
     def _go(self) -> None:
         """Begin a presentation, or continue with a page that asks nothing."""
@@ -185,19 +185,19 @@ class RunningStudy(QObject):
         self.window_of_participant = None
 
     def _connect(self) -> None:
-        desk = self.desk
-        desk.next_wanted.connect(self._go)
-        desk.end_pause_wanted.connect(lambda: self._do(lambda runner: runner.end_pause()))
-        desk.stop_wanted.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
-        desk.go_on_wanted.connect(lambda: self._do(lambda runner: runner.go_on()))
-        desk.spoil_wanted.connect(lambda why: self._do(lambda runner: runner.spoil(why)))
-        desk.repeat_wanted.connect(lambda why: self._do(lambda runner: runner.repeat_last(why)))
-        desk.note_given.connect(lambda text: self._do(lambda runner: runner.note(text)))
-        desk.window_wanted.connect(self.show_participant)
-        desk.leave_wanted.connect(self.leave)
-        desk.answered.connect(self._answer)
-        desk.slid.connect(self._slide)
-        desk.pressed.connect(self._press)
+        experimenter = self.experimenter
+        experimenter.next_requested.connect(self._go)
+        experimenter.end_pause_requested.connect(lambda: self._do(lambda runner: runner.end_pause()))
+        experimenter.stop_requested.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
+        experimenter.continue_requested.connect(lambda: self._do(lambda runner: runner.go_on()))
+        experimenter.spoil_requested.connect(lambda why: self._do(lambda runner: runner.spoil(why)))
+        experimenter.repeat_requested.connect(lambda why: self._do(lambda runner: runner.repeat_last(why)))
+        experimenter.note_given.connect(lambda text: self._do(lambda runner: runner.note(text)))
+        experimenter.window_requested.connect(self.show_participant)
+        experimenter.leave_requested.connect(self.leave)
+        experimenter.answered.connect(self._answer)
+        experimenter.slider_moved.connect(self._slide)
+        experimenter.pressed.connect(self._press)
 
 
 def _created(path: Path, study: StudyFile, participant: str, target: Target) -> SessionFile:

@@ -23,7 +23,7 @@ from underfoot.widgets.experiment.item_list import ItemList
 from underfoot.widgets.experiment.question_table import QuestionTable
 
 _NAMES = {method.name: kind for kind, method in METHODS.items()}
-_USUAL = "rating"
+_DEFAULT_KIND = "rating"
 _FIRST = ("id", "kind", "title", "text")
 _SPECIAL = ("questions", "method", "foot", "stimulus")
 """Fields of a stage that hold others, or name others of the protocol."""
@@ -39,10 +39,10 @@ class StagePage(ItemList):
         self.draft = draft
         self.form: StageForm | None = None
         self.chosen.connect(self._show_form)
-        self.add_wanted.connect(self._add)
-        self.copy_wanted.connect(self._copy)
-        self.remove_wanted.connect(self._remove)
-        self.move_wanted.connect(self._move)
+        self.add_requested.connect(self._add)
+        self.copy_requested.connect(self._copy)
+        self.remove_requested.connect(self._remove)
+        self.move_requested.connect(self._move)
         self._show(0)
 
     @property
@@ -58,20 +58,20 @@ class StagePage(ItemList):
         self.show_names([_words(stage) for stage in self._stages], chosen)
         self._show_form(self.list.currentRow())
 
-    def _show_form(self, place: int) -> None:
-        if not 0 <= place < len(self._stages):
+    def _show_form(self, index: int) -> None:
+        if not 0 <= index < len(self._stages):
             self.form = None
             self.show_detail(theme.label("No stage yet: Add makes one."))
             return
-        others = [str(stage["id"]) for stage in self._stages if stage is not self._stages[place]]
-        self.form = form = StageForm(self._stages[place], self.draft.raw["stimuli"], others)
-        form.changed.connect(lambda: self._take(place))
+        others = [str(stage["id"]) for stage in self._stages if stage is not self._stages[index]]
+        self.form = form = StageForm(self._stages[index], self.draft.raw["stimuli"], others)
+        form.changed.connect(lambda: self._update_name(index))
         form.renamed.connect(self._follow)
-        form.rebuilt.connect(lambda: self._show_form(place))
+        form.rebuilt.connect(lambda: self._show_form(index))
         self.show_detail(form)
 
-    def _take(self, place: int) -> None:
-        self.rename(place, _words(self._stages[place]))
+    def _update_name(self, index: int) -> None:
+        self.rename(index, _words(self._stages[index]))
         self.changed.emit()
 
     def _follow(self, old: str, new: str) -> None:
@@ -83,29 +83,29 @@ class StagePage(ItemList):
     def _add(self) -> None:
         self._insert(self.list.currentRow() + 1, {"id": "", "kind": "read", "title": "", "text": ""})
 
-    def _copy(self, place: int) -> None:
-        if 0 <= place < len(self._stages):
-            self._insert(place + 1, {**_deep(self._stages[place]), "next": ""})
+    def _copy(self, index: int) -> None:
+        if 0 <= index < len(self._stages):
+            self._insert(index + 1, {**_deep_copy(self._stages[index]), "next": ""})
 
-    def _insert(self, place: int, stage: dict[str, Any]) -> None:
+    def _insert(self, index: int, stage: dict[str, Any]) -> None:
         taken = {one.get("id") for one in self._stages}
         stem = stage["id"] or "stage"
         stage["id"] = next(f"{stem}-{k}" for k in range(1, 10_000) if f"{stem}-{k}" not in taken)
-        self._stages.insert(place, stage)
-        self._show(place)
+        self._stages.insert(index, stage)
+        self._show(index)
         self.changed.emit()
 
-    def _remove(self, place: int) -> None:
-        if 0 <= place < len(self._stages):
-            del self._stages[place]
-            self._show(place)
+    def _remove(self, index: int) -> None:
+        if 0 <= index < len(self._stages):
+            del self._stages[index]
+            self._show(index)
             self.changed.emit()
 
-    def _move(self, place: int, by: int) -> None:
+    def _move(self, index: int, by: int) -> None:
         stages = self._stages
-        if 0 <= place < len(stages) and 0 <= place + by < len(stages):
-            stages[place], stages[place + by] = stages[place + by], stages[place]
-            self._show(place + by)
+        if 0 <= index < len(stages) and 0 <= index + by < len(stages):
+            stages[index], stages[index + by] = stages[index + by], stages[index]
+            self._show(index + by)
             self.changed.emit()
 
 
@@ -150,7 +150,7 @@ class StageForm(QWidget):
         if "foot" in wanted:
             self._show_foot()
         self._column.addWidget(theme.label("ORDER", "heading"))
-        self.order = self._rows({"next": self._following()}, stage)
+        self.order = self._rows({"next": self._next_stage_field()}, stage)
         self._column.addStretch(1)
 
     def _rows(self, parameters: dict[str, Parameter], values: dict[str, Any]) -> FieldRows:
@@ -159,7 +159,7 @@ class StageForm(QWidget):
         self._column.addWidget(rows)
         return rows
 
-    def _following(self) -> NamedChoice:
+    def _next_stage_field(self) -> NamedChoice:
         """What can come behind this stage."""
         ways = {"the next in the list": "", "the end of the study": END, **{one: one for one in self._others}}
         said = fields_of(Stage, ["next"])["next"]
@@ -176,7 +176,7 @@ class StageForm(QWidget):
             for field in set(Stage.__struct_fields__) - {"id", "kind", "next", *FIELDS_OF_KIND[kind]}:
                 self._stage.pop(field, None)
             if kind == "trials":
-                self._stage["method"] = {"kind": _USUAL, "parameters": {}}
+                self._stage["method"] = {"kind": _DEFAULT_KIND, "parameters": {}}
             self.changed.emit()
             self.rebuilt.emit()
 
@@ -187,7 +187,7 @@ class StageForm(QWidget):
         self._column.addWidget(self.questions)
 
     def _show_method(self) -> None:
-        use = self._stage["method"] = dict(self._stage.get("method") or {"kind": _USUAL, "parameters": {}})
+        use = self._stage["method"] = dict(self._stage.get("method") or {"kind": _DEFAULT_KIND, "parameters": {}})
         use["parameters"] = dict(use.get("parameters") or {})
         kind = use["kind"]
         self._column.addWidget(theme.label("METHOD", "heading"))
@@ -247,7 +247,7 @@ def _words(stage: dict[str, Any]) -> str:
     return f"{stage.get('id', '')}  ·  {what}" + (f"  →  {stage['next']}" if stage.get("next") else "")
 
 
-def _deep(value: Any) -> Any:
+def _deep_copy(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _deep(item) for key, item in value.items()}
-    return [_deep(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: _deep_copy(item) for key, item in value.items()}
+    return [_deep_copy(item) for item in value] if isinstance(value, list | tuple) else value

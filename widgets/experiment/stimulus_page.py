@@ -29,7 +29,7 @@ from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.experiment.background import Background
+from underfoot.widgets.experiment.background import BackgroundWorker
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 
@@ -37,11 +37,11 @@ LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm", "correct")
 NOTHING, FILE = "(no vibration)", "A file…"
 
 
-Ask = Callable[[Path, Callable[[], object]], object]
+AskToRun = Callable[[Path, Callable[[], object]], object]
 """Goes on with the second once the person was asked whether nodes beside the patch in the first may run."""
 
 
-def at_once(path: Path, then: Callable[[], object]) -> None:
+def ask_nothing(path: Path, then: Callable[[], object]) -> None:
     """Go on without a question: what may not run is refused by whatever reads it."""
     then()
 
@@ -50,12 +50,12 @@ class StimulusPage(ItemList):
     """Edits `raw["stimuli"]` of a draft; `own` is the folder of a person's own presets."""
 
     changed = Signal()
-    said = Signal(str)
+    notified = Signal(str)
 
-    def __init__(self, draft: Draft, own: Path, ask: Ask = at_once) -> None:
+    def __init__(self, draft: Draft, own: Path, ask: AskToRun = ask_nothing) -> None:
         super().__init__("stimulus")
-        self.draft, self._own, self._ask = draft, own, ask
-        self.background = Background(self)
+        self.draft, self._own, self._ask_to_run = draft, own, ask
+        self.background = BackgroundWorker(self)
         self._measured = ""
         """The stimulus whose level is being measured."""
         self.form: StimulusForm | None = None
@@ -64,12 +64,12 @@ class StimulusPage(ItemList):
         self.table.clicked.connect(self._ask_table)
         self.buttons.addWidget(self.table, 1, 2)
         self.chosen.connect(self._show_form)
-        self.add_wanted.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
-        self.copy_wanted.connect(lambda place: self._add(dict(self._stimuli[self._name(place)])))
-        self.remove_wanted.connect(self._remove)
-        self.move_wanted.connect(self._move)
+        self.add_requested.connect(lambda: self._add({"patch": "", "settings": {}, "factors": {}}))
+        self.copy_requested.connect(lambda index: self._add(dict(self._stimuli[self._name(index)])))
+        self.remove_requested.connect(self._remove)
+        self.move_requested.connect(self._move)
         self.background.found.connect(self._show_measured)
-        self.background.failed.connect(self._not_measured)
+        self.background.failed.connect(self._show_measuring_error)
         self._show(0)
 
     @property
@@ -77,25 +77,25 @@ class StimulusPage(ItemList):
         found: dict[str, dict[str, Any]] = self.draft.raw["stimuli"]
         return found
 
-    def _name(self, place: int) -> str:
-        return list(self._stimuli)[place]
+    def _name(self, index: int) -> str:
+        return list(self._stimuli)[index]
 
     def _show(self, chosen: int) -> None:
         self.show_names(list(self._stimuli), chosen)
         self._show_form(self.list.currentRow())
 
-    def _show_form(self, place: int) -> None:
-        if not 0 <= place < len(self._stimuli):
+    def _show_form(self, index: int) -> None:
+        if not 0 <= index < len(self._stimuli):
             self.form = None
             self.show_detail(theme.label("No stimulus yet: Add makes one."))
             return
-        name = self._name(place)
+        name = self._name(index)
         self.form = form = StimulusForm(name, self._stimuli[name], self.draft, self._own)
         form.changed.connect(self.changed)
-        form.renamed.connect(lambda new: self._rename(place, new))
-        form.rebuilt.connect(lambda: self._show_form(place))
-        form.said.connect(self.said)
-        form.patch_wanted.connect(lambda path: self._ask(path, lambda: form.take_patch(path)))
+        form.renamed.connect(lambda new: self._rename(index, new))
+        form.rebuilt.connect(lambda: self._show_form(index))
+        form.notified.connect(self.notified)
+        form.patch_requested.connect(lambda path: self._ask_to_run(path, lambda: form.set_patch_file(path)))
         form.measure.clicked.connect(lambda: self._measure(name))
         self.show_detail(form)
         self._show_measuring()
@@ -112,15 +112,15 @@ class StimulusPage(ItemList):
         dialog = file_dialog(self.window(), "A table of conditions", "", "Tables (*.csv *.tsv *.txt)")
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(lambda path: self.take_table(Path(path)))
+        dialog.fileSelected.connect(lambda path: self.import_table(Path(path)))
         dialog.open()
 
-    def take_table(self, path: Path) -> None:
+    def import_table(self, path: Path) -> None:
         """Present the lines of a table in the place of all other stimuli, after asking; what is wrong is said."""
         try:
             conditions = read_conditions(path, self.draft)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         count = f"{len(conditions)} {'line' if len(conditions) == 1 else 'lines'}"
         box = QMessageBox(self.window())
@@ -131,34 +131,34 @@ class StimulusPage(ItemList):
         )
         take = box.addButton("Present them", QMessageBox.ButtonRole.AcceptRole)
         box.addButton(QMessageBox.StandardButton.Cancel)
-        take.clicked.connect(lambda: self._take(conditions))
+        take.clicked.connect(lambda: self._import_conditions(conditions))
         box.finished.connect(box.deleteLater)
         box.open()
 
-    def _take(self, conditions: Mapping[str, Any]) -> None:
+    def _import_conditions(self, conditions: Mapping[str, Any]) -> None:
         self.draft.take_conditions(conditions)
         self._show(0)
         self.changed.emit()
 
-    def _remove(self, place: int) -> None:
-        if 0 <= place < len(self._stimuli):
-            del self._stimuli[self._name(place)]
-            self._show(place)
+    def _remove(self, index: int) -> None:
+        if 0 <= index < len(self._stimuli):
+            del self._stimuli[self._name(index)]
+            self._show(index)
             self.changed.emit()
 
-    def _move(self, place: int, by: int) -> None:
+    def _move(self, index: int, by: int) -> None:
         names = list(self._stimuli)
-        if 0 <= place < len(names) and 0 <= place + by < len(names):
-            names[place], names[place + by] = names[place + by], names[place]
+        if 0 <= index < len(names) and 0 <= index + by < len(names):
+            names[index], names[index + by] = names[index + by], names[index]
             self.draft.raw["stimuli"] = {name: self._stimuli[name] for name in names}
-            self._show(place + by)
+            self._show(index + by)
             self.changed.emit()
 
-    def _rename(self, place: int, new: str) -> None:
-        old = self._name(place)
+    def _rename(self, index: int, new: str) -> None:
+        old = self._name(index)
         if new != old and new not in self._stimuli:
             self.draft.rename_stimulus(old, new)
-            self.rename(place, new)
+            self.rename(index, new)
         self.changed.emit()
 
     # --- the level ---
@@ -173,7 +173,7 @@ class StimulusPage(ItemList):
             plain = msgspec.convert({"patch": stimulus["patch"], "settings": stimulus.get("settings", {})}, Stimulus)
             patch = plain.at(0.0, registry, self.draft.folder)
         except (UnderfootError, msgspec.ValidationError) as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         self._measured = name
         self.background.compute(lambda task: [measured_peak_m_s2(patch, registry, task.is_stopped)])
@@ -187,13 +187,13 @@ class StimulusPage(ItemList):
             if not stimulus.get("scaled_by") or not stimulus.get("level_m_s2"):
                 stimulus["level_m_s2"] = peak
             self._show_form(self.list.currentRow())
-            self.said.emit(f"{name}: {quantity(peak, 'm/s^2')} under the simulated footstep")
+            self.notified.emit(f"{name}: {quantity(peak, 'm/s^2')} under the simulated footstep")
             self.changed.emit()
         self._show_measuring()
 
-    def _not_measured(self, why: str) -> None:
+    def _show_measuring_error(self, why: str) -> None:
         self._show_measuring()
-        self.said.emit(why)
+        self.notified.emit(why)
 
     def _show_measuring(self) -> None:
         if self.form is not None:
@@ -207,8 +207,8 @@ class StimulusForm(QWidget):
     renamed = Signal(str)
     rebuilt = Signal()
     """What can be set has changed: the form is to be made anew."""
-    said = Signal(str)
-    patch_wanted = Signal(object)
+    notified = Signal(str)
+    patch_requested = Signal(object)
     """The `Path` of a patch was chosen."""
 
     def __init__(self, name: str, stimulus: dict[str, Any], draft: Draft, own: Path) -> None:
@@ -227,7 +227,7 @@ class StimulusForm(QWidget):
         self.patch.activated.connect(self._choose_patch)
         self.measure = QPushButton("Measure the level")
         self.measure.setToolTip("The peak under a simulated footstep on the simulated plate, by the rule of table 6.1")
-        self._parameters = self._of_patch()
+        self._parameters = self._patch_parameters()
         self.settings = QWidget()
         self.levels = FieldRows(fields_of(Stimulus, LEVELS if stimulus.get("patch") else LEVELS[2:]), stimulus)
         self.levels.changed.connect(self.changed)
@@ -245,16 +245,16 @@ class StimulusForm(QWidget):
             set_now = {name: p for name, p in self._parameters.items() if name in self._stimulus["settings"]}
             self.rows = FieldRows(set_now, self._stimulus["settings"])
             self.rows.changed.connect(self.changed)
-            column.addLayout(_row("Settings", self._adding(), self._taking()))
+            column.addLayout(_row("Settings", self._setting_chooser(), self._patch_chooser()))
             column.addWidget(self.rows)
-            column.addLayout(_row("Scaled by", self._scaling()))
+            column.addLayout(_row("Scaled by", self._scale_chooser()))
         column.addWidget(self.levels)
         if self._stimulus.get("patch"):
             column.addLayout(_row("", self.measure))
         column.addLayout(_row("Factors", self.factors, wide=True))
         column.addStretch(1)
 
-    def _of_patch(self) -> dict[str, Parameter]:
+    def _patch_parameters(self) -> dict[str, Parameter]:
         """The parameters of the patch, by "node.parameter"."""
         name = self._stimulus.get("patch", "")
         if not name:
@@ -264,7 +264,7 @@ class StimulusForm(QWidget):
         except UnderfootError:
             return {}
 
-    def _adding(self) -> QComboBox:
+    def _setting_chooser(self) -> QComboBox:
         """Chooses a parameter of the patch to be set."""
         box = self.adding = QComboBox()
         box.setAccessibleName("Add a setting")
@@ -275,17 +275,17 @@ class StimulusForm(QWidget):
         box.activated.connect(lambda at: self._add_setting(box.itemData(at)))
         return box
 
-    def _taking(self) -> QComboBox:
+    def _patch_chooser(self) -> QComboBox:
         box = QComboBox()
         box.setAccessibleName("Remove a setting")
         box.addItem("Remove one…", "")
         for name in self._stimulus["settings"]:
             box.addItem(name, name)
         box.setEnabled(bool(self._stimulus["settings"]))
-        box.activated.connect(lambda at: self._take_away(box.itemData(at)))
+        box.activated.connect(lambda at: self._remove_setting(box.itemData(at)))
         return box
 
-    def _scaling(self) -> QComboBox:
+    def _scale_chooser(self) -> QComboBox:
         box = self.scaling = QComboBox()
         box.setAccessibleName("Scaled by")
         box.setToolTip("The number of the patch to which its acceleration is proportional: the level is set by it")
@@ -309,13 +309,13 @@ class StimulusForm(QWidget):
             self._stimulus["settings"][name] = patch.node(node).parameters.get(parameter, default)
             self._rebuild()
 
-    def _take_away(self, name: str) -> None:
+    def _remove_setting(self, name: str) -> None:
         if self._stimulus["settings"].pop(name, None) is not None:
             self._rebuild()
 
     def _set_factors(self, text: str) -> None:
         pairs = (part.partition(":") for part in text.split(";") if part.strip())
-        self._set("factors", {key.strip(): _fact(value.strip()) for key, _, value in pairs})
+        self._set("factors", {key.strip(): _parsed_value(value.strip()) for key, _, value in pairs})
 
     def _choose_patch(self, at: int) -> None:
         chosen = self.patch.itemData(at)
@@ -323,26 +323,26 @@ class StimulusForm(QWidget):
             dialog = QFileDialog(self.window(), "A patch", "", "Patches (*.json)")
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-            dialog.fileSelected.connect(lambda path: self.patch_wanted.emit(Path(path)))
+            dialog.fileSelected.connect(lambda path: self.patch_requested.emit(Path(path)))
             dialog.rejected.connect(lambda: self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"])))
             dialog.open()
         elif isinstance(chosen, Path):
-            self.patch_wanted.emit(chosen)
+            self.patch_requested.emit(chosen)
         else:
             self._present(chosen)
 
-    def take_patch(self, path: Path) -> None:
+    def set_patch_file(self, path: Path) -> None:
         """Present the patch in a file, of which a copy is made beside the protocol."""
         try:
             Patch.load(path, self._draft.registry)
             self._present(self._draft.take_patch(path))
         except UnderfootError as error:
             self.patch.setCurrentIndex(self.patch.findData(self._stimulus["patch"]))
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
 
     def _present(self, name: str) -> None:
         self._stimulus |= {"patch": name, "settings": {}, "scaled_by": "", "level_m_s2": 0.0, "measured_m_s2": 0.0}
-        self._stimulus["scaled_by"] = usually_scaled(self._of_patch())
+        self._stimulus["scaled_by"] = usually_scaled(self._patch_parameters())
         self._rebuild()
 
     def _rebuild(self) -> None:
@@ -359,7 +359,7 @@ def _patches(own: Path) -> Mapping[str, Any]:
     return {**found, FILE: FILE}
 
 
-def _fact(text: str) -> int | float | str:
+def _parsed_value(text: str) -> int | float | str:
     for kind in (int, float):
         try:
             return kind(text)

@@ -18,15 +18,15 @@ from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.controls.trash import moved_to_trash
+from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.dialogs.shortcuts import Keys
-from underfoot.widgets.experiment.background import Background, Task
+from underfoot.widgets.experiment.background import BackgroundWorker, Task
 from underfoot.widgets.experiment.choice import StudyList, StudyOverview
-from underfoot.widgets.experiment.desk import Desk
-from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, kept_choice
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, choice_of_settings
+from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.findings import analysed_in_process, simulated_study, written_in_process
-from underfoot.widgets.experiment.maker import Maker, ask_to_delete
-from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople, words_of
+from underfoot.widgets.experiment.people_dialog import PeopleDialog, SimulatedPeople, people_text
+from underfoot.widgets.experiment.protocol_editor import ProtocolEditor, ask_to_delete
 from underfoot.widgets.experiment.running_study import RunningStudy
 from underfoot.widgets.experiment.studies import (
     StudyFile,
@@ -70,7 +70,7 @@ class ExperimentWorkspace(Workspace):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._registry, self.root, self.own = registry, root, own
         self.studies: list[StudyFile] = preset_studies(registry)
-        own_ones, self._wrong = own_studies(own, registry)
+        own_ones, self._load_errors = own_studies(own, registry)
         self.studies += own_ones
         self._study = self.studies[0]
         self._is_pilot = False  # what runs, or ran last
@@ -79,12 +79,12 @@ class ExperimentWorkspace(Workspace):
         self._people: dict[Path, SimulatedPeople] = {}
         self._settings: Settings | None = None
         self._nodes: OwnNodes | None = None
-        self.background = Background(self)
-        self.list, self.overview, self.desk = StudyList(), StudyOverview(), Desk()
-        self.running = RunningStudy(self.desk, self.background)
-        self.maker = Maker(root, own_patches)
+        self.background = BackgroundWorker(self)
+        self.list, self.overview, self.experimenter = StudyList(), StudyOverview(), ExperimenterView()
+        self.running = RunningStudy(self.experimenter, self.background)
+        self.protocol_editor = ProtocolEditor(root, own_patches)
         self.stack = QStackedWidget()
-        for view in (self.overview, self.desk, self.maker):
+        for view in (self.overview, self.experimenter, self.protocol_editor):
             self.stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -98,27 +98,27 @@ class ExperimentWorkspace(Workspace):
 
     # --- as a workspace ---
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         self._controller, self._settings = context.controller, context.settings
         self._nodes = context.open_patch.nodes
-        self.maker.ask = self._nodes.ask_for_patch
-        self._use_equipment(kept_choice(context.settings.study_equipment))
+        self.protocol_editor.ask_to_run = self._nodes.when_patch_allowed
+        self._use_equipment(choice_of_settings(context.settings.study_equipment))
         bridge = context.controller.bridge
         bridge.reported.connect(self.running.take)
         bridge.ticked.connect(self.running.tick)
-        context.controller.opened.connect(self._show_way)
-        self._show_way()
-        for line in self._wrong:
-            self.said.emit(line)
-        self.go_on_making()
+        context.controller.opened.connect(self._show_availability)
+        self._show_availability()
+        for line in self._load_errors:
+            self.notified.emit(line)
+        self.restore_unsaved()
 
     def set_active(self, active: bool) -> None:
         """Once it is on the screen, ask for the nodes that own studies need; those may run then and are listed."""
         nodes = self._nodes if active else None
         if nodes is not None and (files := own_node_files(self.own)):
-            nodes.ask_for("your own studies", files, self._list_own)
+            nodes.when_files_allowed("your own studies", files, self._load_own_studies)
 
-    def _list_own(self) -> None:
+    def _load_own_studies(self) -> None:
         known = [study.path for study in self.studies]
         fresh = [study for study in own_studies(self.own, self._registry)[0] if study.path not in known]
         if fresh:
@@ -137,7 +137,7 @@ class ExperimentWorkspace(Workspace):
         self.running.leave()
         self.background.stop()
         self.background.join()
-        unsaved = self.maker.unsaved()
+        unsaved = self.protocol_editor.unsaved()
         if unsaved:
             write_file(make_folder(self.own) / UNSAVED, unsaved)
 
@@ -148,11 +148,11 @@ class ExperimentWorkspace(Workspace):
         """The study that is chosen."""
         return self._study
 
-    def choose(self, place: int) -> None:
+    def choose(self, index: int) -> None:
         """Choose a study by its place in the list."""
-        if 0 <= place < len(self.studies) and not self.running.is_on:
+        if 0 <= index < len(self.studies) and not self.running.is_on:
             self.background.stop()
-            self._study = self.studies[place]
+            self._study = self.studies[index]
             self.overview.show_findings((), "")
             self._show()
 
@@ -164,10 +164,10 @@ class ExperimentWorkspace(Workspace):
         try:
             files = node_files_of(path)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         if self._nodes is not None:
-            self._nodes.ask_for(path.name, files, lambda: self._add_protocol(path))
+            self._nodes.when_files_allowed(path.name, files, lambda: self._add_protocol(path))
         else:
             self._add_protocol(path)
 
@@ -175,25 +175,25 @@ class ExperimentWorkspace(Workspace):
         try:
             self.studies.append(load_study(path, self._registry))
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         self.list.show_studies(self.studies, len(self.studies) - 1)
 
     def _show(self) -> None:
         sessions = sessions_of(self.root, self._study)
         self.overview.show_study(self._study, len(sessions), self.root / self._study.name)
-        self.overview.show_people(words_of(self.people))
-        self.list.show_own(self._study.is_own)
-        self._show_way()
+        self.overview.show_people(people_text(self.people))
+        self.list.set_editable(self._study.is_own)
+        self._show_availability()
 
-    def _show_way(self) -> None:
+    def _show_availability(self) -> None:
         person = self.overview.participant.text()
         has_session = self._controller is not None and self._controller.session is not None
         goes_on = is_id(person) and session_path(self.root, self._study, person).exists()
         why_not = "The session is not open yet." if not has_session else "" if person else _HOW
         if person and not is_id(person):
             why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
-        self.overview.show_way(has_session, has_session and is_id(person), goes_on, why_not)
+        self.overview.show_availability(has_session, has_session and is_id(person), goes_on, why_not)
 
     def _ask_protocol(self) -> None:
         dialog = file_dialog(self, "A protocol", "", "Protocols (*.json)")
@@ -206,9 +206,9 @@ class ExperimentWorkspace(Workspace):
 
     def make_new(self) -> None:
         """Open the form with a protocol of two trials."""
-        self._open_maker(Draft.new(self._registry, self.own))
+        self._open_editor(Draft.new(self._registry, self.own))
 
-    def make_own(self) -> None:
+    def copy_study(self) -> None:
         """Open the form with a copy of the chosen study."""
         study = self._study
         draft = Draft.of(study.protocol, self._registry, self.own)
@@ -216,20 +216,22 @@ class ExperimentWorkspace(Workspace):
         try:
             draft.take_patches(study.folder)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
-        self._open_maker(draft)
+        self._open_editor(draft)
 
-    def edit_own(self) -> None:
+    def edit_study(self) -> None:
         """Open the form with the chosen study, where that is a person's own."""
         study = self._study
         if study.is_own:
             count = len(sessions_of(self.root, study))
             begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
             note = f"{begun}: they stay, but can only be gone on with, and analysed here, while it is not changed."
-            self._open_maker(Draft.of(study.protocol, self._registry, self.own), study.path, note=note if count else "")
+            self._open_editor(
+                Draft.of(study.protocol, self._registry, self.own), study.path, note=note if count else ""
+            )
 
-    def ask_to_delete_own(self) -> None:
+    def ask_to_delete_study(self) -> None:
         """Delete the chosen study's file, where that is a person's own, after asking."""
         study = self._study
         if study.is_own:
@@ -237,25 +239,25 @@ class ExperimentWorkspace(Workspace):
             ask_to_delete(self.window(), title, len(sessions_of(self.root, study)), lambda: self._delete(study))
 
     def _delete(self, study: StudyFile) -> None:
-        if not moved_to_trash(study.path):
-            self.said.emit(f"{study.path} could not be moved to the trash; delete it by hand")
+        if not move_to_trash(study.path):
+            self.notified.emit(f"{study.path} could not be moved to the trash; delete it by hand")
             return
-        place = self.studies.index(study)
+        index = self.studies.index(study)
         self.studies.remove(study)
-        self.list.show_studies(self.studies, min(place, len(self.studies) - 1))
+        self.list.show_studies(self.studies, min(index, len(self.studies) - 1))
 
-    def _open_maker(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
+    def _open_editor(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
         if not self.running.is_on:
-            self.maker.edit(draft, path, note)
+            self.protocol_editor.edit(draft, path, note)
             self.list.setEnabled(False)
-            self.stack.setCurrentWidget(self.maker)
+            self.stack.setCurrentWidget(self.protocol_editor)
 
-    def _leave_maker(self) -> None:
+    def _close_editor(self) -> None:
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self.list.list.setFocus()
 
-    def _made(self, path: Path) -> None:
+    def _protocol_saved(self, path: Path) -> None:
         """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
         study = load_study(path, self._registry, is_own=True)
         self._people.pop(path, None)  # its methods may be others now
@@ -264,12 +266,12 @@ class ExperimentWorkspace(Workspace):
             self.studies[known.index(path)] = study
         else:
             self.studies.append(study)
-        self._leave_maker()
+        self._close_editor()
         self.list.show_studies(self.studies, [one.path for one in self.studies].index(path))
         self.overview.participant.clear()
         self.overview.participant.setFocus()
 
-    def go_on_making(self) -> None:
+    def restore_unsaved(self) -> None:
         """Open the form with what was not saved when the window was closed."""
         kept = self.own / UNSAVED
         if not kept.is_file():
@@ -277,11 +279,13 @@ class ExperimentWorkspace(Workspace):
         try:
             found = json.loads(read_file(kept))
             draft = Draft(found["protocol"], self._registry, self.own)
-            self._open_maker(draft, Path(found["path"]) if found["path"] else None, "Not saved when the window closed.")
+            self._open_editor(
+                draft, Path(found["path"]) if found["path"] else None, "Not saved when the window closed."
+            )
         except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
-            self.said.emit(f"{kept} cannot be read; it is left as it is")
+            self.notified.emit(f"{kept} cannot be read; it is left as it is")
             return
-        self.maker.mark_unsaved()
+        self.protocol_editor.mark_unsaved()
         kept.unlink()
 
     # --- findings ---
@@ -302,7 +306,7 @@ class ExperimentWorkspace(Workspace):
 
     def _use_people(self, people: SimulatedPeople) -> None:
         self._people[self._study.path] = people
-        self.overview.show_people(words_of(people))
+        self.overview.show_people(people_text(people))
 
     def analyse(self) -> None:
         """Show what the sessions so far say."""
@@ -328,7 +332,7 @@ class ExperimentWorkspace(Workspace):
     def _show_findings(self, findings: Sequence[Findings]) -> None:
         drawings = [drawing for found in findings for drawing in found.drawings]
         if self.running.is_on:
-            self.desk.drawings.show_drawings(drawings, "")
+            self.experimenter.drawings.show_drawings(drawings, "")
             return
         self.overview.show_busy("")
         self.overview.show_findings(drawings, text_of(findings))
@@ -336,7 +340,7 @@ class ExperimentWorkspace(Workspace):
 
     def _failed(self, why: str) -> None:
         if self.running.is_on:
-            self.desk.drawings.show_drawings((), why)
+            self.experimenter.drawings.show_drawings((), why)
         self.overview.show_busy("")
         self.overview.state.setText(why)
 
@@ -376,8 +380,8 @@ class ExperimentWorkspace(Workspace):
             self.overview.state.setText(str(error))
         if self.running.is_on:
             self.list.setEnabled(False)
-            self.stack.setCurrentWidget(self.desk)
-            self.desk.setFocus()
+            self.stack.setCurrentWidget(self.experimenter)
+            self.experimenter.setFocus()
             self.running.show_participant()
 
     def _show_choice(self, done: str) -> None:
@@ -395,26 +399,26 @@ class ExperimentWorkspace(Workspace):
 
     def _connect(self) -> None:
         self.list.chosen.connect(self.choose)
-        self.list.open_wanted.connect(self._ask_protocol)
-        self.list.new_wanted.connect(self.make_new)
-        self.list.own_wanted.connect(self.make_own)
-        self.list.edit_wanted.connect(self.edit_own)
-        self.list.delete_wanted.connect(self.ask_to_delete_own)
-        self.maker.saved.connect(self._made)
-        self.maker.left.connect(self._leave_maker)
-        self.maker.said.connect(self.said)
+        self.list.open_requested.connect(self._ask_protocol)
+        self.list.new_requested.connect(self.make_new)
+        self.list.copy_requested.connect(self.copy_study)
+        self.list.edit_requested.connect(self.edit_study)
+        self.list.delete_requested.connect(self.ask_to_delete_study)
+        self.protocol_editor.saved.connect(self._protocol_saved)
+        self.protocol_editor.closed.connect(self._close_editor)
+        self.protocol_editor.notified.connect(self.notified)
         overview = self.overview
-        overview.begin_wanted.connect(self.begin)
-        overview.pilot_wanted.connect(self.begin_pilot)
-        overview.participant_typed.connect(lambda _: self._show_way())
-        overview.equipment_wanted.connect(self.ask_equipment)
-        overview.simulate_wanted.connect(self.simulate)
-        overview.people_wanted.connect(self.ask_people)
-        overview.analyse_wanted.connect(self.analyse)
+        overview.begin_requested.connect(self.begin)
+        overview.pilot_requested.connect(self.begin_pilot)
+        overview.participant_typed.connect(lambda _: self._show_availability())
+        overview.equipment_requested.connect(self.ask_equipment)
+        overview.simulate_requested.connect(self.simulate)
+        overview.people_requested.connect(self.ask_people)
+        overview.analyse_requested.connect(self.analyse)
         overview.results.files_chosen.connect(self._analyse_files)
         overview.results.place_chosen.connect(self._write)
         self.background.found.connect(self._show_findings)
         self.background.failed.connect(self._failed)
-        self.background.said.connect(overview.state.setText)
-        self.running.said.connect(self.said)
-        self.running.left.connect(self._show_choice)
+        self.background.notified.connect(overview.state.setText)
+        self.running.notified.connect(self.notified)
+        self.running.ended.connect(self._show_choice)

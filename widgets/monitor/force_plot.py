@@ -12,10 +12,10 @@ from underfoot.drawing.layout import Margins
 from underfoot.drawing.thinning import thinned
 from underfoot.widgets.plots.plot import Plot
 
-LEAST_TOP_N = 200.0
-MOST_LETTERS = 32
+MIN_TOP_N = 200.0
+MAX_LETTERS = 32
 """Of a mark's words; the recording has all of them."""
-BELOW = 0.1
+BELOW_ZERO = 0.1
 """How far the axis goes below zero, as a share of its top: real corners are pulled up, too."""
 MARGINS = Margins(bottom=8.0)
 """The times are written under the spectrogram below."""
@@ -38,7 +38,7 @@ class ForcePlot(Plot):
         self._large_until = -math.inf
         self.clear_forces()
 
-    def set_span(self, seconds: float) -> None:
+    def set_duration(self, seconds: float) -> None:
         """Show this many seconds before now."""
         self._seconds = seconds
         self.clear_forces()
@@ -63,7 +63,7 @@ class ForcePlot(Plot):
         shown = onsets_s[(onsets_s > now_s - self._seconds) & (onsets_s < now_s)]
         lines = [ReferenceLine("x", at_s - now_s, "onset") for at_s in shown.tolist()]
         lines += [
-            ReferenceLine("x", at_s - now_s, "events", dashed=True, name=words[:MOST_LETTERS] or "mark")
+            ReferenceLine("x", at_s - now_s, "events", dashed=True, name=words[:MAX_LETTERS] or "mark")
             for at_s, words in marks
             if now_s - self._seconds < at_s < now_s
         ]
@@ -82,13 +82,13 @@ class ForcePlot(Plot):
                 "force, N",
                 tuple(Series("", x, values, colour=colour) for colour, values in curves),
                 x_range=(-self._seconds, 0.0),
-                y_range=(-BELOW * self._top_n, self._top_n),
+                y_range=(-BELOW_ZERO * self._top_n, self._top_n),
                 lines=(*lines, ReferenceLine("y", 0.0, "faint")),
             )
         )
 
     def _fit(self, largest_n: float, now_s: float) -> None:
-        needed = max(LEAST_TOP_N, round_top(1.05 * largest_n))
+        needed = max(MIN_TOP_N, round_top(1.05 * largest_n))
         if needed >= self._top_n or now_s < self._large_until - 2.0 * self._seconds:
             self._large_until = now_s + self._seconds
         if needed > self._top_n or now_s > self._large_until:

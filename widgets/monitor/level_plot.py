@@ -1,4 +1,4 @@
-"""What a tile is asked, what it does and what is felt of it, over frequency."""
+"""Levels of a tile over frequency: commanded, measured, and the threshold of the sole."""
 
 import math
 
@@ -30,11 +30,11 @@ class LevelPlot(Plot):
             Series("felt, small probe, barefoot", _BANDS, _db(threshold_m_s2(_BANDS)), "dashed", "faint"),
         ]
         if response is not None:
-            asked, done = _db(response.commanded), _db(response.measured)
+            commanded_db, measured_db = _db(response.commanded), _db(response.measured)
             gain = np.clip(response.transfer_db, *GAIN_DB)
             lines += [
-                Series("commanded", _BANDS, np.maximum(asked, RANGE_DB[0])),
-                Series("measured", _BANDS, np.maximum(done, RANGE_DB[0]), colour="contact"),
+                Series("commanded", _BANDS, np.maximum(commanded_db, RANGE_DB[0])),
+                Series("measured", _BANDS, np.maximum(measured_db, RANGE_DB[0]), colour="contact"),
                 Series("gain", _BANDS, gain, "dots", "events", right=True),
             ]
         self.show_drawing(
@@ -53,27 +53,32 @@ class LevelPlot(Plot):
         )
 
 
-def in_words(
+def summary_text(
     commanded: NDArray[np.floating], measured: NDArray[np.floating], rate_hz: float, unexplained: float
 ) -> str:
     """The levels of both (n,), m/s^2, and what is felt of what was measured, in a line.
 
     >>> tone = 0.3 * np.sin(2 * np.pi * 300 / 48000 * np.arange(48000))
-    >>> in_words(tone, tone, 48000.0, 0.0)
-    'asked 0.3 m/s², done 0.3 (+0.0 dB, 0 % unexplained); 1 dB under threshold, noticed by 43 %; 90 N/mm feel like 73'
+    >>> peaks, *sensation = summary_text(tone, tone, 48000.0, 0.0).split("; ")
+    >>> peaks
+    'commanded 0.3 m/s², measured 0.3 (+0.0 dB, 0 % unexplained)'
+    >>> sensation
+    ['1 dB under threshold, noticed by 43 %', '90 N/mm feel like 73']
     """
-    asked, done = windowed_peak(commanded, rate_hz), windowed_peak(measured, rate_hz)
-    if done < 1e-4 and asked < 1e-4:
+    commanded_peak, measured_peak = windowed_peak(commanded, rate_hz), windowed_peak(measured, rate_hz)
+    if measured_peak < 1e-4 and commanded_peak < 1e-4:
         return "silent"
-    words = f"asked {quantity(asked, 'm/s^2')}, done {done:.2g}"
-    if asked > 1e-4 and done > 1e-4:
-        words += f" ({20.0 * math.log10(done / asked):+.1f} dB, {100.0 * unexplained:.0f} % unexplained)"
+    words = f"commanded {quantity(commanded_peak, 'm/s^2')}, measured {measured_peak:.2g}"
+    if commanded_peak > 1e-4 and measured_peak > 1e-4:
+        words += (
+            f" ({20.0 * math.log10(measured_peak / commanded_peak):+.1f} dB, {100.0 * unexplained:.0f} % unexplained)"
+        )
     found = felt(measured, rate_hz)
     level_db = found.level_db["shoe"]
     if math.isfinite(level_db):
         side = "over" if level_db >= 0.0 else "under"
         words += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
-    return f"{words}; {stiffness_in_words(done)}".replace("-", "−")
+    return f"{words}; {stiffness_in_words(measured_peak)}".replace("-", "−")
 
 
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:

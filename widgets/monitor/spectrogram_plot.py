@@ -23,7 +23,7 @@ class SpectrogramPlot(Plot):
         self._seconds, self._top_db = 8.0, 0.0
         self._show()
 
-    def set_span(self, seconds: float) -> None:
+    def set_duration(self, seconds: float) -> None:
         """Show this many seconds before now."""
         self._seconds = seconds
         self._show()

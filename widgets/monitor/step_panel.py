@@ -15,13 +15,13 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
 """The cadence is a mean over so many steps."""
 
-MOST_FILES = 100
+MAX_FILES = 100
 """So many files of footsteps that nobody saved are kept."""
 
 GAIT_STEPS = 100
@@ -31,7 +31,7 @@ GAIT_STEPS = 100
 class StepPanel(QWidget):
     """Footsteps as they happen."""
 
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the person."""
     cleared = Signal()
 
@@ -44,15 +44,15 @@ class StepPanel(QWidget):
         self.folder: Path | None = None
         """Where footsteps that nobody saved are kept when another session begins."""
         self._is_saved = True
-        self.exporting = tool_button("export", "Export…", "Save the footsteps as a CSV table")
-        self.exporting.clicked.connect(self._ask_for_file)
-        self.clearing = tool_button("broom", "Clear", "Remove all footsteps from the table")
-        self.clearing.clicked.connect(self.clear)
+        self.export_button = tool_button("export", "Export…", "Save the footsteps as a CSV table")
+        self.export_button.clicked.connect(self._ask_for_file)
+        self.clear_button = tool_button("broom", "Clear", "Remove all footsteps from the table")
+        self.clear_button.clicked.connect(self.clear)
         title = theme.label("Footsteps", "title")
-        head = [title, self.count, self._cadence, None, self.clearing, self.exporting]
+        head = [title, self.count, self._cadence, None, self.clear_button, self.export_button]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(titled(head, WholeRows(self.table)))
+        layout.addWidget(with_header(head, WholeRows(self.table)))
         self._show_count()
 
     def add(self, steps: Sequence[Step]) -> None:
@@ -61,20 +61,20 @@ class StepPanel(QWidget):
         self._is_saved = self._is_saved and not steps
         self._show_count()
 
-    def begin_anew(self) -> None:
+    def start_new_table(self) -> None:
         """Another session begins, or the window closes: footsteps that nobody saved are kept as a file."""
         count = len(self.table.steps.steps)
         if count and not self._is_saved and self.folder is not None:
             path = self.folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.csv"
             try:
                 make_folder(self.folder)
-                for old in sorted(self.folder.glob("*.csv"))[: 1 - MOST_FILES]:
+                for old in sorted(self.folder.glob("*.csv"))[: 1 - MAX_FILES]:
                     old.unlink(missing_ok=True)
                 self.table.export(path)
             except (UnderfootError, OSError) as error:
-                self.said.emit(str(error))
+                self.notified.emit(str(error))
                 return
-            self.said.emit(f"{count} footsteps of the session before are kept as {path}.")
+            self.notified.emit(f"{count} footsteps of the session before are kept as {path}.")
         self.clear()
 
     def clear(self) -> None:
@@ -89,11 +89,11 @@ class StepPanel(QWidget):
         try:
             self.table.export(Path(path))
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         self._folder = Path(path).parent
         self._is_saved = True
-        self.said.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
+        self.notified.emit(f"{self.table.steps.rowCount()} footsteps were saved as {path}.")
 
     def _ask_for_file(self) -> None:
         dialog = file_dialog(self, "Export footsteps", str(self._folder / "steps.csv"), "CSV table (*.csv)")
@@ -111,5 +111,5 @@ class StepPanel(QWidget):
         gaits = "\n".join(one.line() for one in gait_of(steps[-GAIT_STEPS:]))
         for label in (self.count, self._cadence):
             label.setToolTip(gaits)
-        self.exporting.setEnabled(bool(steps))
-        self.clearing.setEnabled(bool(steps))
+        self.export_button.setEnabled(bool(steps))
+        self.clear_button.setEnabled(bool(steps))

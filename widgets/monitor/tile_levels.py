@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.floor.tile_response import ResponseMonitor, TileResponse, response_of
-from underfoot.widgets.monitor.level_plot import in_words
+from underfoot.widgets.monitor.level_plot import summary_text
 from underfoot.widgets.plots.history import History
 
-_KEPT_S, _LEAST_S = 2.0, 0.3
+_KEPT_S, _MIN_S = 2.0, 0.3
 
 
 class TileLevels:
@@ -25,14 +25,14 @@ class TileLevels:
         self._measured.append(measured)
         self._watch.feed(commanded, measured)
 
-    def astray(self) -> NDArray[np.bool_]:
+    def deviating(self) -> NDArray[np.bool_]:
         """Which tiles are off their command."""
         return self._watch.deviates()
 
     def of(self, row: int) -> tuple[TileResponse | None, str]:
         """A tile's response, and its levels in words; None and "" where too little was measured."""
         commanded, measured = self._commanded.latest()[:, row], self._measured.latest()[:, row]
-        if len(measured) < _LEAST_S * self._rate_hz:
+        if len(measured) < _MIN_S * self._rate_hz:
             return None, ""
         response = response_of(commanded, measured, self._rate_hz)
-        return response, in_words(commanded, measured, self._rate_hz, response.unexplained)
+        return response, summary_text(commanded, measured, self._rate_hz, response.unexplained)

@@ -27,12 +27,12 @@ from underfoot.floor.layout import Floor
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.panels import LevelKey, over_bar, titled, tool_button
+from underfoot.widgets.controls.panels import ColourBar, tool_button, with_header, with_scroll_bar
 from underfoot.widgets.dialogs.shortcuts import Keys
-from underfoot.widgets.floor_map import PRESS_N, FloorMap
+from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
+from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.level_plot import LevelPlot
-from underfoot.widgets.monitor.past import PAST_S, ForcePast
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
@@ -41,8 +41,8 @@ from underfoot.widgets.plots.history import History
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
-LONGEST_S = 10.0
-SPANS_S = (5.0, 10.0)
+MAX_DURATION_S = 10.0
+DURATIONS_S = (5.0, 10.0)
 PRESSES_N = (50.0, 100.0, 200.0, 400.0, 800.0, 1500.0)
 SHORTCUTS = (
     ("Select the next tile, with the focus on the floor", "Arrows"),
@@ -54,7 +54,7 @@ SHORTCUTS = (
 )
 
 _FORCE_HZ = 2000.0
-"""Force samples a second for which there is room; a faster stream shows less than `LONGEST_S`."""
+"""Force samples a second for which there is room; a faster stream shows less than `MAX_DURATION_S`."""
 
 _KEPT_TILES = 16
 """The vibration of so many tiles is kept, to be shown at once when another one is selected: 4 MB each."""
@@ -66,7 +66,7 @@ _FALL_S = 0.15
 """In which time a tile's bar of vibration falls to a third."""
 
 _MAP_TICKS = 2
-_FIGURE_TICKS = 6
+_READOUT_TICKS = 6
 """The floor is drawn every so many ticks, for it does not scroll; numbers change slower, so that one can read them."""
 
 
@@ -90,27 +90,27 @@ class MonitorWorkspace(Workspace):
         self.table = self.steps.table
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._marks: deque[tuple[float, str]] = deque(maxlen=256)
-        self._span_s = SPANS_S[0]
+        self._duration_s = DURATIONS_S[0]
         self._ticks = 0
         self._paused_s = self._hover_s = math.nan
         self._back_to_s = math.nan
         """What is at the right edge, where somebody has scrolled back."""
         self._build()
-        self.map.chosen.connect(self._show_tile)
-        self.map.touched.connect(lambda: self.following.setChecked(False))
+        self.map.tile_chosen.connect(self._show_tile)
+        self.map.tile_clicked.connect(lambda: self.following.setChecked(False))
         self.map.pressed.connect(self._press)
-        self.steps.said.connect(self.said)
+        self.steps.notified.connect(self.notified)
         self.steps.cleared.connect(lambda: self._onsets.clear())
         for plot in (self.force, self.spectrogram):
             plot.hovered.connect(self._hover)
             plot.wheeled.connect(self._scroll)
-        self.set_span(self._span_s)
+        self.set_duration(self._duration_s)
         self.set_level(0.0)
         self.setFocusProxy(self.map)
 
     # --- as a workspace ---
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         controller, bridge = context.controller, context.controller.bridge
         self.set_level(context.settings.level_db)
         controller.level_changed.connect(self.set_level)
@@ -118,11 +118,11 @@ class MonitorWorkspace(Workspace):
         if controller.session is not None:
             self._set_target(controller.target)
         self.steps.folder = context.folder / "footsteps"
-        bridge.forces.connect(self.take_forces)
-        bridge.vibrated.connect(self.take_vibration)
-        bridge.measured.connect(self.take_measured)
-        bridge.stepped.connect(self.take_steps)
-        bridge.marked.connect(self.take_mark)
+        bridge.forces_tracked.connect(self.add_forces)
+        bridge.vibration_read.connect(self.add_vibration)
+        bridge.response_read.connect(self.add_response)
+        bridge.steps_found.connect(self.add_steps)
+        bridge.marked.connect(self.add_mark)
         bridge.reported.connect(self._show_starts)
         bridge.ticked.connect(self.draw)
         self.commanded.connect(controller.send)
@@ -133,7 +133,7 @@ class MonitorWorkspace(Workspace):
 
     def close_down(self) -> None:
         """Footsteps that nobody saved are kept."""
-        self.steps.begin_anew()
+        self.steps.start_new_table()
 
     def set_active(self, active: bool) -> None:
         """Vibration is read from the session only while it can be seen."""
@@ -148,9 +148,9 @@ class MonitorWorkspace(Workspace):
         """Begin anew with this floor; `rate_hz` are session frames a second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
-        self.past = ForcePast(count, LONGEST_S, _FORCE_HZ)
-        self.spectrum = RunningSpectrum(rate_hz, PAST_S)
-        self._vibration = History(np.float32, int(LONGEST_S * rate_hz) if count <= _KEPT_TILES else 0, count)
+        self.force_history = ForceHistory(count, MAX_DURATION_S, _FORCE_HZ)
+        self.spectrum = RunningSpectrum(rate_hz, HISTORY_S)
+        self._vibration = History(np.float32, int(MAX_DURATION_S * rate_hz) if count <= _KEPT_TILES else 0, count)
         self._vibration_end = self._spectrum_end = 0
         self.tile_levels = TileLevels(count, rate_hz)
         self._onsets.clear()
@@ -162,18 +162,18 @@ class MonitorWorkspace(Workspace):
         self._newest_contact = 0
         self.map.can_press = simulated
         self.map.set_floor(floor)
-        self.steps.begin_anew()
+        self.steps.start_new_table()
         for widget in (self.walker, self.press_n, self._press_label):
             widget.setVisible(simulated)
         self.walker.setChecked(simulated)
         self.resume()
         self.draw()
 
-    def set_span(self, seconds: float) -> None:
+    def set_duration(self, seconds: float) -> None:
         """Show so many seconds before now."""
-        self._span_s = seconds
-        self.force.set_span(seconds)
-        self.spectrogram.set_span(seconds)
+        self._duration_s = seconds
+        self.force.set_duration(seconds)
+        self.spectrogram.set_duration(seconds)
         for span_s, button in self.span_buttons.items():
             button.setChecked(span_s == seconds)
 
@@ -183,17 +183,17 @@ class MonitorWorkspace(Workspace):
         self.spectrogram.set_top(top_db)
         self.level_key.set_range(top_db - SHOWN_DB, top_db)
 
-    def take_forces(self, update: ForceUpdate) -> None:
+    def add_forces(self, update: ForceUpdate) -> None:
         """Force samples, and the contacts on the floor."""
-        self.past.append(update.time_s, update.force_n)
+        self.force_history.append(update.time_s, update.force_n)
         self._latest = update
         for rows in update.contact_rows:
             self.map.add_trails(rows)
         if self.following.isChecked():
-            self._follow(update)
+            self._show_latest(update)
         self._now_frame = max(self._now_frame, float(update.time_s[-1]) * self._rate_hz)
 
-    def take_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
+    def add_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
         """Vibration of all tiles (n, tiles) from session frame `first` on."""
         if first != self._vibration_end:
             self._vibration.clear()
@@ -207,16 +207,16 @@ class MonitorWorkspace(Workspace):
         self._peak = np.maximum(np.maximum(samples.max(axis=0), -samples.min(axis=0)), fallen)
         self._now_frame = max(self._now_frame, float(self._vibration_end))
 
-    def take_measured(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
-        """What all tiles were asked and did, (n, tiles) each, m/s^2, from session frame `first` on."""
+    def add_response(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
+        """Commanded and measured acceleration of all tiles, (n, tiles) each, m/s^2, from session frame `first` on."""
         self.tile_levels.feed(commanded, measured)
 
-    def take_steps(self, steps: list[Step]) -> None:
+    def add_steps(self, steps: list[Step]) -> None:
         """Footsteps that happened."""
         self.steps.add(steps)
         self._onsets.extend((step.tile, step.start_s) for step in steps)
 
-    def take_mark(self, words: str, at_s: float) -> None:
+    def add_mark(self, words: str, at_s: float) -> None:
         """A mark was set, by whomever."""
         self._marks.append((at_s, words))
 
@@ -241,19 +241,19 @@ class MonitorWorkspace(Workspace):
             self.map.set_contacts(self._latest.contacts, now_s)
         if self._ticks % _MAP_TICKS == 0:
             self.map.set_vibration(self._peak)
-            self.map.set_astray(self.tile_levels.astray())
+            self.map.set_deviating(self.tile_levels.deviating())
             self.map.update()
-        if self._ticks % _FIGURE_TICKS == 0:
-            self._show_figures()
+        if self._ticks % _READOUT_TICKS == 0:
+            self._show_readouts()
             self._show_levels()
         self._ticks += 1
 
     def _draw_plots(self) -> None:
         """Force and spectrogram of the seconds before now, or before what was scrolled back to."""
         end_s = self.shown_s
-        times, forces = self.past.until(end_s, self._span_s, self._row)
+        times, forces = self.force_history.samples_before(end_s, self._duration_s, self._row)
         if len(times):
-            onsets_s = [start_s for tile, start_s in self._onsets if tile == self.map.choice()]
+            onsets_s = [start_s for tile, start_s in self._onsets if tile == self.map.chosen_tile()]
             self.force.show_forces(times, forces, end_s, np.array(onsets_s), self._marks)
         else:
             self.force.clear_forces()
@@ -270,26 +270,26 @@ class MonitorWorkspace(Workspace):
     def scroll_to(self, end_s: float) -> None:
         """Show the seconds before a time of the last ten minutes; what comes meanwhile is kept. Now: go on live."""
         now_s = self._now_frame / self._rate_hz
-        first_s = max(self.past.first_s, now_s - PAST_S)
+        first_s = max(self.force_history.first_s, now_s - HISTORY_S)
         if not first_s < now_s or end_s >= now_s - 0.05:
             self._back_to_s = math.nan
         else:
-            self._back_to_s = max(end_s, min(first_s + self._span_s, now_s))
+            self._back_to_s = max(end_s, min(first_s + self._duration_s, now_s))
         self._draw_plots()
         self._show_bar()
-        self._show_figures()
+        self._show_readouts()
 
     def _scroll(self, share: float) -> None:
-        self.scroll_to(self.shown_s + share * self._span_s)
+        self.scroll_to(self.shown_s + share * self._duration_s)
 
     def _show_bar(self) -> None:
         """The scroll bar is as long as what is known, in tenths of a second."""
         now_s = self._now_frame / self._rate_hz
-        first_s = max(self.past.first_s, now_s - PAST_S)
-        first_s = first_s + self._span_s if math.isfinite(first_s) else now_s
+        first_s = max(self.force_history.first_s, now_s - HISTORY_S)
+        first_s = first_s + self._duration_s if math.isfinite(first_s) else now_s
         self.back.blockSignals(True)
         self.back.setRange(min(round(10.0 * first_s), round(10.0 * now_s)), round(10.0 * now_s))
-        self.back.setPageStep(round(10.0 * self._span_s))
+        self.back.setPageStep(round(10.0 * self._duration_s))
         self.back.setValue(round(10.0 * self.shown_s))
         self.back.blockSignals(False)
 
@@ -339,12 +339,12 @@ class MonitorWorkspace(Workspace):
             label.setText(f"tile {tile}")
         self.resume()
 
-    def _follow(self, update: ForceUpdate) -> None:
+    def _show_latest(self, update: ForceUpdate) -> None:
         """Select the tile of the newest contact."""
         newest = max(update.contacts, key=lambda contact: contact.id, default=None)
         if newest is not None and newest.id > self._newest_contact:
             self._newest_contact = newest.id
-            self.map.set_choice(self._floor.ids[max(newest.tiles, key=lambda tile: update.load_n[tile])])
+            self.map.choose_tile(self._floor.ids[max(newest.tiles, key=lambda tile: update.load_n[tile])])
 
     def _press(self, tile: str, x_m: float, y_m: float, force_n: float) -> None:
         self.commanded.emit(PressTile(tile, x_m, y_m, force_n))
@@ -353,13 +353,13 @@ class MonitorWorkspace(Workspace):
         self._hover_s = at_s
         for plot in (self.force, self.spectrogram):
             plot.point_at(at_s)
-        self._show_figures()
+        self._show_readouts()
 
     # --- figures ---
 
-    def _show_figures(self) -> None:
+    def _show_readouts(self) -> None:
         """Force of each corner and their sum, under the mouse or else now."""
-        times, forces = self.past.until(self.shown_s, self._span_s, self._row)
+        times, forces = self.force_history.samples_before(self.shown_s, self._duration_s, self._row)
         values = np.full(5, math.nan)
         if len(times):
             hovered_s = self.shown_s + self._hover_s
@@ -372,7 +372,7 @@ class MonitorWorkspace(Workspace):
         if math.isfinite(self._hover_s):
             when = f"at {number(self._hover_s)} s"
         self._when.setText(when)
-        for label, value in zip(self.figures, values, strict=True):
+        for label, value in zip(self.readouts, values, strict=True):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
 
     def _show_levels(self) -> None:
@@ -381,14 +381,14 @@ class MonitorWorkspace(Workspace):
             return
         response, words = self.tile_levels.of(self._row)
         self.levels.show_response(response)
-        self._levels_said.set_full_text(words)
+        self._levels_line.set_full_text(words)
 
     def _choose_view(self, levels: bool) -> None:
         """Levels over frequency, or the spectrogram over time."""
         self.vibration_views.setCurrentWidget(self.levels if levels else self.spectrogram)
         for widget in (self._felt_key, self.level_key):
             widget.setVisible(not levels)
-        self._levels_said.setVisible(levels)
+        self._levels_line.setVisible(levels)
         self._show_levels()
 
     # --- layout ---
@@ -396,11 +396,13 @@ class MonitorWorkspace(Workspace):
     def _build(self) -> None:
         plots = QSplitter(Qt.Orientation.Vertical)
         plots.setObjectName("monitor plots")
-        plots.addWidget(titled(self._force_head(), self.force, ((self.following,), self.figures[1:], (self._when,))))
+        plots.addWidget(
+            with_header(self._force_head(), self.force, ((self.following,), self.readouts[1:], (self._when,)))
+        )
         self.vibration_views = QStackedWidget()
         self.vibration_views.addWidget(self.spectrogram)
         self.vibration_views.addWidget(self.levels)
-        plots.addWidget(titled(self._vibration_head(), self.vibration_views))
+        plots.addWidget(with_header(self._vibration_head(), self.vibration_views))
         plots.setSizes([240, 272])
         self.back = QScrollBar(Qt.Orientation.Horizontal)
         self.back.setAccessibleName("Back through the last ten minutes")
@@ -415,8 +417,8 @@ class MonitorWorkspace(Workspace):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
-        across.addWidget(titled(self._floor_head(), self.map, ((self.walker, self.tare),)))
-        across.addWidget(over_bar(plots, self.back))
+        across.addWidget(with_header(self._floor_head(), self.map, ((self.walker, self.tare),)))
+        across.addWidget(with_scroll_bar(plots, self.back))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])
@@ -443,7 +445,7 @@ class MonitorWorkspace(Workspace):
         self.press_n.setToolTip("Force with which the mouse presses a simulated tile")
         for force_n in PRESSES_N:
             self.press_n.addItem(f"{force_n:.0f} N", force_n)
-        self.press_n.setCurrentIndex(PRESSES_N.index(PRESS_N))
+        self.press_n.setCurrentIndex(PRESSES_N.index(DEFAULT_PRESS_N))
         self.press_n.currentIndexChanged.connect(lambda at: self.map.set_press(PRESSES_N[at]))
         self.tare = tool_button("balance", "Tare", "Take the present reading of every unloaded tile as zero")
         self.tare.clicked.connect(lambda: self.commanded.emit(Tare()))
@@ -452,21 +454,21 @@ class MonitorWorkspace(Workspace):
     def _force_head(self) -> list[QWidget | None]:
         self._tile = theme.label("", "muted")
         self._when = theme.label("now", "small")
-        self.figures: list[QLabel] = []
+        self.readouts: list[QLabel] = []
         legend: list[QWidget | None] = []
         for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
             key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
             figure = theme.label("– N", "small")
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
-            self.figures.append(figure)
+            self.readouts.append(figure)
             legend += [key, figure]
         self.following = tool_button("crosshairs", "Follow", "Select the tile of each new footstep", checkable=True)
         self.pausing = tool_button("pause", "", "Pause the display (P)", checkable=True)
         self.pausing.clicked.connect(self._toggle_pause)
         self.span_buttons: dict[float, QToolButton] = {}
-        for span_s in SPANS_S:
+        for span_s in DURATIONS_S:
             button = tool_button("", f"{span_s:.0f} s", f"Show the last {span_s:.0f} seconds", checkable=True)
-            button.clicked.connect(lambda _, span_s=span_s: self.set_span(span_s))
+            button.clicked.connect(lambda _, span_s=span_s: self.set_duration(span_s))
             self.span_buttons[span_s] = button
         QShortcut("P", self, self.pausing.click)
         title = theme.label("Force", "title")
@@ -475,18 +477,18 @@ class MonitorWorkspace(Workspace):
 
     def _vibration_head(self) -> list[QWidget | None]:
         self._vibration_tile = theme.label("", "muted")
-        self.level_key = LevelKey()
+        self.level_key = ColourBar()
         self._felt_key = ElidedLabel("small")
         self._felt_key.set_full_text("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz")
-        self._levels_said = ElidedLabel("small")
+        self._levels_line = ElidedLabel("small")
         policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         policy.setHorizontalStretch(100)
-        self._levels_said.setSizePolicy(policy)
-        self._levels_said.hide()
-        tip = "What the tile is asked, what its accelerometer measures and what is felt of it, over frequency (L)"
+        self._levels_line.setSizePolicy(policy)
+        self._levels_line.hide()
+        tip = "Levels in third octaves: commanded, measured by the accelerometer, and the threshold of the sole (L)"
         self.show_levels = tool_button("", "Levels", tip, checkable=True)
         self.show_levels.toggled.connect(self._choose_view)
         QShortcut("L", self, self.show_levels.click)
         title = theme.label("Vibration", "title")
-        key: list[QWidget | None] = [self._levels_said, None, self._felt_key, self.level_key]
+        key: list[QWidget | None] = [self._levels_line, None, self._felt_key, self.level_key]
         return [title, self._vibration_tile, *key, self.show_levels]

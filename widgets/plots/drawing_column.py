@@ -9,9 +9,9 @@ from underfoot.drawing import Drawing
 from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
-LEAST_PX = 304
+MIN_PX = 304
 """Least height of a drawing; below it, the column scrolls."""
-EQUAL_PX = 480
+MIN_MAP_PX = 480
 """Least height of a map, whose axes have the same scale."""
 
 
@@ -29,10 +29,10 @@ class DrawingColumn(QScrollArea):
         self._layout = QVBoxLayout(inside)
         self._layout.setContentsMargins(theme.GRID, theme.GRID, 0, theme.GRID)
         self._layout.setSpacing(2 * theme.GRID)
-        self.nothing = theme.label("", "muted")
-        self.nothing.setWordWrap(True)
-        self.nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._layout.addWidget(self.nothing)
+        self.empty_text = theme.label("", "muted")
+        self.empty_text.setWordWrap(True)
+        self.empty_text.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._layout.addWidget(self.empty_text)
         self._plots: list[Plot] = []
         self.setWidget(inside)
         self.show_drawings((), "")
@@ -42,7 +42,7 @@ class DrawingColumn(QScrollArea):
         """Return the visible plots."""
         return [plot for plot in self._plots if not plot.isHidden()]
 
-    def show_drawings(self, drawings: Sequence[Drawing], otherwise: str) -> None:
+    def show_drawings(self, drawings: Sequence[Drawing], empty_text: str) -> None:
         """Show these drawings, or a text on why there are none."""
         while len(self._plots) < len(drawings):
             plot = Plot()
@@ -50,9 +50,9 @@ class DrawingColumn(QScrollArea):
             self._layout.addWidget(plot)
         for plot, drawing in zip(self._plots, drawings, strict=False):
             plot.show_drawing(drawing)
-            plot.setMinimumHeight(EQUAL_PX if drawing.equal else LEAST_PX)
+            plot.setMinimumHeight(MIN_MAP_PX if drawing.equal else MIN_PX)
         for place, plot in enumerate(self._plots):
             plot.setVisible(place < len(drawings))
-        self.nothing.setText(otherwise)
-        self.nothing.setVisible(not drawings)
+        self.empty_text.setText(empty_text)
+        self.empty_text.setVisible(not drawings)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus if len(drawings) > 1 else Qt.FocusPolicy.NoFocus)

@@ -15,7 +15,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots import saving
 from underfoot.widgets.plots.painting import paint, rectangle, width_px
 
-Look = tuple[object, ...]
+FrameKey = tuple[object, ...]
 """What determines the frame of a plot; a plot with the same look keeps its frame."""
 
 
@@ -42,7 +42,7 @@ class Plot(QWidget):
         self._margins = margins
         self._pointer = math.nan
         self._frame: Frame | None = None
-        self._look: Look = ()
+        self._frame_key: FrameKey = ()
         self._picture = QPixmap()
 
     def show_drawing(self, drawing: Drawing) -> None:
@@ -50,10 +50,10 @@ class Plot(QWidget):
         self.drawing = drawing
         if self._margins is None:
             self.setAccessibleName(f"{drawing.title}: {drawing.y} over {drawing.x}".removeprefix(": "))
-        look = _look_of(drawing)
-        if look is None or look != self._look:
+        key = _frame_key_of(drawing)
+        if key is None or key != self._frame_key:
             self._frame = None
-        self._look = look or ()
+        self._frame_key = key or ()
         self.update()
 
     def set_margins(self, margins: Margins) -> None:
@@ -85,7 +85,7 @@ class Plot(QWidget):
         """Convert points [n, 2] from axis units to the widget's pixels."""
         return np.column_stack([self.frame.x.place(points[:, 0]), self.frame.y.place(points[:, 1])])
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Repaint the cached frame after a change of colours."""
         self._frame = None
 
@@ -143,7 +143,7 @@ class Plot(QWidget):
         return self._picture
 
 
-def _look_of(drawing: Drawing) -> Look | None:
+def _frame_key_of(drawing: Drawing) -> FrameKey | None:
     """Return what the frame depends on; None if it depends on the data."""
     given = [drawing.x_range, drawing.y_range] + ([drawing.right_range] if drawing.right else [])
     if None in given:

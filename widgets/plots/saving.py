@@ -13,7 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import write_file
 from underfoot.widgets import theme
 
-FINE = 2
+PICTURE_SCALE = 2
 """Pixels of a picture per pixel of the screen."""
 KINDS = (("Picture", ".svg"), ("Picture", ".png"), ("Data", ".csv"))
 
@@ -35,8 +35,8 @@ def save(plot: QWidget, drawing: Drawing, path: Path) -> None:
     elif path.suffix.lower() == ".csv":
         write_file(path, csv(drawing).encode())
     else:
-        image = QImage(plot.size() * FINE, QImage.Format.Format_RGB32)
-        image.setDevicePixelRatio(FINE)
+        image = QImage(plot.size() * PICTURE_SCALE, QImage.Format.Format_RGB32)
+        image.setDevicePixelRatio(PICTURE_SCALE)
         plot.render(image)
         buffer = QBuffer()
         buffer.open(QBuffer.OpenModeFlag.WriteOnly)

@@ -9,9 +9,9 @@ from underfoot.drawing.layout import Margins
 from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
-STEP = 1.25
+ZOOM_STEP = 1.25
 """Zoom factor of one step of the wheel or a key."""
-_LEAST_DRAG_PX = 6.0
+_MIN_DRAG_PX = 6.0
 
 
 class ZoomPlot(Plot):
@@ -19,52 +19,52 @@ class ZoomPlot(Plot):
 
     pointed = Signal(float, float)
     """Position of the mouse on the x and the y axis; NaN outside them, and when it has left."""
-    zoom_wanted = Signal(float, float)
+    zoom_requested = Signal(float, float)
     """Zoom factor, and the fixed point on the x axis."""
-    move_wanted = Signal(float)
+    move_requested = Signal(float)
     """Shift to the right, as a share of the visible range."""
-    part_wanted = Signal(float, float)
+    range_requested = Signal(float, float)
     """Ends of the range that was dragged over."""
-    whole_wanted = Signal()
+    full_range_requested = Signal()
 
     def __init__(self, name: str = "", margins: Margins | None = None) -> None:
         super().__init__(name, margins)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._began: float | None = None
-        self._now = 0.0
+        self._drag_start: float | None = None
+        self._drag_end = 0.0
 
     # --- mouse ---
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton and self._has(event.position()):
-            self._began = self._now = event.position().x()
+        if event.button() == Qt.MouseButton.LeftButton and self._is_inside(event.position()):
+            self._drag_start = self._drag_end = event.position().x()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         super().mouseMoveEvent(event)
         at, frame = event.position(), self.frame
-        inside = self._has(at)
+        inside = self._is_inside(at)
         self.pointed.emit(frame.x.value(at.x()) if inside else math.nan, frame.y.value(at.y()) if inside else math.nan)
-        if self._began is not None:
-            self._now = min(max(at.x(), frame.area.left), frame.area.right)
+        if self._drag_start is not None:
+            self._drag_end = min(max(at.x(), frame.area.left), frame.area.right)
             self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if event.button() != Qt.MouseButton.LeftButton or self._began is None:
+        if event.button() != Qt.MouseButton.LeftButton or self._drag_start is None:
             return
-        began, self._began = self._began, None
+        start, self._drag_start = self._drag_start, None
         self.update()
-        if abs(self._now - began) >= _LEAST_DRAG_PX:
-            self.part_wanted.emit(*sorted(self.frame.x.value(px) for px in (began, self._now)))
+        if abs(self._drag_end - start) >= _MIN_DRAG_PX:
+            self.range_requested.emit(*sorted(self.frame.x.value(px) for px in (start, self._drag_end)))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        self.whole_wanted.emit()
+        self.full_range_requested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         steps = event.angleDelta()
         if event.modifiers() & Qt.KeyboardModifier.ShiftModifier or steps.x():
-            self.move_wanted.emit(-0.1 * (steps.x() or steps.y()) / 120.0)
+            self.move_requested.emit(-0.1 * (steps.x() or steps.y()) / 120.0)
         else:
-            self.zoom_wanted.emit(STEP ** (steps.y() / 120.0), self.frame.x.value(event.position().x()))
+            self.zoom_requested.emit(ZOOM_STEP ** (steps.y() / 120.0), self.frame.x.value(event.position().x()))
         event.accept()
 
     def leaveEvent(self, event: object) -> None:
@@ -77,15 +77,15 @@ class ZoomPlot(Plot):
         middle = 0.5 * (self.frame.x.low + self.frame.x.high)
         match event.key():
             case Qt.Key.Key_Plus | Qt.Key.Key_Equal:
-                self.zoom_wanted.emit(STEP, middle)
+                self.zoom_requested.emit(ZOOM_STEP, middle)
             case Qt.Key.Key_Minus:
-                self.zoom_wanted.emit(1.0 / STEP, middle)
+                self.zoom_requested.emit(1.0 / ZOOM_STEP, middle)
             case Qt.Key.Key_Left:
-                self.move_wanted.emit(-0.1)
+                self.move_requested.emit(-0.1)
             case Qt.Key.Key_Right:
-                self.move_wanted.emit(0.1)
+                self.move_requested.emit(0.1)
             case Qt.Key.Key_0 | Qt.Key.Key_Home:
-                self.whole_wanted.emit()
+                self.full_range_requested.emit()
             case _:
                 super().keyPressEvent(event)
 
@@ -94,16 +94,16 @@ class ZoomPlot(Plot):
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
         painter = QPainter(self)
-        if self._began is not None:
+        if self._drag_start is not None:
             area = self.frame.area
             colour = QColor(theme.VIBRATION)
             colour.setAlpha(48)
-            left, right = sorted((self._began, self._now))
+            left, right = sorted((self._drag_start, self._drag_end))
             painter.fillRect(QRectF(left, area.top, right - left, area.bottom - area.top), colour)
         if self.hasFocus():
             painter.setPen(QColor(theme.VIBRATION))
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
 
-    def _has(self, at: QPointF) -> bool:
+    def _is_inside(self, at: QPointF) -> bool:
         area = self.frame.area
         return area.left <= at.x() <= area.right and area.top <= at.y() <= area.bottom

@@ -14,9 +14,9 @@ from underfoot.widgets import theme
 POLL_MS = 100
 _ONE_KIND = (".wav", ".mat")
 _WORDS = {
-    "commanded": "commanded: what was asked, m/s²",
-    "measured": "measured: what tiles did, m/s²",
-    "vibration": "played: the drive, of full scale",
+    "commanded": "commanded acceleration, m/s²",
+    "measured": "measured acceleration, m/s²",
+    "vibration": "drive of the shakers, of full scale",
 }
 
 
@@ -38,8 +38,8 @@ class ExportDialog(QDialog):
         for source in VIBRATION:
             self.vibration.addItem(_WORDS[source], source)
         self.vibration.setCurrentIndex(VIBRATION.index("measured"))
-        self.about, self.cannot = theme.label(), theme.label("", "muted")
-        for label in (self.about, self.cannot):
+        self.about, self.omissions = theme.label(), theme.label("", "muted")
+        for label in (self.about, self.omissions):
             label.setWordWrap(True)
             label.setFixedWidth(52 * theme.GRID)
         self._vibration_label = theme.label("Vibration")
@@ -53,7 +53,7 @@ class ExportDialog(QDialog):
         grid.addWidget(theme.label("Format"), 0, 0)
         grid.addWidget(self.format, 0, 1)
         grid.addWidget(self.about, 1, 1)
-        grid.addWidget(self.cannot, 2, 1)
+        grid.addWidget(self.omissions, 2, 1)
         grid.addWidget(self._vibration_label, 3, 0)
         grid.addWidget(self.vibration, 3, 1)
         grid.addWidget(buttons, 4, 0, 1, 2)
@@ -64,7 +64,7 @@ class ExportDialog(QDialog):
         one = formats()[self.format.currentData()]
         about = one.title.partition(":")[2].strip() or one.title
         self.about.setText(f"{about[0].upper()}{about[1:]}.")
-        self.cannot.setText(f"Not carried: {one.cannot}.")
+        self.omissions.setText(f"Not carried: {one.cannot}.")
         for widget in (self._vibration_label, self.vibration):
             widget.setVisible(one.suffix in _ONE_KIND)
         self.adjustSize()
@@ -79,7 +79,7 @@ class Exporting(QWidget):
 
     progressed = Signal(str)
     """What is being done, in words; "" for nothing."""
-    said = Signal(str)
+    notified = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -98,7 +98,7 @@ class Exporting(QWidget):
     def ask(self, source: Path) -> None:
         """Ask for format and file, and export the recording `source` there."""
         if self.is_busy:
-            self.said.emit("An export is being written; stop it, or wait until it is done.")
+            self.notified.emit("An export is being written; stop it, or wait until it is done.")
             return
         dialog = ExportDialog(self.window())
         dialog.wanted.connect(lambda suffix, vibration: self._ask_file(source, suffix, vibration))
@@ -151,7 +151,7 @@ class Exporting(QWidget):
             if isinstance(message, Progress):
                 self.progressed.emit(f"{message.words}: {100.0 * message.share:.0f} %")
             else:
-                self.said.emit(message)
+                self.notified.emit(message)
         if is_over:
             self._timer.stop()
             self._process = None

@@ -13,94 +13,98 @@ from underfoot.patch.custom_nodes import files_needed
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.records.force_files import MOST_BYTES
-from underfoot.widgets.recordings.reader import Opened
+from underfoot.widgets.recordings.reader import OpenedRecording
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.open_patch import OpenPatch
 
 
-class Player(QObject):
+class RecordingPlayer(QObject):
     """Takes the controller's target for as long as it plays, and gives it back."""
 
     moved = Signal(float)
     """Seconds of the recording that are played now; NaN when it has ended."""
-    said = Signal(str)
+    notified = Signal(str)
 
     def __init__(self, registry: Registry, controller: SessionController, open_patch: OpenPatch) -> None:
         super().__init__()
         self._registry, self._controller, self._open_patch = registry, controller, open_patch
-        self._before: Target | None = None
+        self._target_before: Target | None = None
         self._stretch_s = (0.0, 0.0)
         self._target: Target | None = None
         self.loops = False
-        controller.opened.connect(self._look)
+        controller.opened.connect(self._note_target)
         controller.bridge.ticked.connect(self._tick)
 
     @property
     def is_playing(self) -> bool:
         """Whether a recording is played, or about to be."""
-        return self._before is not None
+        return self._target_before is not None
 
-    def play(self, opened: Opened, begin_s: float, end_s: float, recorded_patch: bool) -> None:
+    def play(self, opened: OpenedRecording, begin_s: float, end_s: float, recorded_patch: bool) -> None:
         """Play from one second to another, through the patch of the recording or through the one in Design."""
         if self._controller.target_is_locked:
-            self.said.emit("A study or a calibration has the floor: it ends before something else is played.")
+            self.notified.emit("A study or a calibration has the floor: it ends before something else is played.")
             return
         most_s = MOST_BYTES / (32.0 * len(opened.floor.tiles) * float(opened.about["force_rate"]))
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))
         if self._stretch_s[1] < end_s:
-            self.said.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
+            self.notified.emit(f"At most {most_s:.0f} s are played at once; select a stretch to play another one.")
         if not recorded_patch:
-            self._begin(opened, self._open_patch.patch, self._open_patch.folder)
+            self._start_replay(opened, self._open_patch.patch, self._open_patch.folder)
             return
         folder = Path(opened.about["folder"]) if opened.about.get("folder") else None
         try:
             used = Patch.unchecked(opened.about["patch"], str(opened.path)).types.values()
             files = files_needed(used, folder)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
-        self._open_patch.nodes.ask_for(opened.path.name, files, lambda: self._play_recorded(opened, folder))
+        self._open_patch.nodes.when_files_allowed(opened.path.name, files, lambda: self._play_recorded(opened, folder))
 
-    def _play_recorded(self, opened: Opened, folder: Path | None) -> None:
+    def _play_recorded(self, opened: OpenedRecording, folder: Path | None) -> None:
         try:
             patch = Patch.loads(opened.about["patch"], self._registry, str(opened.path))
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
-        if missing := self._open_patch.nodes.missing(patch):
-            self.said.emit(f"{opened.path} is not played: {missing}")
+        if missing := self._open_patch.nodes.missing_text(patch):
+            self.notified.emit(f"{opened.path} is not played: {missing}")
             return
-        self._begin(opened, patch, folder)
+        self._start_replay(opened, patch, folder)
 
-    def _begin(self, opened: Opened, patch: Patch, folder: Path | None) -> None:
-        self._before = self._before or self._controller.target
-        self._target = self._replayed(self._before, opened.path, opened.floor)
+    def _start_replay(self, opened: OpenedRecording, patch: Patch, folder: Path | None) -> None:
+        self._target_before = self._target_before or self._controller.target
+        self._target = self._replay_target(self._target_before, opened.path, opened.floor)
         self._controller.edit(patch, folder)
         self._controller.set_target(self._target)
         self._controller.play()
 
     def stop(self) -> None:
         """Go back to the floor and the patch that were there before."""
-        before, self._before, self._target = self._before, None, None
+        before, self._target_before, self._target = self._target_before, None, None
         if before is not None:
             self._controller.edit(self._open_patch.patch, self._open_patch.folder)
             self._controller.set_target(before)
             self.moved.emit(math.nan)
 
-    def _replayed(self, target: Target, path: Path, floor: Floor) -> Target:
+    def _replay_target(self, target: Target, path: Path, floor: Floor) -> Target:
         plain = replace(target, kind="replay", source=str(path), floor=floor, simulation="", profiles="")
         return replace(plain, accelerometers=(), round_trip_frames=0, stretch_s=self._stretch_s)
 
-    def _look(self, target: Target) -> None:
+    def _note_target(self, target: Target) -> None:
         """Another target was chosen meanwhile: that one stays."""
-        if self._before is not None and (self._target is None or target.source != self._target.source):
-            self._before = self._target = None
+        if self._target_before is not None and (self._target is None or target.source != self._target.source):
+            self._target_before = self._target = None
             self._controller.edit(self._open_patch.patch, self._open_patch.folder)
             self.moved.emit(math.nan)
 
     def _tick(self) -> None:
         session = self._controller.session
-        if self._before is None or session is None or session.target.source != (self._target or self._before).source:
+        if (
+            self._target_before is None
+            or session is None
+            or session.target.source != (self._target or self._target_before).source
+        ):
             return
         length_s = self._stretch_s[1] - self._stretch_s[0]
         if not self.loops and self._controller.played_s >= length_s:

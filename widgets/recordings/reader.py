@@ -28,7 +28,7 @@ WINDOW_S = 0.1
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenedRecording:
     """What is known of a recording at once. Times are session frames."""
 
     path: Path
@@ -51,12 +51,12 @@ class Opened:
 
 
 @dataclass(frozen=True)
-class Overview:
-    """The envelopes of a whole recording, by source, the finest level first; `rest_n` is what each column of force
+class OverviewEnvelopes:
+    """The envelopes of a whole recording, by source, the finest level first; `baseline_n` is what each column of force
     reads where nobody stands."""
 
     levels: dict[str, tuple[Envelope, ...]]
-    rest_n: NDArray[np.float32]
+    baseline_n: NDArray[np.float32]
 
     def envelope(self, source: str, frames: float) -> Envelope:
         """The level whose bins are as long as `frames`, or the next shorter ones."""
@@ -66,7 +66,7 @@ class Overview:
 
 
 @dataclass(frozen=True)
-class Strip:
+class DetailEnvelopes:
     """Envelopes of a stretch of session frames, finer than those of the overview; vibration is of one tile alone."""
 
     begin: float
@@ -87,7 +87,7 @@ class Vibration:
 
 
 @dataclass(frozen=True)
-class Moment:
+class CursorValues:
     """What there is at a session frame: corner forces (tiles, 4), N, and the vibration of a tile by source."""
 
     frame: float
@@ -100,15 +100,15 @@ class RecordingReader(QObject):
     """One recording at a time. Of several wishes of a kind only the latest is read."""
 
     opened = Signal(object)
-    """`Opened`."""
-    grown = Signal(object)
-    """`Opened` anew: there is more of it now."""
+    """`OpenedRecording`."""
+    extended = Signal(object)
+    """`OpenedRecording` anew: there is more of it now."""
     overview_read = Signal(object)
-    """`Overview`: once it is opened, and after each `look_again`."""
-    strip_read = Signal(object)
-    """`Strip`."""
-    moment_read = Signal(object)
-    """`Moment`."""
+    """`OverviewEnvelopes`: once it is opened, and after each `reread`."""
+    detail_read = Signal(object)
+    """`DetailEnvelopes`."""
+    cursor_values_read = Signal(object)
+    """`CursorValues`."""
     marked = Signal(list)
     """All marks of the recording, when they have changed."""
     failed = Signal(str)
@@ -116,12 +116,12 @@ class RecordingReader(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._wishes: dict[str, Callable[[], None]] = {}
-        self._wanted = threading.Condition()
+        self._requests: dict[str, Callable[[], None]] = {}
+        self._condition = threading.Condition()
         self._thread: threading.Thread | None = None
-        self._ends = False
+        self._is_ending = False
         self._recording: Recording | None = None
-        self._closing = ExitStack()
+        self._open_files = ExitStack()
         self._base: sqlite3.Connection | None = None
         self._columns: dict[str, int] = {}
 
@@ -129,47 +129,47 @@ class RecordingReader(QObject):
 
     def open(self, path: Path) -> None:
         """Open a recording in the place of the one before."""
-        with self._wanted:
-            self._wishes.clear()
-        self._wish("open", partial(self._open, path))
+        with self._condition:
+            self._requests.clear()
+        self._enqueue("open", partial(self._open, path))
 
-    def look_again(self) -> None:
+    def reread(self) -> None:
         """Read the overview anew: there is more of it now."""
-        self._wish("overview", self._read_overview)
+        self._enqueue("overview", self._read_overview)
 
-    def look_on(self) -> None:
+    def read_new(self) -> None:
         """Read anew all that grows while a recording is written."""
-        self._wish("grown", self._read_grown)
+        self._enqueue("grown", self._read_new)
 
-    def want_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
+    def request_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
         """Read a stretch of session frames for pixels that are `frames` long."""
-        self._wish("strip", partial(self._read_strip, begin, end, frames, tile))
+        self._enqueue("strip", partial(self._read_detail, begin, end, frames, tile))
 
-    def want_moment(self, frame: float, tile: int) -> None:
+    def request_cursor_values(self, frame: float, tile: int) -> None:
         """Read what there is at a session frame."""
-        self._wish("moment", partial(self._read_moment, frame, tile))
+        self._enqueue("moment", partial(self._read_cursor_values, frame, tile))
 
     def change_marks(self, change: Callable[[Recording], object]) -> None:
         """Do something to the recording's marks."""
-        self._wish(f"mark {id(change)}", partial(self._change_marks, change))
+        self._enqueue(f"mark {id(change)}", partial(self._change_marks, change))
 
     def close_file(self) -> None:
         """Let go of the file."""
-        self._wish("open", self._let_go)
+        self._enqueue("open", self._close_recording)
 
     def close(self) -> None:
         """End the thread, and let go of the file."""
-        with self._wanted:
-            self._ends = True
-            self._wanted.notify()
+        with self._condition:
+            self._is_ending = True
+            self._condition.notify()
         if self._thread is not None:
             self._thread.join()
 
-    def _wish(self, kind: str, do: Callable[[], None]) -> None:
-        with self._wanted:
-            self._wishes.pop(kind, None)
-            self._wishes[kind] = do
-            self._wanted.notify()
+    def _enqueue(self, kind: str, do: Callable[[], None]) -> None:
+        with self._condition:
+            self._requests.pop(kind, None)
+            self._requests[kind] = do
+            self._condition.notify()
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="recording reader")
             self._thread.start()
@@ -178,53 +178,53 @@ class RecordingReader(QObject):
 
     def _run(self) -> None:
         while True:
-            with self._wanted:
-                self._wanted.wait_for(lambda: self._ends or self._wishes)
-                if self._ends:
+            with self._condition:
+                self._condition.wait_for(lambda: self._is_ending or self._requests)
+                if self._is_ending:
                     break
-                kind = next(iter(self._wishes))
-                do = self._wishes.pop(kind)
+                kind = next(iter(self._requests))
+                do = self._requests.pop(kind)
             try:
                 do()
             except UnderfootError as error:
                 self.failed.emit(str(error))
             except sqlite3.Error as error:
                 self.failed.emit(f"The recording cannot be read: {error}")
-        self._closing.close()
+        self._open_files.close()
 
-    def _let_go(self) -> None:
-        self._closing.close()
+    def _close_recording(self) -> None:
+        self._open_files.close()
         self._recording = self._base = None
 
     def _open(self, path: Path) -> None:
-        self._let_go()
-        recording = self._closing.enter_context(Recording(path))
+        self._close_recording()
+        recording = self._open_files.enter_context(Recording(path))
         floor = Floor.loads(recording.about["floor"], str(path))
         self._recording, self._floor = recording, floor
         self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
-        self._found_base()
+        self._find_base()
         self.opened.emit(_opened(recording, floor))
         self._read_overview()
 
-    def _read_grown(self) -> None:
+    def _read_new(self) -> None:
         if self._recording is not None:
-            self.grown.emit(_opened(self._recording, self._floor))
+            self.extended.emit(_opened(self._recording, self._floor))
             self._read_overview()
 
-    def _found_base(self) -> None:
+    def _find_base(self) -> None:
         """Where envelopes are: in the recording, else in the cache, where they may yet be made."""
         if self._recording is None or self._base is not None:
             return
         self._base = self._recording.envelope_base()
         if self._base is None:
             try:
-                self._base = self._closing.enter_context(closing(open_envelopes(self._recording)))
+                self._base = self._open_files.enter_context(closing(open_envelopes(self._recording)))
                 self._base.execute("select 1 from envelope limit 1").fetchone()
             except sqlite3.Error:
                 self._base = None
 
     def _read_overview(self) -> None:
-        self._found_base()
+        self._find_base()
         levels = {}
         for source, columns in self._columns.items():
             finest = envelopes.empty(columns)
@@ -237,9 +237,9 @@ class RecordingReader(QObject):
         )
         rest = np.nan_to_num(rest)
         rest[-1] = rest[:-1].sum()  # somebody may stand on the floor all the time, but on no tile
-        self.overview_read.emit(Overview(levels, rest))
+        self.overview_read.emit(OverviewEnvelopes(levels, rest))
 
-    def _read_strip(self, begin: float, end: float, frames: float, tile: int) -> None:
+    def _read_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
         recording = self._recording
         if recording is None or self._base is None:
             return
@@ -258,9 +258,9 @@ class RecordingReader(QObject):
                 made = _samples_of(recording, source, begin, end, tile)
             is_whole = source == "force" or frames <= RAW_S * rate
             found[source] = made if is_whole else made.column(tile)
-        self.strip_read.emit(Strip(begin, end, frames, tile, found))
+        self.detail_read.emit(DetailEnvelopes(begin, end, frames, tile, found))
 
-    def _read_moment(self, frame: float, tile: int) -> None:
+    def _read_cursor_values(self, frame: float, tile: int) -> None:
         recording = self._recording
         if recording is None:
             return
@@ -273,7 +273,7 @@ class RecordingReader(QObject):
             values = recording.tiles_between(source, round(frame) - half, round(frame) + half)[:, tile]
             if np.isfinite(values).any():
                 vibration[source] = vibration_of(np.nan_to_num(values), rate)
-        self.moment_read.emit(Moment(frame, tile, corners, vibration))
+        self.cursor_values_read.emit(CursorValues(frame, tile, corners, vibration))
 
     def _change_marks(self, change: Callable[[Recording], object]) -> None:
         if self._recording is not None:
@@ -281,9 +281,9 @@ class RecordingReader(QObject):
             self.marked.emit(self._recording.marks())
 
 
-def _opened(recording: Recording, floor: Floor) -> Opened:
+def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
     """What is known of a recording as it is now."""
-    return Opened(
+    return OpenedRecording(
         recording.path,
         recording.about,
         floor,

@@ -25,9 +25,9 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.records.recording import is_recording
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
-from underfoot.widgets.controls.trash import moved_to_trash
+from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.plots.painting import polygon
-from underfoot.widgets.recordings.lanes import time_in_words
+from underfoot.widgets.recordings.tracks import time_text
 
 LIST_PX = 33 * theme.GRID
 PICTURE = QSize(72, 32)
@@ -48,21 +48,23 @@ class Summaries(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._thread: threading.Thread | None = None
-        self._stops = threading.Event()
+        self._stop_event = threading.Event()
         self._is_closed = False
 
     def read(self, paths: Sequence[Path]) -> None:
         """Read these instead of those that were asked for before; nothing once it is closed."""
-        self._stops.set()
+        self._stop_event.set()
         if self._is_closed:
             return
-        self._stops, before = threading.Event(), self._thread
-        self._thread = threading.Thread(target=self._run, args=(list(paths), self._stops, before), name="recordings")
+        self._stop_event, before = threading.Event(), self._thread
+        self._thread = threading.Thread(
+            target=self._run, args=(list(paths), self._stop_event, before), name="recordings"
+        )
         self._thread.start()
 
     def stop(self) -> None:
         """Read no more."""
-        self._stops.set()
+        self._stop_event.set()
         if self._thread is not None:
             self._thread.join()
 
@@ -88,7 +90,7 @@ class RecordingList(QWidget):
 
     chosen = Signal(object)
     """The `Path` of the recording to be opened."""
-    said = Signal(str)
+    notified = Signal(str)
     deleted = Signal(object)
     """The `Path` of one that is about to be deleted: whoever has it open lets go of it."""
 
@@ -110,8 +112,8 @@ class RecordingList(QWidget):
         self.list.setIconSize(PICTURE)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
-        self.nothing = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
-        self.nothing.setWordWrap(True)
+        self.empty_text = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
+        self.empty_text.setWordWrap(True)
         self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Folder…")
         self.add_folder.setToolTip("Show the recordings of another folder, too")
         self.delete = QPushButton("Delete…")
@@ -119,7 +121,7 @@ class RecordingList(QWidget):
         self._lay_out()
         self._connect()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Look what there is now."""
         paths = self._paths()
         chosen = self.chosen_path()
@@ -146,7 +148,7 @@ class RecordingList(QWidget):
         path = path.absolute()
         if path not in self._paths() and str(path) not in self._added:
             self._added.append(str(path))
-        self.look()
+        self.refresh()
 
     def mark(self, path: Path) -> None:
         """Mark the recording that is open."""
@@ -189,9 +191,9 @@ class RecordingList(QWidget):
 
     def _delete(self, path: Path) -> None:
         self.deleted.emit(path)
-        if moved_to_trash(path):
-            self.said.emit(f"{path.name} is in the trash.")
-            self.look()
+        if move_to_trash(path):
+            self.notified.emit(f"{path.name} is in the trash.")
+            self.refresh()
         else:
             self._ask(f"There is no trash for “{path.stem}”. Delete it for good?", "Delete", lambda: self._remove(path))
 
@@ -199,10 +201,10 @@ class RecordingList(QWidget):
         try:
             path.unlink()
         except OSError as error:
-            self.said.emit(f"{path} cannot be deleted: {(error.strerror or str(error)).lower()}")
+            self.notified.emit(f"{path} cannot be deleted: {(error.strerror or str(error)).lower()}")
         else:
-            self.said.emit(f"{path.name} was deleted.")
-        self.look()
+            self.notified.emit(f"{path.name} was deleted.")
+        self.refresh()
 
     def _ask(self, words: str, yes: str, then: Callable[[], object]) -> None:
         box = QMessageBox(self)
@@ -234,12 +236,12 @@ class RecordingList(QWidget):
     def _items(self) -> list[QListWidgetItem]:
         return [self.list.item(row) for row in range(self.list.count())]
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Draw the pictures anew."""
         for summary in self._known.values():
             self._show(summary)
 
-    def _take(self, summary: Summary) -> None:
+    def _add_summary(self, summary: Summary) -> None:
         self._known[summary.path] = summary
         self._show(summary)
         self._filter()
@@ -247,7 +249,7 @@ class RecordingList(QWidget):
     def _show(self, summary: Summary) -> None:
         for item in self._items():
             if item.data(_PATH) == summary.path:
-                item.setText(f"{summary.path.stem}\n{words_of(summary)}")
+                item.setText(f"{summary.path.stem}\n{summary_text(summary)}")
                 item.setIcon(_icon(summary.force_n))
                 item.setData(_WORDS, f"{summary.begun:%Y-%m-%d %H:%M %B} {summary.floor.title}")
 
@@ -262,7 +264,7 @@ class RecordingList(QWidget):
         for item in self._items():
             known = f"{item.text()} {item.data(_WORDS) or ''}".casefold()
             item.setHidden(not all(word in known for word in words))
-        self.nothing.setVisible(self.list.count() == 0)
+        self.empty_text.setVisible(self.list.count() == 0)
         self.delete.setEnabled(self.chosen_path() is not None)
 
     def _choose(self) -> None:
@@ -272,7 +274,7 @@ class RecordingList(QWidget):
             self.chosen.emit(path)
 
     def _connect(self) -> None:
-        self.summaries.found.connect(self._take)
+        self.summaries.found.connect(self._add_summary)
         self.summaries.failed.connect(self._show_failure)
         self.search.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(lambda *_: self._choose())
@@ -287,23 +289,23 @@ class RecordingList(QWidget):
         column = QVBoxLayout(self)
         column.addWidget(theme.label("RECORDINGS", "heading"))
         column.addWidget(self.search)
-        column.addWidget(self.nothing)
+        column.addWidget(self.empty_text)
         column.addWidget(self.list, 1)
         column.addLayout(line)
         self.setFocusProxy(self.list)
 
 
-def words_of(summary: Summary) -> str:
+def summary_text(summary: Summary) -> str:
     """When it was and how long, and in another line on which floor, and how many steps."""
     steps = "" if summary.steps is None else f"  ·  {summary.steps} steps"
     when = f"{summary.begun:%d %b %H:%M}".lstrip("0")
-    return f"{when}  ·  {time_in_words(summary.length_s, 1.0)}\n{floor_in_words(summary.floor)}{steps}"
+    return f"{when}  ·  {time_text(summary.length_s, 1.0)}\n{floor_text(summary.floor)}{steps}"
 
 
-def floor_in_words(floor: Floor) -> str:
+def floor_text(floor: Floor) -> str:
     """A floor in a few signs.
 
-    >>> floor_in_words(default_floor(2, 3))
+    >>> floor_text(default_floor(2, 3))
     '2 × 3'
     """
     count = len(floor.tiles)

@@ -12,12 +12,12 @@ from underfoot.floor.footsteps import Step
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import step_lines
 from underfoot.widgets import theme
-from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 from underfoot.widgets.plots.plot import Plot
 
 ALL = "all"
-MOST_CURVES = 80
+MAX_CURVES = 80
 """So many curves are drawn one by one; mean and band are of all."""
 _FILTERS = ("person", "side", "tile")
 
@@ -29,12 +29,12 @@ class RecordedSteps(QWidget):
     """The number of a step in the list that `show_steps` was given."""
     filtered = Signal()
     """Others of the steps are let through than before."""
-    said = Signal(str)
+    notified = Signal(str)
 
     def __init__(self) -> None:
         super().__init__()
         self._steps: Sequence[Stance] = ()
-        self._passing: list[int] = []
+        self._visible: list[int] = []
         self._choice = -1
         self.table = StepTable(1_000_000, sortable=True)
         self.plot = Plot("Force over stance")
@@ -47,14 +47,14 @@ class RecordedSteps(QWidget):
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             box.currentTextChanged.connect(self._filter)
             head.append(box)
-        self.copying = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
-        self.copying.clicked.connect(self.copy)
-        head.append(self.copying)
+        self.copy_button = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
+        self.copy_button.clicked.connect(self.copy)
+        head.append(self.copy_button)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("recordings steps")
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
-        table = titled(head, WholeRows(self.table))
+        table = with_header(head, WholeRows(self.table))
         table.setMinimumWidth(53 * theme.GRID)
         across.addWidget(table)
         holder = QWidget()
@@ -66,11 +66,11 @@ class RecordedSteps(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(across)
-        self._late = QTimer(self)
-        self._late.setSingleShot(True)
-        self._late.setInterval(0)
-        self._late.timeout.connect(self._choose)
-        self.table.selectionModel().selectionChanged.connect(lambda *_: self._late.start())
+        self._selection_timer = QTimer(self)
+        self._selection_timer.setSingleShot(True)
+        self._selection_timer.setInterval(0)
+        self._selection_timer.timeout.connect(self._choose)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._selection_timer.start())
         self.show_steps(())
 
     def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
@@ -103,13 +103,13 @@ class RecordedSteps(QWidget):
     def choose(self, number: int) -> None:
         """Mark a step of the list, in table and picture."""
         self._choice = number
-        if number in self._passing:
+        if number in self._visible:
             self.table.select_step(self._steps[number].step)
         else:
             self.table.clearSelection()
         self._draw()
 
-    def lets_through(self, steps: Sequence[Stance]) -> list[int]:
+    def matching(self, steps: Sequence[Stance]) -> list[int]:
         """The numbers of those that the filters let through."""
         wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
         return [
@@ -118,24 +118,24 @@ class RecordedSteps(QWidget):
             if all(str(getattr(one.step, name)) == value for name, value in wanted.items())
         ]
 
-    def passing(self) -> list[Step]:
+    def visible_steps(self) -> list[Step]:
         """The steps that are shown."""
-        return [self._steps[number].step for number in self._passing]
+        return [self._steps[number].step for number in self._visible]
 
     def copy(self) -> None:
         """Put the selected steps, or all that are shown, on the clipboard, as CSV."""
-        steps = self.table.selected_steps() or self.table.shown_steps()
+        steps = self.table.selected_steps() or self.table.steps_in_order()
         QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
-        self.said.emit(f"{len(steps)} steps were copied as CSV.")
+        self.notified.emit(f"{len(steps)} steps were copied as CSV.")
 
     def _filter(self) -> None:
-        self._passing = self.lets_through(self._steps)
+        self._visible = self.matching(self._steps)
         self.table.steps.clear()
-        self.table.steps.add(self.passing())
-        count, every = len(self._passing), len(self._steps)
+        self.table.steps.add(self.visible_steps())
+        count, every = len(self._visible), len(self._steps)
         self.count.setText(f"{every}" if count == every else f"{count} of {every}")
-        self.copying.setEnabled(count > 0)
-        if self._choice in self._passing:
+        self.copy_button.setEnabled(count > 0)
+        if self._choice in self._visible:
             self.table.select_step(self._steps[self._choice].step)
         self._draw()
         self.filtered.emit()
@@ -148,10 +148,10 @@ class RecordedSteps(QWidget):
             self.chosen.emit(number)
 
     def _number_of(self, step: Step) -> int:
-        return next(number for number in self._passing if self._steps[number].step is step)
+        return next(number for number in self._visible if self._steps[number].step is step)
 
     def _draw(self) -> None:
-        curves = [self._steps[number].force_n for number in self._passing if len(self._steps[number].force_n) == STANCE]
+        curves = [self._steps[number].force_n for number in self._visible if len(self._steps[number].force_n) == STANCE]
         chosen = self._steps[self._choice] if 0 <= self._choice < len(self._steps) else None
         self.plot.show_drawing(stance_drawing(curves, chosen))
 
@@ -170,7 +170,7 @@ def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = No
         outline = np.concatenate([mean + spread, (mean - spread)[::-1]])
         if len(table) > 1:
             series.append(Series("± 1 SD", np.concatenate([percent, percent[::-1]]), outline, "area", "force"))
-        for curve in table[:: max(1, -(-len(table) // MOST_CURVES))]:
+        for curve in table[:: max(1, -(-len(table) // MAX_CURVES))]:
             series.append(Series("", percent, curve, colour="faint"))
         series.append(Series(f"mean of {len(table)}", percent, mean, colour="force"))
     if chosen is not None and len(chosen.force_n) == STANCE:

@@ -20,9 +20,9 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QScrollBar, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
-from underfoot.widgets.recordings.lanes import GUTTER_PX, RULER_PX, Content, LanePainter, View
+from underfoot.widgets.recordings.tracks import GUTTER_PX, RULER_PX, RecordingContent, TimelineView, TrackPainter
 
-LEAST_S = 0.01
+MIN_VIEW_S = 0.01
 """The shortest stretch that is shown."""
 ZOOM = 1.6
 """A key or a button zooms by this much."""
@@ -56,8 +56,8 @@ class Axis(QWidget):
         self.setMinimumSize(320, 240)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMouseTracking(True)
-        self.content: Content | None = None
-        self.view = View()
+        self.content: RecordingContent | None = None
+        self.view = TimelineView()
         self.cursor_s = 0.0
         self.selection: tuple[float, float] | None = None
         self.playing_s = math.nan
@@ -68,15 +68,15 @@ class Axis(QWidget):
 
     # --- what it shows ---
 
-    def show_content(self, content: Content | None, note: str = "") -> None:
+    def show_content(self, content: RecordingContent | None, note: str = "") -> None:
         """Show another recording, from its beginning to its end; `note` says why there is none."""
         self.content, self.note = content, note
         self.cursor_s, self.selection, self.playing_s = 0.0, None, math.nan
-        self.view = View(0.0, max(self.length_s, LEAST_S))
+        self.view = TimelineView(0.0, max(self.length_s, MIN_VIEW_S))
         self.redraw()
         self.view_changed.emit()
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Paint all anew."""
         self._picture = None
 
@@ -91,14 +91,14 @@ class Axis(QWidget):
         return self.content.opened.length_s if self.content is not None else 1.0
 
     @property
-    def seconds_a_pixel(self) -> float:
+    def seconds_per_px(self) -> float:
         """How long a pixel is."""
         return (self.view.end_s - self.view.begin_s) / max(self.width() - GUTTER_PX, 1)
 
     def set_view(self, begin_s: float, end_s: float) -> None:
         """Show this stretch, or as much of it as there is."""
-        whole_s = max(self.length_s, LEAST_S)
-        span_s = min(max(end_s - begin_s, LEAST_S), whole_s)
+        whole_s = max(self.length_s, MIN_VIEW_S)
+        span_s = min(max(end_s - begin_s, MIN_VIEW_S), whole_s)
         begin_s = min(max(begin_s, 0.0), whole_s - span_s)
         if (begin_s, begin_s + span_s) != (self.view.begin_s, self.view.end_s):
             self.view.begin_s, self.view.end_s = begin_s, begin_s + span_s
@@ -141,7 +141,7 @@ class Axis(QWidget):
     def select(self, begin_s: float, end_s: float) -> None:
         """Select a stretch; none where it is no longer than a pixel."""
         begin_s, end_s = max(min(begin_s, end_s), 0.0), min(max(begin_s, end_s), self.length_s)
-        self.selection = (begin_s, end_s) if end_s - begin_s > self.seconds_a_pixel else None
+        self.selection = (begin_s, end_s) if end_s - begin_s > self.seconds_per_px else None
         self.selected.emit()
         self.update()
 
@@ -167,18 +167,18 @@ class Axis(QWidget):
 
     def time_at(self, x: float) -> float:
         """The time under a pixel."""
-        lanes = self._painter()
-        share = (x - lanes.left) / (lanes.right - lanes.left)
+        tracks = self._painter()
+        share = (x - tracks.left) / (tracks.right - tracks.left)
         return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
 
-    def place_of(self, time_s: float, lane: str) -> QPointF:
+    def position_of(self, time_s: float, track: str) -> QPointF:
         """Where a time is in a lane, in pixels."""
-        lanes = self._painter()
-        return QPointF(lanes.x(time_s), 0.5 * (lanes.lanes[lane].top + lanes.lanes[lane].bottom))
+        tracks = self._painter()
+        return QPointF(tracks.x(time_s), 0.5 * (tracks.tracks[track].top + tracks.tracks[track].bottom))
 
-    def _painter(self) -> LanePainter:
+    def _painter(self) -> TrackPainter:
         assert self.content is not None
-        return LanePainter(self.content, self.view, self.width(), self.height())
+        return TrackPainter(self.content, self.view, self.width(), self.height())
 
     # --- mouse ---
 
@@ -234,13 +234,13 @@ class Axis(QWidget):
 
     def _choose_at(self, at: QPointF) -> bool:
         """Choose the step or the tile under the mouse; whether there was a step."""
-        lanes = self._painter()
+        tracks = self._painter()
         assert self.content is not None
-        tiles = lanes.lanes["tiles"]
-        if tiles.top <= at.y() < tiles.bottom and at.x() >= lanes.left:
+        tiles = tracks.tracks["tiles"]
+        if tiles.top <= at.y() < tiles.bottom and at.x() >= tracks.left:
             count = len(self.content.opened.floor.tiles)
             self.tile_chosen.emit(int((at.y() - tiles.top) / (tiles.bottom - tiles.top) * count))
-        for contact, bar in lanes.bars():
+        for contact, bar in tracks.bars():
             if bar.adjusted(-2, 0, 2, 0).contains(at) and contact.id in self.content.number_of:
                 self.step_chosen.emit(self.content.number_of[contact.id])
                 return True
@@ -249,17 +249,19 @@ class Axis(QWidget):
     # --- keys ---
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not self.act(Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)):
+        if not self.handle_key(Qt.Key(event.key()), bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)):
             super().keyPressEvent(event)
 
-    def share_keys(self, widget: QWidget) -> None:
+    def forward_keys_of(self, widget: QWidget) -> None:
         """Act on signs that are typed while `widget` has the focus, too."""
         for key in _SHARED_KEYS:
-            QShortcut(key, widget, partial(self.act, key)).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            QShortcut(key, widget, partial(self.handle_key, key)).setContext(
+                Qt.ShortcutContext.WidgetWithChildrenShortcut
+            )
 
-    def act(self, key: Qt.Key, shift: bool = False) -> bool:
+    def handle_key(self, key: Qt.Key, shift: bool = False) -> bool:
         """Do what a key says; whether it says anything."""
-        fine_s = 0.001 if shift else 5.0 * self.seconds_a_pixel
+        fine_s = 0.001 if shift else 5.0 * self.seconds_per_px
         acts = {
             Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
             Qt.Key.Key_Right: lambda: self.set_cursor(self.cursor_s + fine_s),
@@ -283,17 +285,17 @@ class Axis(QWidget):
         act()
         return True
 
-    def _next_step(self, way: int) -> None:
+    def _next_step(self, direction: int) -> None:
         """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next. What is
         filtered out is passed over."""
-        if self.content is None or not self.content.passing:
+        if self.content is None or not self.content.visible_steps:
             return
-        numbers = sorted(self.content.passing, key=self._start_s)
+        numbers = sorted(self.content.visible_steps, key=self._start_s)
         if self.view.step in numbers and self._start_s(self.view.step) == self.cursor_s:
             place = numbers.index(self.view.step)
         else:
-            place = bisect_left(numbers, self.cursor_s, key=self._start_s) - (way > 0)
-        self.step_chosen.emit(numbers[min(max(place + way, 0), len(numbers) - 1)])
+            place = bisect_left(numbers, self.cursor_s, key=self._start_s) - (direction > 0)
+        self.step_chosen.emit(numbers[min(max(place + direction, 0), len(numbers) - 1)])
 
     def _start_s(self, number: int) -> float:
         assert self.content is not None
@@ -312,36 +314,36 @@ class Axis(QWidget):
             painter.setPen(QColor(theme.MUTED))
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.note)
             return
-        lanes = self._painter()
+        tracks = self._painter()
         if self._picture is None:
-            self._picture = self._painted(lanes)
+            self._picture = self._painted(tracks)
         painter.drawPixmap(0, 0, self._picture)
-        top, bottom = lanes.lanes["force"].top, lanes.lanes["measured"].bottom
-        clip = QRectF(lanes.left - 1.0, 0.0, lanes.right - lanes.left + 2.0, self.height())
+        top, bottom = tracks.tracks["force"].top, tracks.tracks["measured"].bottom
+        clip = QRectF(tracks.left - 1.0, 0.0, tracks.right - tracks.left + 2.0, self.height())
         painter.setClipRect(clip)
         if self.selection is not None:
-            left, right = (lanes.x(time_s) for time_s in self.selection)
+            left, right = (tracks.x(time_s) for time_s in self.selection)
             shade = QColor(theme.TEXT)
             shade.setAlphaF(0.10)
             painter.fillRect(QRectF(left, RULER_PX - 8.0, right - left, bottom - RULER_PX + 8.0), shade)
             painter.setPen(QPen(QColor(theme.MUTED), 1.0))
             for x in (left, right):
                 painter.drawLine(QPointF(x, RULER_PX - 8.0), QPointF(x, bottom))
-        x = lanes.x(self.cursor_s)
+        x = tracks.x(self.cursor_s)
         painter.setPen(QPen(QColor(theme.TEXT), 1.0))
         painter.drawLine(QPointF(x, top - 8.0), QPointF(x, bottom))
         if math.isfinite(self.playing_s):
-            x = lanes.x(self.playing_s)
+            x = tracks.x(self.playing_s)
             painter.setPen(QPen(QColor(theme.VIBRATION), 2.0))
             painter.drawLine(QPointF(x, top - 8.0), QPointF(x, bottom))
 
-    def _painted(self, lanes: LanePainter) -> QPixmap:
+    def _painted(self, tracks: TrackPainter) -> QPixmap:
         ratio = self.devicePixelRatioF()
         picture = QPixmap(math.ceil(ratio * self.width()), math.ceil(ratio * self.height()))
         picture.setDevicePixelRatio(ratio)
         picture.fill(QColor(theme.GROUND))
         painter = QPainter(picture)
-        lanes.paint(painter)
+        tracks.paint(painter)
         painter.end()
         return picture
 
@@ -365,7 +367,7 @@ class Timeline(QWidget):
         self.bar.valueChanged.connect(self._scroll)
 
     def _show_view(self) -> None:
-        view, whole_s = self.axis.view, max(self.axis.length_s, LEAST_S)
+        view, whole_s = self.axis.view, max(self.axis.length_s, MIN_VIEW_S)
         seen = round(_SCROLL_STEPS * (view.end_s - view.begin_s) / whole_s)
         self.bar.blockSignals(True)
         self.bar.setRange(0, max(_SCROLL_STEPS - seen, 0))

@@ -15,19 +15,26 @@ from underfoot.records.recording import Mark, Recording
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.panels import titled, tool_button
+from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.exporting import Exporting
-from underfoot.widgets.recordings.growing import Growing
-from underfoot.widgets.recordings.lanes import Content, time_in_words
-from underfoot.widgets.recordings.player import Player
-from underfoot.widgets.recordings.reader import FINE_S, Moment, Opened, Overview, RecordingReader, Strip
-from underfoot.widgets.recordings.readout import contacts_at, readout_of
+from underfoot.widgets.recordings.player import RecordingPlayer
+from underfoot.widgets.recordings.reader import (
+    FINE_S,
+    CursorValues,
+    DetailEnvelopes,
+    OpenedRecording,
+    OverviewEnvelopes,
+    RecordingReader,
+)
+from underfoot.widgets.recordings.readout import contacts_at, readout_text
+from underfoot.widgets.recordings.recording_follower import RecordingFollower
 from underfoot.widgets.recordings.recording_list import RecordingList
 from underfoot.widgets.recordings.steps import RecordedSteps
 from underfoot.widgets.recordings.surveyor import Surveyor
 from underfoot.widgets.recordings.timeline import ZOOM, Timeline
+from underfoot.widgets.recordings.tracks import RecordingContent, time_text
 from underfoot.widgets.session.controller import recordings_folder
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -65,9 +72,9 @@ class RecordingsWorkspace(Workspace):
         self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
-        self.growing = Growing(self.reader, self)
-        self.player: Player | None = None
-        self.content: Content | None = None
+        self.follower = RecordingFollower(self.reader, self)
+        self.player: RecordingPlayer | None = None
+        self.content: RecordingContent | None = None
         self._build()
         self._connect()
         self.axis.show_content(None, NOTHING)
@@ -75,12 +82,12 @@ class RecordingsWorkspace(Workspace):
 
     # --- as a workspace ---
 
-    def listen(self, context: WorkspaceContext) -> None:
-        self.player = Player(context.registry, context.controller, context.open_patch)
+    def attach(self, context: WorkspaceContext) -> None:
+        self.player = RecordingPlayer(context.registry, context.controller, context.open_patch)
         self.player.moved.connect(self._show_playing)
-        self.player.said.connect(self.said)
-        self.growing.listen(context.controller)
-        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.look))
+        self.player.notified.connect(self.notified)
+        self.follower.attach(context.controller)
+        context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.refresh))
 
     def open_file(self, path: Path) -> None:
         """Open a recording, and put it on the list."""
@@ -95,7 +102,7 @@ class RecordingsWorkspace(Workspace):
 
     def set_active(self, active: bool) -> None:
         if active:
-            self.recordings.look()
+            self.recordings.refresh()
 
     def close_down(self) -> None:
         self.exporting.close_down()
@@ -107,13 +114,13 @@ class RecordingsWorkspace(Workspace):
 
     def open(self, path: Path) -> None:
         """Open a recording; what is wrong with it is said."""
-        self._let_go()
+        self._close_recording()
         self.axis.show_content(None, f"Opening {path.name}…")
         self.title.setText(path.stem)
         self.recordings.mark(path)
         self.reader.open(path.absolute())
 
-    def _let_go(self) -> None:
+    def _close_recording(self) -> None:
         if self.player is not None and self.player.is_playing:
             self.player.stop()
         self.surveyor.stop()
@@ -130,29 +137,29 @@ class RecordingsWorkspace(Workspace):
         self.steps.show_steps(())
         self._enable()
 
-    def _take_opened(self, opened: Opened) -> None:
+    def _show_opened(self, opened: OpenedRecording) -> None:
         survey = opened.survey or Survey()
-        self.content = Content(opened, contacts=survey.contacts, steps=survey.steps)
-        self.content.passing = self.steps.lets_through(survey.steps)
+        self.content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps)
+        self.content.visible_steps = self.steps.matching(survey.steps)
         self.map.set_floor(opened.floor)
         self.axis.show_content(self.content)
         self.steps.show_steps(survey.steps)
         self.recordings.mark(opened.path)
         folder = opened.about.get("target", "")
-        length, tiles = time_in_words(opened.length_s, 0.1), len(opened.floor.tiles)
+        length, tiles = time_text(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
         self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
         self.facts.set_full_text(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
-        self.growing.follow(opened.path)
-        if self.growing.is_written(opened.path):
+        self.follower.follow(opened.path)
+        if self.follower.is_written(opened.path):
             self.progress.setText("recording…")
         elif opened.survey is None or not opened.is_drawn:
             self.surveyor.begin(opened.path)
         self._choose_tile(0)
         self.axis.set_cursor(0.0)
 
-    def _take_grown(self, opened: Opened) -> None:
+    def _show_extended(self, opened: OpenedRecording) -> None:
         """The recording goes on; what is seen follows it where its end was seen."""
         content, view = self.content, self.axis.view
         if content is None or content.opened.path != opened.path:
@@ -163,32 +170,32 @@ class RecordingsWorkspace(Workspace):
         if follows:
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
-    def _take_overview(self, overview: Overview) -> None:
+    def _show_overview(self, overview: OverviewEnvelopes) -> None:
         if self.content is None:
             return
         if self.content.overview is None and len(overview.levels["force"][0]):
-            loads = overview.levels["force"][-1].high[:, :-1] - overview.rest_n[:-1]
+            loads = overview.levels["force"][-1].high[:, :-1] - overview.baseline_n[:-1]
             self._choose_tile(int(np.argmax(np.nanmean(loads, axis=0))))
         self.content.overview = overview
-        self._want_strip()
+        self._request_detail()
         self.axis.redraw()
 
-    def _take_strip(self, strip: Strip) -> None:
+    def _show_detail(self, detail: DetailEnvelopes) -> None:
         if self.content is not None:
-            self.content.strip = strip
+            self.content.detail = detail
             self.axis.redraw()
 
-    def _take_survey(self, survey: Survey) -> None:
+    def _show_survey(self, survey: Survey) -> None:
         if self.content is not None:
             self.content.show_survey(list(survey.contacts), list(survey.steps))
-            self.content.passing = self.steps.lets_through(self.content.steps)
+            self.content.visible_steps = self.steps.matching(self.content.steps)
             if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
                 self.steps.show_steps(self.content.steps, self.axis.view.step)
             self.axis.redraw()
             if survey.whole:
-                self.recordings.look()
+                self.recordings.refresh()
 
-    def _take_marks(self, marks: list[Mark]) -> None:
+    def _show_marks(self, marks: list[Mark]) -> None:
         if self.content is not None:
             self.content.opened.marks[:] = marks
             self.axis.redraw()
@@ -196,53 +203,53 @@ class RecordingsWorkspace(Workspace):
     def _show_progress(self, progress: Progress) -> None:
         if not progress.words:
             self.progress.setText("")
-            self.reader.look_again()
+            self.reader.reread()
             return
         self.progress.setText(f"{progress.words}: {100.0 * progress.share:.0f} %")
         if self.content is not None and not self.content.opened.is_drawn:
-            self.reader.look_again()
+            self.reader.reread()
 
     def _fail(self, why: str) -> None:
-        self.said.emit(why)
+        self.notified.emit(why)
         if self.content is None:
             self.axis.show_content(None, why)
 
     # --- what is seen of it ---
 
-    def _want_strip(self) -> None:
+    def _request_detail(self) -> None:
         content, view = self.content, self.axis.view
-        if content is None or self.axis.seconds_a_pixel >= FINE_S:
+        if content is None or self.axis.seconds_per_px >= FINE_S:
             return
         opened, span_s = content.opened, view.end_s - view.begin_s
         begin, end = (opened.first + opened.rate * at for at in (view.begin_s, view.end_s))
-        frames = self.axis.seconds_a_pixel * opened.rate
-        strip = content.strip
-        if strip is not None and strip.begin <= begin and end <= strip.end and strip.tile == view.tile:
+        frames = self.axis.seconds_per_px * opened.rate
+        detail = content.detail
+        if detail is not None and detail.begin <= begin and end <= detail.end and detail.tile == view.tile:
             inner = _MARGIN * 0.3 * span_s * opened.rate
-            near_edge = begin - inner < strip.begin > opened.first or end + inner > strip.end < opened.end
-            if not near_edge and 0.5 <= strip.frames / frames <= 2.0:
+            near_edge = begin - inner < detail.begin > opened.first or end + inner > detail.end < opened.end
+            if not near_edge and 0.5 <= detail.frames / frames <= 2.0:
                 return
         margin = _MARGIN * span_s * opened.rate
-        self.reader.want_strip(max(begin - margin, opened.first), min(end + margin, opened.end), frames, view.tile)
+        self.reader.request_detail(max(begin - margin, opened.first), min(end + margin, opened.end), frames, view.tile)
 
     def _move_cursor(self, time_s: float) -> None:
         if self.content is not None:
             opened = self.content.opened
-            self.reader.want_moment(opened.first + time_s * opened.rate, self.axis.view.tile)
+            self.reader.request_cursor_values(opened.first + time_s * opened.rate, self.axis.view.tile)
 
-    def _show_moment(self, moment: Moment) -> None:
+    def _show_cursor_values(self, values: CursorValues) -> None:
         if self.content is None:
             return
         content = self.content
         opened, overview = content.opened, content.overview
-        time_s = (moment.frame - opened.first) / opened.rate
-        rest_n = overview.rest_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
-        self.readout.setText(readout_of(opened.floor, moment, rest_n, time_s))
-        if moment.corners_n is None:
+        time_s = (values.frame - opened.first) / opened.rate
+        baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
+        self.readout.setText(readout_text(opened.floor, values, baseline_n, time_s))
+        if values.corners_n is None:
             self.map.set_loads(np.zeros(len(opened.floor.tiles)), np.zeros(len(opened.floor.tiles), bool))
             self.map.set_contacts((), time_s)
         else:
-            loads = np.nan_to_num(moment.corners_n.sum(axis=1)) - rest_n[:-1]
+            loads = np.nan_to_num(values.corners_n.sum(axis=1)) - baseline_n[:-1]
             self.map.set_loads(loads, np.zeros(len(loads), bool))
             self.map.set_contacts(contacts_at(content, time_s), time_s)
         self.map.update()
@@ -252,10 +259,10 @@ class RecordingsWorkspace(Workspace):
             return
         self.axis.choose_tile(row)
         tile = self.content.opened.floor.tiles[row].id
-        if self.map.choice() != tile:
-            self.map.set_choice(tile)
+        if self.map.chosen_tile() != tile:
+            self.map.choose_tile(tile)
         self._move_cursor(self.axis.cursor_s)
-        self._want_strip()
+        self._request_detail()
 
     def _choose_on_map(self, tile: str) -> None:
         if self.content is not None and tile in self.content.opened.floor.ids:
@@ -263,7 +270,7 @@ class RecordingsWorkspace(Workspace):
 
     def _filter(self) -> None:
         if self.content is not None:
-            self.content.passing = self.steps.lets_through(self.content.steps)
+            self.content.visible_steps = self.steps.matching(self.content.steps)
             self.axis.redraw()
 
     def _choose_step(self, number: int) -> None:
@@ -289,7 +296,7 @@ class RecordingsWorkspace(Workspace):
             return
         dialog = QInputDialog(self)
         dialog.setWindowTitle("A mark")
-        dialog.setLabelText(f"What is at {time_in_words(self.axis.cursor_s)}?")
+        dialog.setLabelText(f"What is at {time_text(self.axis.cursor_s)}?")
         dialog.textValueSelected.connect(self._mark)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
@@ -306,7 +313,7 @@ class RecordingsWorkspace(Workspace):
         opened = self.content.opened
         cursor = opened.first + self.axis.cursor_s * opened.rate
         near = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
-        if near is not None and abs(near.frame - cursor) <= 8.0 * self.axis.seconds_a_pixel * opened.rate:
+        if near is not None and abs(near.frame - cursor) <= 8.0 * self.axis.seconds_per_px * opened.rate:
             self._change(lambda recording: recording.remove_mark(near.id))
 
     def _change(self, change: Callable[[Recording], object]) -> None:
@@ -345,9 +352,9 @@ class RecordingsWorkspace(Workspace):
         if self.player is not None:
             self.player.loops = on
 
-    def _deleting(self, path: Path) -> None:
+    def _close_if_open(self, path: Path) -> None:
         if self.content is not None and self.content.opened.path == path:
-            self._let_go()
+            self._close_recording()
             self.reader.close_file()
             self.axis.show_content(None, NOTHING)
 
@@ -360,29 +367,29 @@ class RecordingsWorkspace(Workspace):
 
     def _connect(self) -> None:
         reader, axis = self.reader, self.axis
-        reader.opened.connect(self._take_opened)
-        reader.grown.connect(self._take_grown)
-        self.growing.ended.connect(self.open)
-        reader.overview_read.connect(self._take_overview)
-        reader.strip_read.connect(self._take_strip)
-        reader.moment_read.connect(self._show_moment)
-        reader.marked.connect(self._take_marks)
+        reader.opened.connect(self._show_opened)
+        reader.extended.connect(self._show_extended)
+        self.follower.ended.connect(self.open)
+        reader.overview_read.connect(self._show_overview)
+        reader.detail_read.connect(self._show_detail)
+        reader.cursor_values_read.connect(self._show_cursor_values)
+        reader.marked.connect(self._show_marks)
         reader.failed.connect(self._fail)
         self.surveyor.progressed.connect(self._show_progress)
-        self.surveyor.found.connect(self._take_survey)
-        self.surveyor.failed.connect(self.said)
-        axis.view_changed.connect(self._want_strip)
+        self.surveyor.found.connect(self._show_survey)
+        self.surveyor.failed.connect(self.notified)
+        axis.view_changed.connect(self._request_detail)
         axis.cursor_moved.connect(self._move_cursor)
         axis.step_chosen.connect(self._choose_step)
         axis.tile_chosen.connect(self._choose_tile)
-        self.map.chosen.connect(self._choose_on_map)
+        self.map.tile_chosen.connect(self._choose_on_map)
         self.steps.chosen.connect(self._choose_step)
         self.steps.filtered.connect(self._filter)
-        self.steps.said.connect(self.said)
+        self.steps.notified.connect(self.notified)
         self.recordings.chosen.connect(self.open_file)
-        self.recordings.deleted.connect(self._deleting)
-        self.recordings.said.connect(self.said)
-        self.exporting.said.connect(self.said)
+        self.recordings.deleted.connect(self._close_if_open)
+        self.recordings.notified.connect(self.notified)
+        self.exporting.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda words: self.stopping.setVisible(bool(words)))
         for keys, do in (
@@ -396,7 +403,7 @@ class RecordingsWorkspace(Workspace):
         QShortcut("Delete", self.recordings, self.recordings.ask_to_delete).setContext(
             Qt.ShortcutContext.WidgetWithChildrenShortcut
         )
-        self.axis.share_keys(self.steps)
+        self.axis.forward_keys_of(self.steps)
         self.setFocusProxy(self.axis)
 
     def _build(self) -> None:
@@ -407,7 +414,7 @@ class RecordingsWorkspace(Workspace):
         below = QSplitter(Qt.Orientation.Horizontal)
         below.setObjectName("recordings below")
         below.addWidget(self.steps)
-        floor = titled([theme.label("Floor at the cursor", "title"), None], self.map)
+        floor = with_header([theme.label("Floor at the cursor", "title"), None], self.map)
         floor.setMinimumWidth(20 * theme.GRID)
         below.addWidget(floor)
         below.setStretchFactor(0, 1)
@@ -416,7 +423,7 @@ class RecordingsWorkspace(Workspace):
         column = QVBoxLayout(over)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        column.addWidget(titled(self._head(), self.timeline), 1)
+        column.addWidget(with_header(self._head(), self.timeline), 1)
         column.addWidget(self.readout)
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("recordings down")

@@ -26,7 +26,7 @@ from underfoot.widgets.controls.fields import ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
 
 LIST_PX, SIDE_PX, PICTURE_PX = 24 * theme.GRID, 38 * theme.GRID, 18 * theme.GRID
-MOST_SAID = 200
+MAX_LOG_LINES = 200
 """Lines of what happened that are kept on the screen."""
 
 
@@ -70,10 +70,10 @@ class SceneList(QWidget):
 class ScenePanel(QWidget):
     """What a scene is about, its parameters, start and stop, the screen, and how late it answers."""
 
-    start_wanted = Signal()
-    stop_wanted = Signal()
-    project_wanted = Signal()
-    walker_wanted = Signal(bool)
+    start_requested = Signal()
+    stop_requested = Signal()
+    project_requested = Signal()
+    walker_requested = Signal(bool)
     changed = Signal(str, object)
     """A parameter and its value."""
 
@@ -99,18 +99,18 @@ class ScenePanel(QWidget):
         self.parameters.setFrameShape(QFrame.Shape.NoFrame)
         self.parameters.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parameters.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.said = QPlainTextEdit()
-        self.said.setReadOnly(True)
-        self.said.setMaximumBlockCount(MOST_SAID)
-        self.said.setAccessibleName("What happened")
-        self.said.setFixedHeight(14 * theme.GRID)
+        self.log = QPlainTextEdit()
+        self.log.setReadOnly(True)
+        self.log.setMaximumBlockCount(MAX_LOG_LINES)
+        self.log.setAccessibleName("What happened")
+        self.log.setFixedHeight(14 * theme.GRID)
         self._lay_out()
         self.start.clicked.connect(self._start_or_stop)
-        self.project.clicked.connect(self.project_wanted)
-        self.walker.toggled.connect(self.walker_wanted)
+        self.project.clicked.connect(self.project_requested)
+        self.walker.toggled.connect(self.walker_requested)
         self.is_playing = False
 
-    def show_kind(self, kind: type[Scene], given: dict[str, Any]) -> None:
+    def show_kind(self, kind: type[Scene], values: dict[str, Any]) -> None:
         """Show a scene, with the values of its parameters."""
         self.title.setText(kind.title)
         self.about.setText(kind.doc)
@@ -122,7 +122,7 @@ class ScenePanel(QWidget):
         self.editors = {}
         for name, parameter in kind.parameters.items():
             editor = self.editors[name] = editor_for(parameter)
-            editor.set_value(given[name])
+            editor.set_value(values[name])
             editor.value_changed.connect(lambda value, name=name: self.changed.emit(name, value))
             column.addWidget(editor)
         column.addStretch()
@@ -155,10 +155,10 @@ class ScenePanel(QWidget):
 
     def add_line(self, words: str) -> None:
         """Something happened."""
-        self.said.appendPlainText(words)
+        self.log.appendPlainText(words)
 
     def _start_or_stop(self) -> None:
-        (self.stop_wanted if self.is_playing else self.start_wanted).emit()
+        (self.stop_requested if self.is_playing else self.start_requested).emit()
 
     def _lay_out(self) -> None:
         screen = QHBoxLayout()
@@ -177,4 +177,4 @@ class ScenePanel(QWidget):
         column.addWidget(theme.label("PARAMETERS", "heading"))
         column.addWidget(self.parameters, 1)
         column.addWidget(theme.label("WHAT HAPPENED", "heading"))
-        column.addWidget(self.said)
+        column.addWidget(self.log)

@@ -13,7 +13,7 @@ from underfoot.floor.layout import Floor
 from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
 from underfoot.widgets.controls.true_scale import TrueScaleWindow
-from underfoot.widgets.floor_map import PRESS_N
+from underfoot.widgets.floor_map import DEFAULT_PRESS_N
 from underfoot.widgets.scenes.painting import paint_shapes
 
 KEPT = 500
@@ -26,32 +26,32 @@ class PaintTimes:
 
     def __init__(self) -> None:
         self.paint_s: deque[float] = deque(maxlen=KEPT)
-        self.shown_s: deque[float] = deque(maxlen=KEPT)
+        self.display_latency_s: deque[float] = deque(maxlen=KEPT)
         """From a contact's onset until a picture with it was painted, by the session's clock."""
         self.clock: Callable[[], float] = lambda: 0.0
         """Seconds of the session."""
-        self._ends: deque[float] = deque(maxlen=240)
-        self._awaited: list[float] = []
+        self._ends_s: deque[float] = deque(maxlen=240)
+        self._onsets_s: list[float] = []
 
-    def expect(self, onset_s: float) -> None:
+    def add_onset(self, onset_s: float) -> None:
         """The next picture shows a contact that began then."""
-        self._awaited.append(onset_s)
+        self._onsets_s.append(onset_s)
 
-    def painted(self, began: float) -> None:
+    def add_picture(self, began: float) -> None:
         """A picture is done that was begun at `began` of `time.perf_counter`."""
         now = time.perf_counter()
         self.paint_s.append(now - began)
-        self._ends.append(now)
-        if self._awaited:
+        self._ends_s.append(now)
+        if self._onsets_s:
             now_s = self.clock()
-            self.shown_s.extend(now_s - onset_s for onset_s in self._awaited)
-            self._awaited.clear()
+            self.display_latency_s.extend(now_s - onset_s for onset_s in self._onsets_s)
+            self._onsets_s.clear()
 
     @property
-    def per_s(self) -> float:
+    def pictures_per_s(self) -> float:
         """Pictures in the last second."""
         now = time.perf_counter()
-        return float(sum(end > now - 1.0 for end in self._ends))
+        return float(sum(end > now - 1.0 for end in self._ends_s))
 
 
 class SceneView(QWidget):
@@ -70,11 +70,11 @@ class SceneView(QWidget):
         self.can_press = False
         self._floor: Floor | None = None
         self._scene: Scene | None = None
-        self._pressing = ""
+        self._pressed_tile = ""
 
     def show_floor(self, floor: Floor | None) -> None:
         """Show this floor, with nothing on it."""
-        self._floor, self._pressing = floor, ""
+        self._floor, self._pressed_tile = floor, ""
         self.update()
 
     def show_scene(self, scene: Scene | None) -> None:
@@ -110,7 +110,7 @@ class SceneView(QWidget):
         if self._scene is not None:
             paint_shapes(painter, self._scene.shapes(), to_pixels)
             painter.end()
-            self.times.painted(began)
+            self.times.add_picture(began)
 
     # --- a foot made with the mouse ---
 
@@ -119,14 +119,14 @@ class SceneView(QWidget):
             self._press(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._pressing:
+        if self._pressed_tile:
             self._press(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._lift()
+        self._release()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        self._lift()
+        self._release()
         super().hideEvent(event)
 
     def _press(self, place: QPointF) -> None:
@@ -135,16 +135,16 @@ class SceneView(QWidget):
         back, _ = self.to_pixels().inverted()
         at = back.map(place)
         tile = next((tile for tile in self._floor.tiles if tile.distance_m((at.x(), at.y())) == 0.0), None)
-        if self._pressing and (tile is None or tile.id != self._pressing):
-            self._lift()
+        if self._pressed_tile and (tile is None or tile.id != self._pressed_tile):
+            self._release()
         if tile is not None:
-            self._pressing = tile.id
+            self._pressed_tile = tile.id
             x, y = tile.to_tile((at.x(), at.y())).tolist()
-            self.pressed.emit(tile.id, x, y, PRESS_N)
+            self.pressed.emit(tile.id, x, y, DEFAULT_PRESS_N)
 
-    def _lift(self) -> None:
-        if self._pressing:
-            tile, self._pressing = self._pressing, ""
+    def _release(self) -> None:
+        if self._pressed_tile:
+            tile, self._pressed_tile = self._pressed_tile, ""
             self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
 
@@ -160,7 +160,7 @@ class SceneProjection(TrueScaleWindow):
         low, high = bounds(scene.floor)
         self._middle_m = (0.5 * (low + high)).tolist()
         self._hint_until = time.monotonic() + HINT_S
-        self.adjusted.connect(self._tell)
+        self.adjusted.connect(self._show_hint)
 
     def show_scene(self, scene: Scene) -> None:
         """Show another scene."""
@@ -182,11 +182,11 @@ class SceneProjection(TrueScaleWindow):
             line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
             painter.setFont(theme.font())
             painter.setPen(QColor(theme.MUTED))
-            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.words("this line goes by itself"))
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.hint("this line goes by itself"))
         painter.end()
-        self.times.painted(began)
+        self.times.add_picture(began)
 
-    def _tell(self) -> None:
+    def _show_hint(self) -> None:
         self._hint_until = time.monotonic() + HINT_S
 
 

@@ -28,7 +28,7 @@ SHORTCUTS = (
     ("Press with a foot, on a simulated floor", "Mouse button"),
     ("On the projector: scale, move, reset, close", "+ −, arrows, 0, Esc"),
 )
-LISTEN_MS = 5
+POLL_MS = 5
 """A scene looks for force samples so often: what it answers with is felt, and need not wait for a picture."""
 _BESIDE_TICKS = 6
 """Beside the projector the pane is painted once in so many ticks."""
@@ -47,7 +47,7 @@ class ScenesWorkspace(Workspace):
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.kinds = discover()
-        self._given: dict[str, dict[str, Any]] = {
+        self._values: dict[str, dict[str, Any]] = {
             name: {key: p.check(p.default) for key, p in kind.parameters.items()} for name, kind in self.kinds.items()
         }
         self.chosen = next(iter(self.kinds))
@@ -58,10 +58,10 @@ class ScenesWorkspace(Workspace):
         self._maker: threading.Thread | None = None
         self._ticks = 0
         self._has_news = False
-        self._listening = QTimer(self)
-        self._listening.setTimerType(Qt.TimerType.PreciseTimer)
-        self._listening.setInterval(LISTEN_MS)
-        self._listening.timeout.connect(self._listen)
+        self._poll_timer = QTimer(self)
+        self._poll_timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._poll_timer.setInterval(POLL_MS)
+        self._poll_timer.timeout.connect(self._poll)
         self.list, self.view, self.panel = SceneList(self.kinds.values()), SceneView(), ScenePanel()
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -72,14 +72,14 @@ class ScenesWorkspace(Workspace):
         self.setFocusProxy(self.list)
         self._connect()
         self.list.list.setCurrentRow(0)
-        self._show_way()
+        self._show_availability()
 
     # --- as a workspace ---
 
-    def listen(self, context: WorkspaceContext) -> None:
+    def attach(self, context: WorkspaceContext) -> None:
         self._controller, self._settings = context.controller, context.settings
         bridge = context.controller.bridge
-        bridge.reported.connect(self._take)
+        bridge.reported.connect(self._add_reports)
         bridge.ticked.connect(self._tick)
         context.controller.opened.connect(self._opened)
         context.controller.released.connect(self.stop)
@@ -109,11 +109,11 @@ class ScenesWorkspace(Workspace):
         if self.stage is not None and name != self.chosen:
             self.stop()
         self.chosen = name
-        self.panel.show_kind(self.kinds[name], self._given[name])
+        self.panel.show_kind(self.kinds[name], self._values[name])
 
     def change(self, parameter: str, value: Any) -> None:
         """Change a parameter of the chosen scene, also while it plays."""
-        self._given[self.chosen][parameter] = value
+        self._values[self.chosen][parameter] = value
         if self.stage is not None:
             self.stage.scene.change(parameter, value)
 
@@ -129,7 +129,7 @@ class ScenesWorkspace(Workspace):
         controller = self._controller
         if controller is None or controller.session is None or self.stage is not None or self.is_making:
             return
-        kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._given[self.chosen])
+        kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._values[self.chosen])
         self.panel.state.setText("Preparing the scene…")
         self.panel.start.setEnabled(False)
 
@@ -153,7 +153,7 @@ class ScenesWorkspace(Workspace):
             stage.close()
         self._controller.take_back()
         self.view.show_scene(None)
-        self._show_way()
+        self._show_availability()
         self.panel.state.setText(stage.scene.state)
 
     def project(self) -> None:
@@ -165,7 +165,7 @@ class ScenesWorkspace(Workspace):
                 self.stage.scene, self._settings.projector_scale, self._settings.projector_at
             )
             self.projection.times.clock = self._session_s
-            self.projection.adjusted.connect(self._keep_projection)
+            self.projection.adjusted.connect(self._save_projection)
             self.projection.closed.connect(self._projection_closed)
         screens = QGuiApplication.screens()
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
@@ -175,7 +175,7 @@ class ScenesWorkspace(Workspace):
         controller = self._controller
         session = controller.lend(only_patch=True) if controller is not None else None
         if controller is None or session is None:
-            self._show_way()
+            self._show_availability()
             return
         try:
             self.stage = Stage(session, scene)
@@ -186,24 +186,24 @@ class ScenesWorkspace(Workspace):
         self.view.times = PaintTimes()
         self.view.times.clock = self._session_s
         self.view.show_scene(scene)
-        self.panel.said.clear()
-        self._listening.start()
-        self._show_way()
+        self.panel.log.clear()
+        self._poll_timer.start()
+        self._show_availability()
 
     def _fail(self, why: str) -> None:
         self.stop()
-        self._show_way()
+        self._show_availability()
         self.panel.state.setText(why)
 
-    def _take(self, reports: list[Report]) -> None:
+    def _add_reports(self, reports: list[Report]) -> None:
         if self.stage is not None:
             self.stage.take(reports)
 
-    def _listen(self) -> None:
+    def _poll(self) -> None:
         """Let the scene go through what came in."""
         stage = self.stage
         if stage is None:
-            self._listening.stop()
+            self._poll_timer.stop()
             return
         try:
             moments = stage.tick()
@@ -214,7 +214,7 @@ class ScenesWorkspace(Workspace):
         for moment in moments:
             for contact in moment.down:
                 # Whoever stood there before the scene began, or is told of late, counts from this moment.
-                painted.times.expect(max(contact.start_s, moment.began_s - MOMENT_S))
+                painted.times.add_onset(max(contact.start_s, moment.began_s - MOMENT_S))
         self._has_news |= bool(moments)
 
     def _tick(self) -> None:
@@ -234,7 +234,7 @@ class ScenesWorkspace(Workspace):
                 self.view.update()
         if self._ticks % _SPEED_TICKS == 0:
             self.panel.state.setText(stage.scene.state)
-            self.panel.show_speed(painted.times.per_s, stage.latencies_s, painted.times.shown_s)
+            self.panel.show_speed(painted.times.pictures_per_s, stage.latencies_s, painted.times.display_latency_s)
 
     # --- the session ---
 
@@ -252,9 +252,9 @@ class ScenesWorkspace(Workspace):
         self.view.can_press = session is not None and session.target.kind == "simulator"
         self.panel.walker.setVisible(self.view.can_press)
         self.panel.walker.setChecked(session is not None and session.target.walker)
-        self._show_way()
+        self._show_availability()
 
-    def _show_way(self) -> None:
+    def _show_availability(self) -> None:
         why_not = "" if self._session() is not None else "The session is not open yet."
         self.panel.show_playing(self.stage is not None, why_not)
 
@@ -263,7 +263,7 @@ class ScenesWorkspace(Workspace):
         if session is not None:
             session.send(command)
 
-    def _keep_projection(self, scale: float, right_m: float, up_m: float) -> None:
+    def _save_projection(self, scale: float, right_m: float, up_m: float) -> None:
         self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
 
     def _projection_closed(self) -> None:
@@ -274,11 +274,11 @@ class ScenesWorkspace(Workspace):
         panel = self.panel
         self.list.chosen.connect(self.choose)
         self.list.list.itemActivated.connect(lambda _: self.stop() if self.stage is not None else self.start())
-        panel.start_wanted.connect(self.start)
-        panel.stop_wanted.connect(self.stop)
-        panel.project_wanted.connect(self.project)
+        panel.start_requested.connect(self.start)
+        panel.stop_requested.connect(self.stop)
+        panel.project_requested.connect(self.project)
         panel.changed.connect(self.change)
-        panel.walker_wanted.connect(lambda on: self._send(Walk(on)))
+        panel.walker_requested.connect(lambda on: self._send(Walk(on)))
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
         self._made.connect(self._play)
         self._failed.connect(self._fail)

@@ -15,24 +15,24 @@ from underfoot.patch.patch import Patch
 
 _SLOTS = 16
 
-MakeReady = Callable[[Patch, Path | None], None]
+RegisterNodes = Callable[[Patch, Path | None], None]
 """Registers the nodes of a patch in a folder before the patch is checked."""
 
 
 @dataclass(frozen=True)
-class Rescued:
+class RecoveredWork:
     """Unsaved work of a window that crashed, and its file, if any."""
 
     patch: Patch
     path: Path | None
-    other: "Rescued | None" = None
+    other: "RecoveredWork | None" = None
     """The work in the other slot, if any."""
 
 
 class Autosave:
     """The copy of one window's unsaved work, in a file that no other window uses.
 
-    Each window holds the lock of one slot. The lock of a window that died is free again, and `rescue` finds the work
+    Each window holds the lock of one slot. The lock of a window that died is free again, and `recover` finds the work
     in its slot.
     """
 
@@ -47,7 +47,7 @@ class Autosave:
                 self._lock = lock
                 return
 
-    def keep(self, patch: Patch, path: Path | None, other: Rescued | None = None) -> None:
+    def write(self, patch: Patch, path: Path | None, other: RecoveredWork | None = None) -> None:
         """Write the copy. Without a free slot (16 windows) nothing is kept."""
         if self._lock is not None:
             work: dict[str, object] = {"format": "underfoot-work", "path": str(path or ""), "patch": patch}
@@ -55,29 +55,31 @@ class Autosave:
                 work["other"] = {"path": str(other.path or ""), "patch": other.patch}
             write_file(self._path, msgspec.json.encode(work))
 
-    def forget(self) -> None:
+    def remove(self) -> None:
         """Remove the copy: the work is saved elsewhere, or not wanted."""
         if self._lock is not None:
             self._path.unlink(missing_ok=True)
 
-    def rescue(self, registry: Registry, make_ready: MakeReady = lambda patch, folder: None) -> Rescued | None:
+    def recover(
+        self, registry: Registry, register_nodes: RegisterNodes = lambda patch, folder: None
+    ) -> RecoveredWork | None:
         """Return what a crashed window left in this slot; None if there is nothing, or it cannot be used.
 
-        `make_ready` is called with each patch and its folder before the patch is checked.
+        `register_nodes` is called with each patch and its folder before the patch is checked.
         """
         if self._lock is None:
             return None
         try:
             work = msgspec.json.decode(read_file(self._path))
-            other = self._read(work["other"], registry, make_ready) if "other" in work else None
-            return replace(self._read(work, registry, make_ready), other=other)
+            other = self._read(work["other"], registry, register_nodes) if "other" in work else None
+            return replace(self._read(work, registry, register_nodes), other=other)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
             return None
 
-    def _read(self, work: dict[str, Any], registry: Registry, make_ready: MakeReady) -> Rescued:
+    def _read(self, work: dict[str, Any], registry: Registry, register_nodes: RegisterNodes) -> RecoveredWork:
         text, path = msgspec.json.encode(work["patch"]), Path(work["path"]) if work["path"] else None
-        make_ready(Patch.unchecked(text, str(self._path)), path.absolute().parent if path is not None else None)
-        return Rescued(Patch.loads(text, registry, str(self._path)), path)
+        register_nodes(Patch.unchecked(text, str(self._path)), path.absolute().parent if path is not None else None)
+        return RecoveredWork(Patch.loads(text, registry, str(self._path)), path)
 
     def put_aside(self) -> None:
         """Move the work left here to another slot, for a later start."""

@@ -31,31 +31,31 @@ class Bridge(QObject):
 
     started = Signal(object)
     """`Started`: the engine is running."""
-    noticed = Signal(str)
+    notified = Signal(str)
     """A line for the user."""
-    compiling = Signal(int, int)
+    compile_progressed = Signal(int, int)
     """Kernels ready, of how many."""
-    costs = Signal(object)
+    costs_measured = Signal(object)
     """`Costs`, twice a second."""
     faulted = Signal(object)
     """`Fault`: a node produced a value that is not finite."""
-    previewed = Signal(object)
+    preview_computed = Signal(object)
     """`Preview`, as requested."""
-    outlined = Signal(object)
+    outlines_computed = Signal(object)
     """`Outlines`, as requested."""
-    lawful = Signal(object)
+    laws_computed = Signal(object)
     """`Distributions` of the node that was previewed."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn`, as far as the curve is known."""
-    health = Signal(object)
+    health_reported = Signal(object)
     """`Health`, ten times a second."""
-    forces = Signal(object)
+    forces_tracked = Signal(object)
     """`ForceUpdate`, once per tick with force samples."""
-    vibrated = Signal(int, object)
+    vibration_read = Signal(int, object)
     """First session frame, and samples (n, tiles), relative to full scale."""
-    measured = Signal(int, object, object)
+    response_read = Signal(int, object, object)
     """First session frame; commanded and measured acceleration, (n, tiles) each, m/s^2."""
-    stepped = Signal(list)
+    steps_found = Signal(list)
     """New footsteps."""
     marked = Signal(str, float)
     """Text of a mark, and its time in seconds of the session."""
@@ -70,26 +70,26 @@ class Bridge(QObject):
         self._session: Session | None = None
         self._tracker: FootstepTracker | None = None
         self._ticks = 0
-        self._said: set[str] = set()
+        self._notices: set[str] = set()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(TICK_MS)
         self._timer.timeout.connect(self.tick)
 
-    def follow(self, session: Session, floor: Floor, rate_hz: float) -> None:
+    def attach(self, session: Session, floor: Floor, rate_hz: float) -> None:
         """Poll this session from now on, with `rate_hz` frames per second."""
         self._session = session
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
-        self._said.clear()
+        self._notices.clear()
         self._timer.start()
 
-    def leave(self) -> None:
+    def detach(self) -> None:
         """Stop polling."""
         self._timer.stop()
         self._session = self._tracker = None
 
     def want_vibration(self, wanted: bool) -> None:
-        """Set whether `vibrated` and `measured` are emitted."""
+        """Set whether `vibration_read` and `response_read` are emitted."""
         self.wants_vibration = wanted
 
     def wait_for_kernels(self, timeout_s: float) -> bool:
@@ -116,25 +116,25 @@ class Bridge(QObject):
         if tracker.is_ready:
             self._read(session, tracker)
         if self._ticks % HEALTH_TICKS == 0:
-            self.health.emit(session.health)
+            self.health_reported.emit(session.health)
         self._ticks += 1
         self.ticked.emit()
 
     def _read(self, session: Session, tracker: FootstepTracker) -> None:
         """Read what is new in the rings, which hold it for seconds."""
-        tracker.take(*session.force.read())
+        tracker.add(*session.force.read())
         update, steps = tracker.track(TRACKING_BUDGET_S)
         if update is not None:
-            self.forces.emit(update)
+            self.forces_tracked.emit(update)
         if steps:
-            self.stepped.emit(steps)
+            self.steps_found.emit(steps)
         if self.wants_vibration:
             first, samples = session.vibration.read()
             if len(samples):
-                self.vibrated.emit(first, samples)
+                self.vibration_read.emit(first, samples)
             first, asked, done = session.response.read()
             if len(done):
-                self.measured.emit(first, asked, done)
+                self.response_read.emit(first, asked, done)
 
     def _emit(self, report: object) -> None:
         match report:
@@ -142,31 +142,33 @@ class Bridge(QObject):
                 if self._tracker is not None:
                     self._tracker.load_kernels()  # in the cache by now
                 self.started.emit(report)
-                self._say_once(report.notice)
+                self._notify_once(report.notice)
             case Compiling(ready, total):
-                self.compiling.emit(ready, total)
+                self.compile_progressed.emit(ready, total)
             case CommandApplied(frame, Mark() as mark) if self._session is not None:
                 rate_hz = self._session.target.rate
                 self.marked.emit(mark.text, mark.frame(frame, rate_hz) / rate_hz)
             case Costs():
-                self.costs.emit(report)
+                self.costs_measured.emit(report)
             case Preview():
-                self.previewed.emit(report)
+                self.preview_computed.emit(report)
             case Outlines():
-                self.outlined.emit(report)
+                self.outlines_computed.emit(report)
             case Distributions():
-                self.lawful.emit(report)
+                self.laws_computed.emit(report)
             case ErrorCurveDrawn():
                 self.errors_measured.emit(report)
             case Notice(text):
-                self._say_once(text)
+                self._notify_once(text)
             case ProcessDied(process, reason):
-                self.noticed.emit(f"The {process} stopped ({reason}) and was started again; the patch goes on playing.")
+                self.notified.emit(
+                    f"The {process} stopped ({reason}) and was started again; the patch goes on playing."
+                )
             case Fault(node, tile):
                 self.faulted.emit(report)
-                self._say_once(f"{node} produced a value that is not finite on tile {tile}; its output is silenced.")
+                self._notify_once(f"{node} produced a value that is not finite on tile {tile}; its output is silenced.")
 
-    def _say_once(self, text: str) -> None:
-        if text and text not in self._said:
-            self._said.add(text)
-            self.noticed.emit(text)
+    def _notify_once(self, text: str) -> None:
+        if text and text not in self._notices:
+            self._notices.add(text)
+            self.notified.emit(text)

@@ -23,7 +23,7 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.profile_folder import profile_folder
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.session.target_settings import target_in_words
+from underfoot.widgets.session.target_settings import target_text
 
 
 class SessionController(QObject):
@@ -32,7 +32,7 @@ class SessionController(QObject):
     The session's reports are emitted by `bridge`.
     """
 
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the user."""
     opened = Signal(object)
     """The `Target` of the session that was just opened."""
@@ -45,17 +45,17 @@ class SessionController(QObject):
     """The `Path` of the recording, or None."""
     target_locked = Signal(bool)
     """Whether the target must not change, because something else uses its devices."""
-    lawful = Signal(object)
+    laws_computed = Signal(object)
     """`Distributions` of the node whose laws were asked for last."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn` of the last node requested, again after each point."""
-    previewed = Signal(object, str)
+    preview_computed = Signal(object, str)
     """The last `Preview` requested, and its node."""
-    outlined = Signal(object)
+    outlines_computed = Signal(object)
     """The last `Outlines` requested."""
-    _closed = Signal()
-    _made = Signal(object)
-    _failed = Signal(str)
+    _session_closed = Signal()
+    _session_made = Signal(object)
+    _session_failed = Signal(str)
 
     def __init__(
         self,
@@ -70,31 +70,31 @@ class SessionController(QObject):
         super().__init__(parent)
         self.bridge = Bridge(self)
         self.session: Session | None = None
-        self._unclaimed: Session | None = None
+        self._new_session: Session | None = None
         self._engine = engine
         self._profiles = profiles
         self.target = self._with_profiles(target)
-        self.playing = True
+        self.is_playing = True
         self._is_silent_start = False
         self._registry, self._settings = registry, settings
         self._patch = Patch()
         self._patch_folder: Path | None = None
-        self.played_as: Callable[[Patch], Patch] = as_it_is
+        self.transform_patch: Callable[[Patch], Patch] = unchanged
         """The patch to play for the window's patch: with the requests of other programs."""
         self._preview_ticket, self._preview_node = 0, ""
         self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
-        self._worker: threading.Thread | None = None
+        self._opening_thread: threading.Thread | None = None
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
-        self.target_locked.connect(self._note_lock)
-        self._closed.connect(self._open)
-        self._made.connect(self._take)
-        self._failed.connect(self._fall_back)
+        self.target_locked.connect(self._set_locked)
+        self._session_closed.connect(self._open)
+        self._session_made.connect(self._use_session)
+        self._session_failed.connect(self._fall_back)
         self.bridge.started.connect(self._end_silent_start)
-        self.bridge.previewed.connect(self._take_preview)
-        self.bridge.outlined.connect(self._take_outlines)
-        self.bridge.lawful.connect(self._take_laws)
-        self.bridge.errors_measured.connect(self._take_errors)
+        self.bridge.preview_computed.connect(self._emit_preview)
+        self.bridge.outlines_computed.connect(self._emit_outlines)
+        self.bridge.laws_computed.connect(self._emit_laws)
+        self.bridge.errors_measured.connect(self._emit_errors)
 
     # --- lifecycle ---
 
@@ -114,10 +114,10 @@ class SessionController(QObject):
         self.play_patch(anew=anew, settle_s=settle_s)
 
     def play_patch(self, *, anew: bool = False, settle_s: float = 0.0) -> None:
-        """Play the patch of the last `edit`, as `played_as` now returns it."""
+        """Play the patch of the last `edit`, as `transform_patch` now returns it."""
         if self.session is not None and not self._is_lent:
             self.session.folder = self._patch_folder
-            self.session.edit(self.played_as(self._patch), anew=anew, settle_s=settle_s)
+            self.session.edit(self.transform_patch(self._patch), anew=anew, settle_s=settle_s)
 
     @property
     def patch(self) -> Patch:
@@ -134,7 +134,7 @@ class SessionController(QObject):
         self.target = self._with_profiles(target)
         if self.session is not None:
             self._is_changing = True
-            self.said.emit("Changing the target…")
+            self.notified.emit("Changing the target…")
             self._drop(self.session)
 
     def use_sound(self, on: bool) -> None:
@@ -147,7 +147,7 @@ class SessionController(QObject):
         self._is_released = True
         if self.session is not None:
             self._drop(self.session)
-        elif self._worker is None or not self._worker.is_alive():
+        elif self._opening_thread is None or not self._opening_thread.is_alive():
             self.released.emit()
 
     def reopen(self) -> None:
@@ -164,7 +164,7 @@ class SessionController(QObject):
         A scene takes `only_patch`: level, play and stop still act. Also None while somebody else has the session.
         """
         if self._is_lent:
-            self.said.emit("A study or a scene has the session; end that first.")
+            self.notified.emit("A study or a scene has the session; end that first.")
             return None
         self._is_lent = self.session is not None
         self._is_level_lent = self._is_lent and not only_patch
@@ -183,7 +183,7 @@ class SessionController(QObject):
                 self.session.send(Level(self._settings.level_db))
             self.edit(self._patch, self._patch_folder)
             if was_level_lent:
-                (self.session.play if self.playing else self.session.stop)()
+                (self.session.play if self.is_playing else self.session.stop)()
 
     def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
         """Have the engine use part `kind` of a profile that was just written."""
@@ -197,10 +197,10 @@ class SessionController(QObject):
     def close(self) -> None:
         """End the session, and wait for it."""
         self._is_leaving = True
-        self.bridge.leave()
-        if self._worker is not None:
-            self._worker.join()
-        session, self.session = self.session or self._unclaimed, None
+        self.bridge.detach()
+        if self._opening_thread is not None:
+            self._opening_thread.join()
+        session, self.session = self.session or self._new_session, None
         if session is not None:
             session.close()
         if self._engine is not None:
@@ -228,42 +228,42 @@ class SessionController(QObject):
 
         def make() -> None:
             try:
-                self._unclaimed = session = Session(target, patch, self._registry, folder, engine)
+                self._new_session = session = Session(target, patch, self._registry, folder, engine)
             except UnderfootError as error:
-                self._failed.emit(str(error))
+                self._session_failed.emit(str(error))
                 return
             session.send(Level(self._settings.level_db))
-            if not self.playing:
+            if not self.is_playing:
                 session.stop()
             session.start()
-            self._made.emit(session)
+            self._session_made.emit(session)
 
-        self._worker = threading.Thread(target=make, name="open session")
-        self._worker.start()
+        self._opening_thread = threading.Thread(target=make, name="open session")
+        self._opening_thread.start()
 
-    def _take(self, session: Session) -> None:
+    def _use_session(self, session: Session) -> None:
         """Adopt the session that was created; send it the changes made meanwhile."""
         if self._is_leaving:
             return
-        self._unclaimed = None
+        self._new_session = None
         if session.target != self.target or self._is_released:
             self._end(session)
             return
         if self._is_changing:
             self._is_changing = False
-            self.said.emit(f"The target is now: {target_in_words(self.target)}")
+            self.notified.emit(f"The target is now: {target_text(self.target)}")
         self.session = session
-        if not self.playing:
+        if not self.is_playing:
             session.stop()
         session.send(Level(self._settings.level_db))
         if session.patch != self._patch:
             self.edit(self._patch, self._patch_folder)
         self.opened.emit(self.target)
-        self.bridge.follow(session, self.target.floor, self.target.rate)
+        self.bridge.attach(session, self.target.floor, self.target.rate)
 
     def _fall_back(self, why: str) -> None:
         """Report that the target cannot be played on, and return to one that can."""
-        self.said.emit(why)
+        self.notified.emit(why)
         if self.target.profiles:
             self.target = replace(self.target, profiles="")
             self._open()
@@ -276,8 +276,8 @@ class SessionController(QObject):
     def _drop(self, session: Session) -> None:
         """Stop following a session, and end it."""
         self.record(False)
-        self.bridge.leave()
-        self.session, self.played_as = None, as_it_is
+        self.bridge.detach()
+        self.session, self.transform_patch = None, unchanged
         self._end(session)
 
     def _end(self, session: Session) -> None:
@@ -285,10 +285,10 @@ class SessionController(QObject):
 
         def close() -> None:
             session.close()
-            self._closed.emit()
+            self._session_closed.emit()
 
-        self._worker = threading.Thread(target=close, name="close session")
-        self._worker.start()
+        self._opening_thread = threading.Thread(target=close, name="close session")
+        self._opening_thread.start()
 
     # --- playing ---
 
@@ -301,14 +301,14 @@ class SessionController(QObject):
 
     def play_from_start(self, tile: str) -> None:
         """Play the patch from its start, with a step on a tile as in the preview."""
-        if not self.playing:
+        if not self.is_playing:
             self.play()
         if self.session is not None and not self._is_lent:
             self.session.restart(tile)
 
     def loop(self, tile: str, period_s: float) -> None:
         """Play the patch from its start in every period, on the engine's clock."""
-        if not self.playing:
+        if not self.is_playing:
             self.play()
         if self.session is not None and not self._is_lent:
             self.session.repeats.begin(tile, period_s)
@@ -332,7 +332,7 @@ class SessionController(QObject):
 
     def play_or_stop(self) -> None:
         """Stop if it plays, otherwise play."""
-        if self.playing:
+        if self.is_playing:
             self.stop()
         else:
             self.play()
@@ -342,7 +342,7 @@ class SessionController(QObject):
         if self.session is not None:
             self.session.panic()
         self._set_playing(False)
-        self.said.emit("Panic: the sound is off. Play turns it on again.")
+        self.notified.emit("Panic: the sound is off. Play turns it on again.")
 
     def set_level(self, db: float) -> None:
         """Set the output level in decibels of full scale, and keep it for the next start."""
@@ -361,10 +361,10 @@ class SessionController(QObject):
     def request_preview(
         self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
     ) -> None:
-        """Request the response of a patch's node to one step on a tile: `previewed` delivers the newest request.
+        """Request the response of a patch's node to one step on a tile: `preview_computed` delivers the newest request.
 
-        `seconds` as in `Session.preview`. With `laws`, `lawful` delivers the node's laws after it. `previewed` uses
-        `name`, by default the node's id.
+        `seconds` as in `Session.preview`. With `laws`, `laws_computed` delivers the node's laws after it.
+        `preview_computed` uses `name`, by default the node's id.
         """
         if self.session is not None:
             self._preview_ticket = self.session.preview(
@@ -374,7 +374,7 @@ class SessionController(QObject):
             self._laws_ticket = self._preview_ticket if laws else self._laws_ticket
 
     def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
-        """Request thumbnails of nodes' responses to one step on a tile: `outlined` delivers the newest request."""
+        """Request thumbnails of nodes' responses to one step on a tile; `outlines_computed` delivers the newest."""
         if self.session is not None:
             self._outlines_ticket = self.session.outline(without_missing(patch, self._registry), nodes, seconds, tile)
 
@@ -383,21 +383,21 @@ class SessionController(QObject):
         if self.session is not None:
             self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
 
-    def _take_outlines(self, outlines: Outlines) -> None:
+    def _emit_outlines(self, outlines: Outlines) -> None:
         if outlines.ticket == self._outlines_ticket:
-            self.outlined.emit(outlines)
+            self.outlines_computed.emit(outlines)
 
-    def _take_laws(self, laws: Distributions) -> None:
+    def _emit_laws(self, laws: Distributions) -> None:
         if laws.ticket == self._laws_ticket:
-            self.lawful.emit(laws)
+            self.laws_computed.emit(laws)
 
-    def _take_errors(self, curve: ErrorCurveDrawn) -> None:
+    def _emit_errors(self, curve: ErrorCurveDrawn) -> None:
         if curve.ticket == self._errors_ticket:
             self.errors_measured.emit(curve)
 
-    def _take_preview(self, preview: Preview) -> None:
+    def _emit_preview(self, preview: Preview) -> None:
         if preview.ticket == self._preview_ticket:
-            self.previewed.emit(preview, self._preview_node)
+            self.preview_computed.emit(preview, self._preview_node)
 
     def _end_silent_start(self, report: Started) -> None:
         """Without a sound card nobody is startled, so playing may start at once."""
@@ -405,13 +405,13 @@ class SessionController(QObject):
             self.play()
         elif self._is_silent_start:
             self._is_silent_start = False
-            self.said.emit(f"The output is silent. Space plays, at {self._settings.level_db:.0f} dB.")
+            self.notified.emit(f"The output is silent. Space plays, at {self._settings.level_db:.0f} dB.")
 
-    def _note_lock(self, locked: bool) -> None:
+    def _set_locked(self, locked: bool) -> None:
         self.target_is_locked = locked
 
     def _set_playing(self, playing: bool) -> None:
-        self.playing = playing
+        self.is_playing = playing
         self.playing_changed.emit(playing)
 
     # --- recording ---
@@ -427,16 +427,16 @@ class SessionController(QObject):
             try:
                 session.record(_recording_path())
             except (UnderfootError, OSError) as error:
-                self.said.emit(f"The recording could not be started: {error}")
+                self.notified.emit(f"The recording could not be started: {error}")
             else:
-                self.said.emit(f"Recording to {session.recording}")
+                self.notified.emit(f"Recording to {session.recording}")
         elif not on and path is not None:
             session.end_recording()
-            self.said.emit(f"The recording was saved as {path}")
+            self.notified.emit(f"The recording was saved as {path}")
         self.recording_changed.emit(session.recording)
 
 
-def as_it_is(patch: Patch) -> Patch:
+def unchanged(patch: Patch) -> Patch:
     """Return the window's patch unchanged: no other program has requests."""
     return patch
 

@@ -20,9 +20,9 @@ class DroppedFiles(QObject):
     `handlers` is called when something is dragged here, so that nothing is imported before.
     """
 
-    def __init__(self, window: QWidget, handlers: Callable[[], Handlers], say: Callable[[str], object]) -> None:
+    def __init__(self, window: QWidget, handlers: Callable[[], Handlers], notify: Callable[[str], object]) -> None:
         super().__init__(window)
-        self._handlers, self._say = handlers, say
+        self._handlers, self._notify = handlers, notify
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
@@ -43,14 +43,14 @@ class DroppedFiles(QObject):
         """Open the first of these that can be opened; the line below says what was not."""
         known = self._known(paths)
         if not known:
-            self._say(f"{paths[0].name} cannot be opened here")
+            self._notify(f"{paths[0].name} cannot be opened here")
             return
         if len(paths) > 1:
-            self._say(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
+            self._notify(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
         try:
             self._handlers()[known[0].suffix.lower()](known[0])
         except UnderfootError as error:
-            self._say(str(error))
+            self._notify(str(error))
 
     def _known(self, paths: Sequence[Path]) -> list[Path]:
         handlers = self._handlers() if paths else {}

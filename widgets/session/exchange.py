@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from underfoot.errors import UnderfootError
-from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import Handlers
 from underfoot.widgets.session.open_patch import OpenPatch
@@ -24,34 +24,34 @@ class Exchange(QObject):
     The formats are imported on first use, since they load the renderer.
     """
 
-    _came = Signal(object)
+    _imported = Signal(object)
 
     def __init__(
         self,
         window: QMainWindow,
         open_patch: OpenPatch,
         controller: SessionController,
-        files: FileQuestion,
-        say: Callable[[str], object],
+        file_chooser: FileChooser,
+        notify: Callable[[str], object],
     ) -> None:
         super().__init__(window)
         self._window, self._open_patch, self._controller = window, open_patch, controller
-        self._files, self._say = files, say
+        self._file_chooser, self._notify = file_chooser, notify
         self._reader = ThreadPoolExecutor(1, "import")
-        self._came.connect(self._show, Qt.ConnectionType.QueuedConnection)
+        self._imported.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
     def ask(self) -> None:
         """Ask for a file, and import it once the present patch is safe."""
         from underfoot.exchange.formats import READ
 
-        every = " ".join(sorted({f"*{suffix}" for one in READ for suffix in one.suffixes}))
-        each = [f"{one.label} ({' '.join(f'*{suffix}' for suffix in one.suffixes)})" for one in READ]
-        filter = ";;".join([f"All that can be imported ({every})", *each])
-        self._open_patch.when_safe(lambda: self._files.ask("Import", filter, self._read))
+        all_suffixes = " ".join(sorted({f"*{suffix}" for one in READ for suffix in one.suffixes}))
+        filters = [f"{one.label} ({' '.join(f'*{suffix}' for suffix in one.suffixes)})" for one in READ]
+        filter = ";;".join([f"All that can be imported ({all_suffixes})", *filters])
+        self._open_patch.ask_to_save(lambda: self._file_chooser.ask("Import", filter, self._read))
 
     def open(self, path: Path) -> None:
         """Import a file once the present patch is safe."""
-        self._open_patch.when_safe(lambda: self._read(path))
+        self._open_patch.ask_to_save(lambda: self._read(path))
 
     def handlers(self) -> Handlers:
         """Return the functions for dropped files. JSON is a patch, unless its content identifies another program."""
@@ -67,13 +67,13 @@ class Exchange(QObject):
         from underfoot.exchange.format import Export
         from underfoot.widgets.dialogs.export_dialog import ExportDialog
 
-        def what(walks: bool) -> Export:
+        def make_export(walks: bool) -> Export:
             target = self._controller.target
             profiles = Path(target.profiles) if target.profiles else None
             floor = target.floor if walks else None
             return Export(self._open_patch.patch, self._open_patch.folder, floor=floor, profiles=profiles)
 
-        ExportDialog(what, self._open_patch.name, self._files, self._window).open()
+        ExportDialog(make_export, self._open_patch.name, self._file_chooser, self._window).open()
 
     def close(self) -> None:
         """Stop, when the window closes."""
@@ -83,28 +83,28 @@ class Exchange(QObject):
         from underfoot.exchange.format import read_foreign_patch
         from underfoot.exchange.formats import to_read
 
-        self._say(f"Importing {path.name}…")
+        self._notify(f"Importing {path.name}…")
         self._reader.submit(lambda: read_foreign_patch(to_read(path), path)).add_done_callback(
-            lambda future: self._came.emit((path, _answer(future)))
+            lambda future: self._imported.emit((path, _result_of(future)))
         )
 
-    def _show(self, came: "tuple[Path, Imported | UnderfootError]") -> None:
-        path, answer = came
-        if isinstance(answer, UnderfootError):
-            self._say(str(answer))
+    def _show(self, result: "tuple[Path, Imported | UnderfootError]") -> None:
+        path, imported = result
+        if isinstance(imported, UnderfootError):
+            self._notify(str(imported))
             return
-        self._open_patch.take_over(answer.patch)
-        self._say(f"Imported {path.name}: it plays at each footfall")
-        if answer.losses:
+        self._open_patch.open_untitled(imported.patch)
+        self._notify(f"Imported {path.name}: it plays at each footfall")
+        if imported.losses:
             box = QMessageBox(self._window)
             box.setWindowTitle("Import")
             box.setText(f"What of {path.name} is not in the patch:")
-            box.setInformativeText("\n".join(f"• {line}" for line in _short(answer.losses)))
+            box.setInformativeText("\n".join(f"• {line}" for line in _first_lines(imported.losses)))
             box.finished.connect(box.deleteLater)
             box.open()
 
 
-def _answer(future: "Future[Imported]") -> "Imported | UnderfootError":
+def _result_of(future: "Future[Imported]") -> "Imported | UnderfootError":
     """Return the result of reading; unexpected errors are raised again."""
     error = future.exception()
     if isinstance(error, UnderfootError):
@@ -112,6 +112,6 @@ def _answer(future: "Future[Imported]") -> "Imported | UnderfootError":
     return future.result()
 
 
-def _short(lines: tuple[str, ...], most: int = 12) -> list[str]:
+def _first_lines(lines: tuple[str, ...], count: int = 12) -> list[str]:
     """Return at most this many lines, and the number of the others."""
-    return [*lines[:most], *([f"and {len(lines) - most} more"] if len(lines) > most else [])]
+    return [*lines[:count], *([f"and {len(lines) - count} more"] if len(lines) > count else [])]

@@ -47,7 +47,7 @@ class FootstepTracker:
     force_hz: float
     """Force samples per second."""
     chunk: int = CHUNK
-    _waiting: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
+    _pending: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
     _tracker: ContactTracker | None = None
     _loaded: threading.Event = field(default_factory=threading.Event)
 
@@ -68,12 +68,12 @@ class FootstepTracker:
         self.load_kernels()
         return self._loaded.wait(timeout_s)
 
-    def take(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
+    def add(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> None:
         """Queue samples at these session frames, shapes (n,) and (n, tiles, 4)."""
         length = max(64, self.chunk // len(self.floor.tiles))
         for begin in range(0, len(frames), length):
             chunk = slice(begin, begin + length)
-            self._waiting.append((frames[chunk] / self.rate_hz, force_n[chunk]))
+            self._pending.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def track(self, budget_s: float) -> tuple[ForceUpdate | None, list[Step]]:
         """Track queued samples for about `budget_s`; return the tracked ones, if any, and new footsteps."""
@@ -82,8 +82,8 @@ class FootstepTracker:
             return None, []
         until = time.perf_counter() + budget_s
         done, steps = [], []
-        while self._waiting:
-            time_s, force_n = self._waiting.popleft()
+        while self._pending:
+            time_s, force_n = self._pending.popleft()
             tracked = tracker.feed(time_s, force_n)
             steps += self._counter.feed(tracked.finished, float(time_s[-1]))
             done.append((time_s, force_n, tracked.rows))

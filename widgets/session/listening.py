@@ -12,7 +12,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.controller import SessionController
-from underfoot.widgets.session.open_patch import SLOTS, OpenPatch, Waiting
+from underfoot.widgets.session.open_patch import SLOTS, OpenPatch, SlotContent
 
 SILENCE_MS = 700
 """Silence before each presentation of a blind test: longer than the previous patch needs to decay."""
@@ -23,7 +23,7 @@ SETTLE_S = 0.25
 
 
 @dataclass(frozen=True)
-class Ear:
+class AuditionedOutput:
     """The output that is played alone: of a node, on a tile ("" for all), and its peak in the preview."""
 
     node: str
@@ -37,32 +37,32 @@ class Listening(QObject):
 
     changed = Signal()
     """The node played alone, or a slot's attenuation, has changed."""
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the user."""
 
     def __init__(self, controller: SessionController, open_patch: OpenPatch, registry: Registry) -> None:
         super().__init__(controller)
         self._controller, self._open_patch, self._registry = controller, open_patch, registry
-        self.ear: Ear | None = None
+        self.auditioned_output: AuditionedOutput | None = None
         self.is_matched = True
         self.tile = ""
         self._levels: dict[str, float] = {}
-        self._heard: tuple[str, Ear | None] = ("", None)
+        self._played: tuple[str, AuditionedOutput | None] = ("", None)
         self._stale = set(SLOTS)
-        self._blind = ""
+        self._blind_slot = ""
         self._preset: Patch | None = None
         self._blind_timer = QTimer(self, singleShot=True, interval=SILENCE_MS)
-        self._blind_timer.timeout.connect(self._begin_blind)
-        self._strikes = False
+        self._blind_timer.timeout.connect(self._play_blind_slot)
+        self._steps_when_swapped = False
         self._loop_s = 1.0
         self._is_looping = False
-        controller.bridge.reported.connect(self._hear_reports)
-        self._has_new_code = False
+        controller.bridge.reported.connect(self._handle_reports)
+        self._is_node_set_new = False
         open_patch.nodes.changed.connect(self._note_new_code)
         open_patch.patch_changed.connect(self._apply)
         open_patch.folder_changed.connect(self._apply)
-        open_patch.opened.connect(lambda _: self.hear_all())
-        open_patch.switched.connect(lambda *_: self.hear_all())
+        open_patch.opened.connect(lambda _: self.end_audition())
+        open_patch.switched.connect(lambda *_: self.end_audition())
 
     # --- loop ---
 
@@ -94,32 +94,34 @@ class Listening(QObject):
 
     # --- single nodes ---
 
-    def audition(self, ear: Ear) -> None:
-        """Play one output alone, until `hear_all`."""
-        is_new = self.ear is None or self.ear.node != ear.node
-        self.ear = ear
+    def audition(self, output: AuditionedOutput) -> None:
+        """Play one output alone, until `end_audition`."""
+        is_new = self.auditioned_output is None or self.auditioned_output.node != output.node
+        self.auditioned_output = output
         words = self._apply()
         if is_new:
-            self._strikes = True
-            if not self._controller.playing:
+            self._steps_when_swapped = True
+            if not self._controller.is_playing:
                 self._controller.play()
-            self.said.emit(f"Auditioning {ear.node} on {ear.tile or 'all tiles'}: {words}. A, again, ends it.")
+            self.notified.emit(
+                f"Auditioning {output.node} on {output.tile or 'all tiles'}: {words}. A, again, ends it."
+            )
         self.changed.emit()
 
-    def hear_all(self) -> None:
+    def end_audition(self) -> None:
         """Play the whole patch again."""
-        if self.ear is not None:
-            self.ear = None
+        if self.auditioned_output is not None:
+            self.auditioned_output = None
             self._apply()
-            self.said.emit("The whole patch plays again.")
+            self.notified.emit("The whole patch plays again.")
             self.changed.emit()
 
-    def hear_preset(self, patch: Patch | None) -> None:
+    def play_preset(self, patch: Patch | None) -> None:
         """Play this preset from its start while it is previewed; None: play the open patch again."""
         if patch is None and self._preset is None:
             return
         self._preset = patch
-        self._strikes = patch is not None
+        self._steps_when_swapped = patch is not None
         self._apply(anew=patch is not None)
 
     # --- A and B ---
@@ -138,13 +140,13 @@ class Listening(QObject):
         """Return the RMS of a slot, m/s^2; None if unknown."""
         return None if slot in self._stale else self._levels.get(slot)
 
-    def match(self, on: bool) -> None:
+    def match_levels(self, on: bool) -> None:
         """Match the levels of both slots to the softer one, or play each unchanged."""
         self.is_matched = on
         self._apply()
         self.changed.emit()
 
-    def factor(self, slot: str) -> float:
+    def gain(self, slot: str) -> float:
         """Return a slot's gain: at most 1, since the louder slot is attenuated and the other never amplified."""
         mine = self._levels.get(slot, 0.0)
         softest = min((self._levels.get(other, 0.0) for other in SLOTS), default=0.0)
@@ -155,7 +157,7 @@ class Listening(QObject):
 
         A silence precedes it, always of the same length, so that timing reveals nothing.
         """
-        self._blind, self.ear = slot, None
+        self._blind_slot, self.auditioned_output = slot, None
         self.loop(False)
         self._controller.send(Play(False))
         self._apply(anew=True)
@@ -163,70 +165,70 @@ class Listening(QObject):
 
     def end_blind(self) -> None:
         """Play the slot that is edited."""
-        self._blind = ""
+        self._blind_slot = ""
         self._blind_timer.stop()
         self._apply()
-        if self._controller.playing:
+        if self._controller.is_playing:
             self._controller.send(Play(True))
 
     # --- internals ---
 
     def _note_new_code(self) -> None:
         """Have the next patch built again even if it is unchanged: its nodes may have changed."""
-        self._has_new_code = True
+        self._is_node_set_new = True
 
-    def _hear_reports(self, reports: list[object]) -> None:
+    def _handle_reports(self, reports: list[object]) -> None:
         """Step on the tile once the patch for a single node plays; continue the loop in a new session."""
         if self._is_looping and any(isinstance(one, Started) for one in reports):
             self._controller.loop(self.tile, self._loop_s)
         swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
-        if self._strikes and swapped and (self.ear is not None or self._preset is not None):
-            self._strikes = False
+        if self._steps_when_swapped and swapped and (self.auditioned_output is not None or self._preset is not None):
+            self._steps_when_swapped = False
             QTimer.singleShot(round(1e3 * SETTLE_S), self._step)
 
-    def _begin_blind(self) -> None:
-        if self._controller.playing:
+    def _play_blind_slot(self) -> None:
+        if self._controller.is_playing:
             self._controller.send(Play(True))
             self._controller.play_from_start(self.tile)
 
     def _step(self) -> None:
-        tile = self.ear.tile if self.ear is not None else ""
-        if self._controller.playing:
+        tile = self.auditioned_output.tile if self.auditioned_output is not None else ""
+        if self._controller.is_playing:
             self._controller.play_from_start(tile or self.tile)
 
     def _apply(self, _: object = None, *, anew: bool = False) -> str:
         """Set the patch of the session; return a description of how a node is played alone."""
-        anew, self._has_new_code = anew or self._has_new_code, False
+        anew, self._is_node_set_new = anew or self._is_node_set_new, False
         if self._preset is not None:
-            self._heard = ("", None)
+            self._played = ("", None)
             self._controller.edit(self._preset, None, anew=anew, settle_s=SETTLE_S)
             return ""
-        slot = self._blind or self._open_patch.slot
+        slot = self._blind_slot or self._open_patch.slot
         open_patch, other = self._open_patch, self._open_patch.other
-        here = Waiting(open_patch.patch, open_patch.path, open_patch.patch)
+        here = SlotContent(open_patch.patch, open_patch.path, open_patch.patch)
         chosen = other if slot != open_patch.slot and other is not None else here
         patch, words = chosen.patch, ""
-        if self.ear is not None:
-            patch, words = self._alone(patch, self.ear)
-        patch = attenuated(patch, self._registry, self.factor(slot))
+        if self.auditioned_output is not None:
+            patch, words = self._auditioned_patch(patch, self.auditioned_output)
+        patch = attenuated(patch, self._registry, self.gain(slot))
         patch = with_files_kept(patch, self._registry, chosen.folder, None)
         # An edit is played at once; another selection, once it has settled.
-        is_other, self._heard = (slot, self.ear) != self._heard, (slot, self.ear)
+        is_other, self._played = (slot, self.auditioned_output) != self._played, (slot, self.auditioned_output)
         self._controller.edit(patch, chosen.folder, anew=anew, settle_s=SETTLE_S if is_other else 0.0)
         return words
 
-    def _alone(self, patch: Patch, ear: Ear) -> tuple[Patch, str]:
-        if not any(node.id == ear.node for node in patch.nodes):
-            self.ear = None
+    def _auditioned_patch(self, patch: Patch, output: AuditionedOutput) -> tuple[Patch, str]:
+        if not any(node.id == output.node for node in patch.nodes):
+            self.auditioned_output = None
             self.changed.emit()
             return patch, ""
-        found = auditioned(patch, self._registry, ear.node, ear.port, ear.tile, ear.peak)
+        found = auditioned(patch, self._registry, output.node, output.port, output.tile, output.peak)
         return found.patch, found.words
 
 
-def match_in_words(listening: Listening, slot: str) -> str:
+def gain_text(listening: Listening, slot: str) -> str:
     """Return the attenuation of a slot in dB; "" if unknown."""
     if listening.level(slot) is None:
         return ""
-    db = 20.0 * math.log10(max(listening.factor(slot), 1e-6))
+    db = 20.0 * math.log10(max(listening.gain(slot), 1e-6))
     return f"{db:.1f} dB".replace("-", "−")

@@ -14,7 +14,7 @@ class Marking(QObject):
     def __init__(self, controller: SessionController, window: QWidget) -> None:
         super().__init__(window)
         self._controller, self._window = controller, window
-        controller.bridge.marked.connect(self._say)
+        controller.bridge.marked.connect(self._notify)
 
     def mark(self) -> None:
         """Mark this moment."""
@@ -33,10 +33,10 @@ class Marking(QObject):
     def _mark(self, words: str, at_s: float) -> None:
         self._controller.send(Mark(words[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
 
-    def _say(self, words: str, at_s: float) -> None:
+    def _notify(self, words: str, at_s: float) -> None:
         session = self._controller.session
         kept = session is not None and session.recording is not None
         name = f' "{words}"' if words else ""
-        self._controller.said.emit(
+        self._controller.notified.emit(
             f"Marked{name} at {at_s:.2f} s" + (" in the recording" if kept else "; nothing is being recorded") + "."
         )

@@ -11,12 +11,12 @@ from underfoot.floor.footsteps import Step
 from underfoot.network.cue_player import CuePlayer
 from underfoot.network.plan import NetworkPlan
 from underfoot.network.server import Counts, NetworkServer
-from underfoot.widgets.session.controller import SessionController, as_it_is
+from underfoot.widgets.session.controller import SessionController, unchanged
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
-from underfoot.widgets.session.settings import WAYS, Settings
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
 
-_HEALTH_EVERY = 5  # one of this many reports, which come ten times a second
-LENT = "a study has the floor, which takes no cues meanwhile"
+_HEALTH_DIVISOR = 5  # one of this many reports, which come ten times a second
+LENT_MESSAGE = "a study has the floor, which takes no cues meanwhile"
 
 
 class NetworkLink(QObject):
@@ -30,13 +30,13 @@ class NetworkLink(QObject):
         self._player: CuePlayer | None = None
         self._counts = Counts()
         self._reports: list[Report] = []
-        self._healths = 0
+        self._health_count = 0
         bridge = controller.bridge
         controller.opened.connect(self._open)
         bridge.reported.connect(self._reports.extend)
-        bridge.forces.connect(self._tell_forces)
-        bridge.stepped.connect(self._tell_steps)
-        bridge.health.connect(self._tell_health)
+        bridge.forces_tracked.connect(self._send_forces)
+        bridge.steps_found.connect(self._send_steps)
+        bridge.health_reported.connect(self._send_health)
         bridge.ticked.connect(self._tick)
 
     @property
@@ -45,12 +45,12 @@ class NetworkLink(QObject):
         return self._server.counts if self._server is not None else self._counts
 
     @property
-    def trouble(self) -> str:
+    def problem(self) -> str:
         """Why part of the plan is not possible; "" if all is well."""
         return self._server.problem if self._server is not None else ""
 
     def apply(self, addresses: dict[str, str], on: list[str]) -> None:
-        """Use and keep these addresses of `WAYS`; those named in `on`, and of `plan.FLAGS`, are active.
+        """Use and keep these addresses of `DEFAULT_ADDRESSES`; those named in `on`, and of `plan.FLAGS`, are active.
 
         Raises `UnderfootError` if that is not possible; then nothing has changed.
         """
@@ -67,13 +67,15 @@ class NetworkLink(QObject):
     def _open(self) -> None:
         """Serve a session that was opened, and report what leaves this computer."""
         try:
-            plan = NetworkPlan.chosen({**WAYS, **self._settings.network_addresses}, self._settings.network_on)
+            plan = NetworkPlan.chosen(
+                {**DEFAULT_ADDRESSES, **self._settings.network_addresses}, self._settings.network_on
+            )
             self._serve(plan)
         except UnderfootError as error:
-            self._controller.said.emit(f"Nothing is sent to other programs: {error}")
+            self._controller.notified.emit(f"Nothing is sent to other programs: {error}")
             return
         for line in plan.warnings():
-            self._controller.said.emit(f"Network: {line}.")
+            self._controller.notified.emit(f"Network: {line}.")
 
     def _serve(self, plan: NetworkPlan) -> None:
         """Serve as planned, or as before if that is not possible."""
@@ -83,15 +85,15 @@ class NetworkLink(QObject):
             self._end_cues()
             return
         try:
-            self._server = self._made(plan, session, before)
+            self._server = self._make_server(plan, session, before)
         except UnderfootError:
-            self._server = self._made(before.plan, session, before) if before is not None else None
+            self._server = self._make_server(before.plan, session, before) if before is not None else None
             raise
         finally:
             if self._server is not None:
                 self._play_cues_of(self._server, session)
 
-    def _made(self, plan: NetworkPlan, session: Session, before: NetworkServer | None) -> NetworkServer:
+    def _make_server(self, plan: NetworkPlan, session: Session, before: NetworkServer | None) -> NetworkServer:
         return NetworkServer(plan, session.target.floor, session.target.rate, session.force_rate_hz, before)
 
     def _play_cues_of(self, server: NetworkServer, session: Session) -> None:
@@ -100,33 +102,33 @@ class NetworkLink(QObject):
             return
         self._reports.clear()
         self._player = CuePlayer(session, server, self._controller.patch, self._panic)
-        self._controller.played_as = self._player.set_base_patch
+        self._controller.transform_patch = self._player.set_base_patch
 
     def _end_cues(self) -> None:
         """Play the window's own patch again."""
         if self._player is not None and self._player.session is self._controller.session:
-            self._controller.played_as = as_it_is
+            self._controller.transform_patch = unchanged
             self._controller.play_patch()
         self._player = None
 
     def _tick(self) -> None:
         if self._server is not None and self._player is not None:
-            self._player.tick(self._reports, LENT if self._controller.is_lent else "")
+            self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
         self._reports.clear()
 
-    def _tell_forces(self, update: ForceUpdate) -> None:
+    def _send_forces(self, update: ForceUpdate) -> None:
         session = self._controller.session
         if self._server is not None and session is not None:
             now_s = float(update.time_s[-1])
             self._server.show(now_s, update.contacts)
             self._server.send_force(update.force_n.sum(axis=2), self._controller.played_s - now_s)
 
-    def _tell_steps(self, steps: list[Step]) -> None:
+    def _send_steps(self, steps: list[Step]) -> None:
         if self._server is not None:
             for step in steps:
                 self._server.send_step(step, self._controller.played_s - step.start_s)
 
-    def _tell_health(self, health: Health) -> None:
-        self._healths += 1
-        if self._server is not None and self._healths % _HEALTH_EVERY == 0:
+    def _send_health(self, health: Health) -> None:
+        self._health_count += 1
+        if self._server is not None and self._health_count % _HEALTH_DIVISOR == 0:
             self._server.send_health(health)

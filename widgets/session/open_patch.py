@@ -14,8 +14,8 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
-from underfoot.widgets.dialogs.file_question import FileQuestion
-from underfoot.widgets.session.autosave import Autosave, Rescued
+from underfoot.widgets.dialogs.file_chooser import FileChooser
+from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.own_nodes import OwnNodes
 from underfoot.widgets.session.settings import Settings
 
@@ -38,7 +38,7 @@ def other_slot(slot: str) -> str:
 
 
 @dataclass(frozen=True)
-class Waiting:
+class SlotContent:
     """The patch of the slot that is not edited, its file, and the saved content."""
 
     patch: Patch
@@ -52,7 +52,7 @@ class Waiting:
 
 
 @dataclass(frozen=True)
-class _Adoption:
+class _PresetOpening:
     """A preset that replaced a patch: both, and the replaced one's file and saved content."""
 
     before: Patch
@@ -64,7 +64,7 @@ class _Adoption:
 class OpenPatch(QObject):
     """A patch and its file, and on request another one in the second of two slots.
 
-    Editors call `take`; views connect to the signals.
+    Editors call `set_patch`; views connect to the signals.
     """
 
     opened = Signal(object)
@@ -75,13 +75,13 @@ class OpenPatch(QObject):
     """The `Patch` with new paths to the same files, after it was saved in another folder; editing continues."""
     folder_changed = Signal(object)
     """The folder of the patch, or None."""
-    adopted = Signal(object, str)
+    preset_opened = Signal(object, str)
     """A `Patch` that replaces the edited one, as an undoable edit of this name."""
     switched = Signal(str, object)
     """The slot that is edited from now on, and its `Patch`."""
     title_changed = Signal()
     """The name or the unsaved mark may have changed."""
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the user."""
 
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
@@ -90,20 +90,20 @@ class OpenPatch(QObject):
         self.patch = Patch()
         self.path: Path | None = None
         self.slot = SLOTS[0]
-        self.other: Waiting | None = None
-        self.keeps_unsaved = False
+        self.other: SlotContent | None = None
+        self.keeps_autosave = False
         self.autosave = Autosave(folder)
         self.nodes = OwnNodes(registry, settings, window)
-        self.nodes.said.connect(self.said)
+        self.nodes.notified.connect(self.notified)
         self._saved = self.patch
-        self._adoptions: list[_Adoption] = []
+        self._preset_openings: list[_PresetOpening] = []
         self._registry, self._settings, self._window = registry, settings, window
-        self._files = FileQuestion(window, lambda: settings.folder, self.said.emit)
+        self._file_chooser = FileChooser(window, lambda: settings.folder, self.notified.emit)
         self._writer = ThreadPoolExecutor(1, "autosave")
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(AUTOSAVE_MS)
-        self._timer.timeout.connect(self.keep)
+        self._timer.timeout.connect(self.write_autosave)
 
     @property
     def is_saved(self) -> bool:
@@ -125,34 +125,34 @@ class OpenPatch(QObject):
         """Folder of the patch; None without a file."""
         return self.path.absolute().parent if self.path else None
 
-    def take(self, patch: Patch) -> None:
+    def set_patch(self, patch: Patch) -> None:
         """Set the patch after an edit."""
         self.patch = patch
-        for step in reversed(self._adoptions):
+        for step in reversed(self._preset_openings):
             if patch in (step.before, step.after):
-                self._follow(step, patch == step.after)
+                self._restore_file(step, patch == step.after)
                 break
         self._timer.start()
         self.patch_changed.emit(patch)
         self.title_changed.emit()
 
-    def adopt(self, path: Path) -> None:
+    def open_preset(self, path: Path) -> None:
         """Continue with a copy of a preset, as an undoable edit; the previous patch is kept for undo."""
-        self.nodes.ask(path, lambda: self._adopt(path))
+        self.nodes.when_allowed(path, lambda: self._open_preset(path))
 
-    def _adopt(self, path: Path) -> bool:
+    def _open_preset(self, path: Path) -> bool:
         try:
             patch = with_files_kept(self.nodes.load(path), self._registry, path.parent, None)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return False
         if patch != self.patch:
-            self._adoptions.append(_Adoption(self.patch, self.path, self._saved, patch))
-            self.adopted.emit(patch, f"Open {patch.title or path.stem}")
-            self.said.emit(f"{patch.title or path.stem} is open; undo brings back what was there.")
+            self._preset_openings.append(_PresetOpening(self.patch, self.path, self._saved, patch))
+            self.preset_opened.emit(patch, f"Open {patch.title or path.stem}")
+            self.notified.emit(f"{patch.title or path.stem} is open; undo brings back what was there.")
         return True
 
-    def _follow(self, step: "_Adoption", is_after: bool) -> None:
+    def _restore_file(self, step: "_PresetOpening", is_after: bool) -> None:
         """A preset has no file of the user's, so saving asks for one. Undo restores the previous patch's file."""
         was_saved = step.before == step.saved
         self._saved = step.after if is_after and was_saved else step.saved
@@ -162,9 +162,9 @@ class OpenPatch(QObject):
 
     def switch(self) -> None:
         """Edit and play the other slot. B starts as a copy of A without a file."""
-        self._adoptions.clear()
-        other = self.other or Waiting(self._without_folder(), None, self._without_folder())
-        self.other = Waiting(self.patch, self.path, self._saved)
+        self._preset_openings.clear()
+        other = self.other or SlotContent(self._without_folder(), None, self._without_folder())
+        self.other = SlotContent(self.patch, self.path, self._saved)
         self.slot = other_slot(self.slot)
         self.patch, self._saved = other.patch, other.saved
         self._set_path(other.path)
@@ -173,13 +173,13 @@ class OpenPatch(QObject):
         self.title_changed.emit()
         self._timer.start()
 
-    def copy_to_other(self) -> Patch:
+    def patch_for_other(self) -> Patch:
         """Return the patch for the other slot, with file paths that are valid there."""
         return self._without_folder()
 
-    def take_other(self, patch: Patch) -> None:
+    def set_other(self, patch: Patch) -> None:
         """Set the patch of the other slot, after an edit such as a copy."""
-        other = self.other or Waiting(patch, None, patch)
+        other = self.other or SlotContent(patch, None, patch)
         self.other = replace(other, patch=patch)
         self._timer.start()
         self.patch_changed.emit(self.patch)
@@ -189,33 +189,35 @@ class OpenPatch(QObject):
 
     # --- start ---
 
-    def begin(self, path: Path | None, otherwise: Patch) -> None:
+    def restore_or_open(self, path: Path | None, default_patch: Patch) -> None:
         """Open, at the start, what a crash left, else the requested file, else this patch."""
-        rescued = self.autosave.rescue(self._registry, self.nodes.make_ready)
+        recovered = self.autosave.recover(self._registry, self.nodes.register_nodes)
         if path is not None and self.read(path):
-            if rescued is not None:
+            if recovered is not None:
                 self.autosave.put_aside()
-                self.said.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
-        elif rescued is not None:
-            other = rescued.other
-            self.other = Waiting(other.patch, other.path, self._on_disk(other.path)) if other is not None else None
-            self._begin_with(rescued.patch, rescued.path, saved=self._on_disk(rescued.path))
-            self.said.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
+                self.notified.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
+        elif recovered is not None:
+            other = recovered.other
+            self.other = (
+                SlotContent(other.patch, other.path, self._saved_patch(other.path)) if other is not None else None
+            )
+            self._set_document(recovered.patch, recovered.path, saved=self._saved_patch(recovered.path))
+            self.notified.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
-            self._begin_with(otherwise, None, saved=otherwise)
+            self._set_document(default_patch, None, saved=default_patch)
 
     def read(self, path: Path) -> bool:
         """Open the patch in a file; if that fails, report it and change nothing.
 
         Returns whether it is open now; a question may have to be answered first.
         """
-        return self.nodes.ask(path, lambda: self._read(path))
+        return self.nodes.when_allowed(path, lambda: self._read(path))
 
     def _read(self, path: Path) -> bool:
         try:
             patch = self.nodes.load(path)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return False
         unknown = self._unknown_files(patch, path.absolute().parent)
         if unknown:
@@ -225,13 +227,13 @@ class OpenPatch(QObject):
         return True
 
     def _open(self, path: Path, patch: Patch) -> None:
-        self._begin_with(patch, path, saved=patch)
+        self._set_document(patch, path, saved=patch)
         self._settings.remember_file(path)
-        if missing := self.nodes.missing(patch):
-            self.said.emit(missing)
+        if missing := self.nodes.missing_text(patch):
+            self.notified.emit(missing)
 
-    def _begin_with(self, patch: Patch, path: Path | None, saved: Patch) -> None:
-        self._adoptions.clear()
+    def _set_document(self, patch: Patch, path: Path | None, saved: Patch) -> None:
+        self._preset_openings.clear()
         self.patch, self._saved = patch, saved
         self._set_path(path)
         self.opened.emit(patch)
@@ -244,7 +246,7 @@ class OpenPatch(QObject):
         if self.folder != before:
             self.folder_changed.emit(self.folder)
 
-    def _on_disk(self, path: Path | None) -> Patch:
+    def _saved_patch(self, path: Path | None) -> Patch:
         try:
             return self.nodes.load(path) if path else Patch()
         except UnderfootError:
@@ -254,18 +256,18 @@ class OpenPatch(QObject):
 
     def new(self) -> None:
         """Begin an empty patch, once the present one is safe."""
-        self.when_safe(lambda: self._begin_with(Patch(), None, saved=Patch()))
+        self.ask_to_save(lambda: self._set_document(Patch(), None, saved=Patch()))
 
     def open(self, path: Path | None = None) -> None:
         """Open a file once the present patch is safe; ask for it if it is not given."""
         if path is not None:
-            self.when_safe(lambda: self.read(path))
+            self.ask_to_save(lambda: self.read(path))
         else:
-            self.when_safe(lambda: self._files.ask("Open a patch", FILTER, self.read))
+            self.ask_to_save(lambda: self._file_chooser.ask("Open a patch", FILTER, self.read))
 
-    def take_over(self, patch: Patch) -> None:
+    def open_untitled(self, patch: Patch) -> None:
         """Begin with a patch without a file, such as an imported one."""
-        self._begin_with(patch, None, saved=patch)
+        self._set_document(patch, None, saved=patch)
 
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the patch's file, asking for one if needed; call `then` once it is saved."""
@@ -281,7 +283,7 @@ class OpenPatch(QObject):
             if self._write(path) and then is not None:
                 then()
 
-        self._files.ask("Save the patch", FILTER, write, f"{self.name}.json")
+        self._file_chooser.ask("Save the patch", FILTER, write, f"{self.name}.json")
 
     def _write(self, path: Path) -> bool:
         before, folder = self.patch, path.absolute().parent
@@ -289,9 +291,9 @@ class OpenPatch(QObject):
             patch = before if folder == self.folder else with_files_kept(before, self._registry, self.folder, folder)
             patch.save(path)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return False
-        left = self.nodes.bring_along(patch, self.folder, folder)
+        left = self.nodes.copy_node_files(patch, self.folder, folder)
         self.patch = self._saved = patch
         self._set_path(path)
         self._settings.outside_files += self._unknown_files(patch, folder)  # the user's own choice
@@ -299,13 +301,13 @@ class OpenPatch(QObject):
             self.paths_changed.emit(patch)
         self._settings.remember_file(path)
         self._timer.start()
-        self.said.emit(f"Saved as {path}{left}")
+        self.notified.emit(f"Saved as {path}{left}")
         self.title_changed.emit()
         return True
 
     # --- questions ---
 
-    def when_safe(self, then: Callable[[], object]) -> None:
+    def ask_to_save(self, then: Callable[[], object]) -> None:
         """Call `then` at once if all is saved, else after the user has decided what to do."""
         if self.is_saved:
             then()
@@ -319,11 +321,11 @@ class OpenPatch(QObject):
         box.finished.connect(box.deleteLater)
         box.open()
 
-    def when_all_safe(self, then: Callable[[], object]) -> None:
+    def ask_to_save_all(self, then: Callable[[], object]) -> None:
         """The same for both slots, one after the other."""
         if self.is_saved and not self.is_all_saved:
             self.switch()
-        self.when_safe(then if self.is_all_saved or self.other is None else lambda: self.when_all_safe(then))
+        self.ask_to_save(then if self.is_all_saved or self.other is None else lambda: self.ask_to_save_all(then))
 
     def _unknown_files(self, patch: Patch, folder: Path) -> list[str]:
         """Return the files outside its folder that the patch reads, and that are not allowed yet."""
@@ -358,20 +360,20 @@ class OpenPatch(QObject):
 
     # --- copies ---
 
-    def keep(self) -> None:
+    def write_autosave(self) -> None:
         """Copy unsaved work, or remove the copy if all is saved, in a thread, because disks can be slow."""
         if self.is_all_saved:
-            self._writer.submit(self.autosave.forget)
+            self._writer.submit(self.autosave.remove)
         else:
-            other = Rescued(self.other.patch, self.other.path) if self.other is not None else None
-            self._writer.submit(self.autosave.keep, self.patch, self.path, other)
+            other = RecoveredWork(self.other.patch, self.other.path) if self.other is not None else None
+            self._writer.submit(self.autosave.write, self.patch, self.path, other)
 
     def close(self) -> None:
         """Close with the window. The copy is removed if the user was asked, and kept otherwise."""
         self._timer.stop()
-        if self.keeps_unsaved:
-            self.keep()
+        if self.keeps_autosave:
+            self.write_autosave()
         else:
-            self._writer.submit(self.autosave.forget)
+            self._writer.submit(self.autosave.remove)
         self._writer.shutdown()
         self.autosave.close()

@@ -34,9 +34,9 @@ class OwnNodes(QObject):
 
     changed = Signal()
     """The set of nodes has changed."""
-    agreed = Signal()
+    consent_given = Signal()
     """The user has agreed to a file: to be saved at once."""
-    said = Signal(str)
+    notified = Signal(str)
     """A line for the user."""
 
     def __init__(self, registry: Registry, settings: Settings, window: QWidget) -> None:
@@ -44,22 +44,22 @@ class OwnNodes(QObject):
         self._registry, self._settings, self._window = registry, settings, window
         self._refused: set[str] = set()
 
-    def ask(self, path: Path, then: Callable[[], bool]) -> bool:
+    def when_allowed(self, path: Path, then: Callable[[], bool]) -> bool:
         """Call `then`; first ask if there are files beside the patch `path` that have not been decided on.
 
         Returns the result of `then`; False if a question is asked first.
         """
         try:
-            files = self._unanswered(node_files(path.absolute().parent))
+            files = self._undecided_files(node_files(path.absolute().parent))
         except BadFile as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return False
         if not files:
             return then()
         self._ask(path.name, files, then)
         return False
 
-    def ask_for_patch(self, path: Path, then: Callable[[], object]) -> None:
+    def when_patch_allowed(self, path: Path, then: Callable[[], object]) -> None:
         """Call `then`, which plays or presents the patch in a file, once its files run or are refused."""
         folder = path.absolute().parent
         if not has_nodes(folder):
@@ -68,11 +68,11 @@ class OwnNodes(QObject):
         try:
             files = files_needed(Patch.unchecked(read_file(path), str(path)).types.values(), folder)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
-        self.ask_for(path.name, files, then)
+        self.when_files_allowed(path.name, files, then)
 
-    def ask_for(self, name: str, files: Sequence[NodeFile], then: Callable[[], object]) -> None:
+    def when_files_allowed(self, name: str, files: Sequence[NodeFile], then: Callable[[], object]) -> None:
         """Do the same for the files that something called `name` needs; files agreed to before are run.
 
         A patch that needs a file that does not run is then refused for that reason by its reader.
@@ -83,13 +83,13 @@ class OwnNodes(QObject):
             then()
 
         files = [file for file in files if not running_elsewhere(file)]  # it is in use by an open patch
-        fresh = self._unanswered(files)
+        fresh = self._undecided_files(files)
         if fresh:
             self._ask(name, fresh, go_on)
         else:
             go_on()
 
-    def _unanswered(self, files: Iterable[NodeFile]) -> list[NodeFile]:
+    def _undecided_files(self, files: Iterable[NodeFile]) -> list[NodeFile]:
         known = {*self._settings.run_code, *self._refused}
         return [file for file in files if file.sha256 not in known]
 
@@ -100,7 +100,7 @@ class OwnNodes(QObject):
             hashes = [file.sha256 for file in files]
             if box.buttonRole(box.clickedButton()) == QMessageBox.ButtonRole.AcceptRole:
                 self._settings.run_code += hashes
-                self.agreed.emit()
+                self.consent_given.emit()
             else:
                 self._refused.update(hashes)
             then()
@@ -117,17 +117,17 @@ class OwnNodes(QObject):
                 if file.sha256 in self._settings.run_code:
                     is_new |= run_file(file)
             except BadFile as error:
-                self.said.emit(str(error))
+                self.notified.emit(str(error))
         if is_new:
             self.changed.emit()
 
     def load(self, path: Path) -> Patch:
         """Load the patch in a file, once the nodes beside it are available or replaced by stand-ins."""
         text = read_file(path)
-        self.make_ready(Patch.unchecked(text, str(path)), path.absolute().parent)
+        self.register_nodes(Patch.unchecked(text, str(path)), path.absolute().parent)
         return Patch.loads(text, self._registry, str(path))
 
-    def make_ready(self, patch: Patch, folder: Path | None) -> None:
+    def register_nodes(self, patch: Patch, folder: Path | None) -> None:
         """Run the files beside a patch that were agreed to, and register stand-ins for the nodes of the others."""
         reasons: dict[str, str] = {}
         is_new = False
@@ -148,13 +148,13 @@ class OwnNodes(QObject):
         if is_new or missing:
             self.changed.emit()
 
-    def missing(self, patch: Patch) -> str:
+    def missing_text(self, patch: Patch) -> str:
         """Return a line on the nodes of a patch that are missing, and why; "" for none."""
         types = dict.fromkeys(patch.types.values())
         told = [f"{type} is missing: {why}" for type in types if (why := self._registry[type].missing)]
         return "; ".join(told)
 
-    def bring_along(self, patch: Patch, before: Path | None, after: Path) -> str:
+    def copy_node_files(self, patch: Patch, before: Path | None, after: Path) -> str:
         """Copy the files that a patch needs when it is saved in another folder; return a description of errors."""
         try:
             wrong = copy_needed(patch.types.values(), before, after)

@@ -9,7 +9,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import read_file, write_file
 from underfoot.network.plan import LISTEN_PORT, SEND_PORT, TUIO_PORT, loopback
 
-WAYS = {
+DEFAULT_ADDRESSES = {
     "tuio": loopback(TUIO_PORT),
     "tuio2": loopback(TUIO_PORT),
     "send": loopback(SEND_PORT),
@@ -35,8 +35,9 @@ class Settings(msgspec.Struct):
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are the
     calibrations' references on hardware. `projector_at` is the position of a tile's centre on the floor, in metres
     right of and above the screen's. `stars` are the files of starred presets. `network_addresses` are the chosen ones
-    of `WAYS`, and `network_on` the active ones, also of `plan.FLAGS`. `recordings` are files and folders of recordings
-    besides the folder recorded to. `outside_files` are files that the user allowed patches in other folders to read.
+    of `DEFAULT_ADDRESSES`, and `network_on` the active ones, also of `plan.FLAGS`. `recordings` are files and folders
+    of recordings besides the folder recorded to. `outside_files` are files that the user allowed patches in other
+    folders to read.
     `run_code` has the SHA-256 of each custom node's file that the user has agreed to run. `study_equipment` is the
     equipment of studies besides the floor, by the fields of `studies.equipment.EquipmentChoice`. `theme` is one of
     `THEMES`, `text_size` one of `TEXT_SIZES`, in percent; `splitters` are splitter positions by name, and `workspace`

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import UnderfootError
 from underfoot.patch import preset_files
-from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.target_selection import TargetSelection
 
@@ -17,24 +17,24 @@ FORCE_FILES = "Forces (*.csv *.underfoot *.uf *.c3d);;All files (*)"
 
 
 class TargetChooser:
-    """Asks in dialogs of `window`; passes errors to `complain`, and recordings to view to `open_recording`."""
+    """Asks in dialogs of `window`; passes errors to `notify`, and recordings to view to `open_recording`."""
 
     def __init__(
         self,
         window: QWidget,
         controller: SessionController,
         selection: TargetSelection,
-        files: FileQuestion,
-        complain: Callable[[str], object],
+        file_chooser: FileChooser,
+        notify: Callable[[str], object],
         open_recording: Callable[[Path], object],
     ) -> None:
         self._window, self._controller, self._selection = window, controller, selection
-        self._files, self._complain, self._open_recording = files, complain, open_recording
+        self._file_chooser, self._notify, self._open_recording = file_chooser, notify, open_recording
 
     def choose(self, key: str) -> None:
         """Handle a key of `session.targets.choices`."""
         kind, *what = key.split()
-        selection, ask = self._selection, self._files.ask
+        selection, ask = self._selection, self._file_chooser.ask
         if kind == "simulator":
             selection.set_floor(*map(int, what))
         elif kind == "simulation" and what:
@@ -57,7 +57,7 @@ class TargetChooser:
             try:
                 self._selection.use_transport(scheme, address)
             except UnderfootError as error:
-                self._complain(str(error))
+                self._notify(str(error))
 
         floor = self._controller.target.floor
         dialog = TransportDialog(TRANSPORTS[scheme], floor.title or f"{len(floor.tiles)} tiles", self._window)

@@ -22,11 +22,11 @@ class TargetSelection:
     def set_floor(self, rows: int, columns: int) -> None:
         """Use a simulated floor of this many tiles."""
         self._settings.rows, self._settings.columns = rows, columns
-        self._use("simulator", "", default_floor(rows, columns))
+        self._set_target("simulator", "", default_floor(rows, columns))
 
     def use_floor(self, path: Path) -> None:
         """Use a simulated floor as in a file; raise `BadFile` if it cannot be read."""
-        self._use("simulator", str(path), Floor.load(path))
+        self._set_target("simulator", str(path), Floor.load(path))
 
     def use_simulation(self, path: Path | None) -> None:
         """Simulate tiles with the parameters in this file, such as those of their sensors; None for ideal tiles.
@@ -42,14 +42,14 @@ class TargetSelection:
             self._settings.kind = "simulator"
             self._controller.set_target(make_target(self._settings, "simulator", "", target.floor))
         else:
-            self._use("simulator", "", default_floor(self._settings.rows, self._settings.columns))
+            self._set_target("simulator", "", default_floor(self._settings.rows, self._settings.columns))
 
     def use_forces(self, path: Path) -> None:
         """Play back the forces in a file: a CSV with its floor, a recording, or force plates in a C3D file.
 
         Raises `BadFile` if one cannot be read.
         """
-        self._use("replay", str(path), floor_of(path))
+        self._set_target("replay", str(path), floor_of(path))
 
     def use_transport(self, scheme: str, address: str) -> None:
         """Use hardware on a transport, with the layout of the present floor; `UnderfootError` if it cannot be opened.
@@ -72,6 +72,6 @@ class TargetSelection:
         changed = replace(target, sound=sound, rate=rate_hz, block=block, accelerometers=heard, round_trip_frames=0)
         self._controller.set_target(changed)
 
-    def _use(self, kind: str, source: str, floor: Floor) -> None:
+    def _set_target(self, kind: str, source: str, floor: Floor) -> None:
         self._settings.kind, self._settings.source = kind, source
         self._controller.set_target(make_target(self._settings, kind, source, floor))

@@ -10,7 +10,7 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.tile_parameters import simulation
 from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.session.targets import words_of
+from underfoot.widgets.session.targets import display_name
 
 
 def make_target(settings: Settings, kind: str, source: str, floor: Floor) -> Target:
@@ -48,19 +48,19 @@ def remembered_target(settings: Settings) -> Target:
     return make_target(settings, "simulator", "", floor)
 
 
-def target_in_words(target: Target) -> str:
+def target_text(target: Target) -> str:
     """Describe a target.
 
-    >>> target_in_words(Target(default_floor(2, 3)))
+    >>> target_text(Target(default_floor(2, 3)))
     'Simulated floor  2 × 3'
-    >>> target_in_words(Target(default_floor(2, 3), simulation="presets/plywood-tile.json"))
+    >>> target_text(Target(default_floor(2, 3), simulation="presets/plywood-tile.json"))
     'Plywood tile  2 × 3'
     """
     if target.kind == "replay":
         return f"Recorded forces  {Path(target.source).stem}"
     if target.kind in TRANSPORTS:
         return f"{TRANSPORTS[target.kind].label}  {target.source}"
-    what = words_of(Path(target.simulation)) if target.simulation else "Simulated floor"
+    what = display_name(Path(target.simulation)) if target.simulation else "Simulated floor"
     count = len(target.floor.tiles)
     for rows in range(1, 33):
         if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):

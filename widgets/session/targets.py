@@ -4,7 +4,7 @@ from pathlib import Path
 
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.patch import preset_files
-from underfoot.widgets.transport import Choices
+from underfoot.widgets.main_bar import Choices
 
 
 def choices() -> Choices:
@@ -16,7 +16,7 @@ def choices() -> Choices:
         (
             (
                 ("simulation ideal", "Ideal sensors"),
-                *((f"simulation {name}", words_of(Path(name))) for name in preset_files.simulations()),
+                *((f"simulation {name}", display_name(Path(name))) for name in preset_files.simulations()),
                 ("", ""),
                 ("simulation", "Open…"),
             ),
@@ -30,10 +30,10 @@ def choices() -> Choices:
     )
 
 
-def words_of(path: Path) -> str:
+def display_name(path: Path) -> str:
     """Return a file's name for display.
 
-    >>> words_of(Path("presets/plywood-tile.json"))
+    >>> display_name(Path("presets/plywood-tile.json"))
     'Plywood tile'
     """
     return path.stem.replace("-", " ").replace("_", " ").capitalize()

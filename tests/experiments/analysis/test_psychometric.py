@@ -45,8 +45,8 @@ def test_lapses_are_found_where_there_are_some():
 def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_trials():
     yes = np.array([20, 60, 140, 240, 260, 300, 380])
     by_draws = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=400)
-    at_once = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=0)
-    for one, other in zip(by_draws, at_once, strict=True):
+    ask_nothing = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=0)
+    for one, other in zip(by_draws, ask_nothing, strict=True):
         width = other.high - other.low
         assert one.value == other.value
         assert (one.low, one.high) == pytest.approx((other.low, other.high), abs=0.15 * width)

@@ -67,10 +67,10 @@ def test_any_split_gives_the_same_bits(block):
     coefficients, start = note(), 10**9
     shifted = np.array(events)
     shifted[::3] += start
-    at_once, in_blocks = envelopes.NOTE_STATE.zeros(), envelopes.NOTE_STATE.zeros()
-    whole = notes(shifted, coefficients, 8192, state=at_once, start=start)
+    ask_nothing, in_blocks = envelopes.NOTE_STATE.zeros(), envelopes.NOTE_STATE.zeros()
+    whole = notes(shifted, coefficients, 8192, state=ask_nothing, start=start)
     np.testing.assert_array_equal(notes(shifted, coefficients, 8192, block, in_blocks, start), whole)
-    np.testing.assert_array_equal(in_blocks.values, at_once.values)
+    np.testing.assert_array_equal(in_blocks.values, ask_nothing.values)
 
 
 @settings(max_examples=60)

@@ -42,7 +42,7 @@ def test_a_small_drag_is_a_small_change_and_zero_decibels_is_a_stop(qtbot, edito
     given = []
     editor.value_changed.connect(given.append)
     slider = editor.slider
-    zero = QPoint(round(5 + slider.place() * (slider.width() - 10)), slider.height() // 2)
+    zero = QPoint(round(5 + slider.position() * (slider.width() - 10)), slider.height() // 2)
     qtbot.mousePress(slider, Qt.MouseButton.LeftButton, pos=zero)
     qtbot.mouseMove(slider, zero + QPoint(7, 0))
     assert 1.0 < given[-1] < 10.0 ** (12.0 / 20.0)
@@ -74,16 +74,16 @@ def test_a_mix_s_level_is_a_size_in_decibels_and_a_button_for_its_sign(qtbot):
     show(qtbot, editor)
     given = []
     editor.value_changed.connect(given.append)
-    qtbot.mouseClick(editor.inverts, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(editor.inverted, Qt.MouseButton.LeftButton)
     assert (given[-1], editor.field.text()) == (-1.0, "0 dB ø")
     qtbot.mouseClick(editor.slider, Qt.MouseButton.LeftButton, pos=QPoint(editor.slider.width() // 2, 5))
     assert -1.0 < given[-1] < 0.0, "a drag changes the size and keeps the sign"
     typed(qtbot, editor, "x2")
     assert given[-1] == 2.0
-    assert not editor.inverts.isChecked()
+    assert not editor.inverted.isChecked()
     typed(qtbot, editor, "-6.0206 dB ø")
     assert given[-1] == pytest.approx(-0.5, rel=1e-4)
-    assert editor.inverts.isChecked()
+    assert editor.inverted.isChecked()
 
 
 def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():

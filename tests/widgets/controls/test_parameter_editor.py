@@ -59,9 +59,9 @@ def test_a_list_of_numbers_is_typed(qtbot):
     editor = editor_for(Numbers((1.0,), 0.0, 1.0, most=3))
     qtbot.addWidget(editor)
     editor.field.setText("0.5 0.25; 1")
-    editor.field.given.emit(editor.field.text())
+    editor.field.committed.emit(editor.field.text())
     assert editor.value() == (0.5, 0.25, 1.0)
-    editor.field.given.emit("1 2 3")
+    editor.field.committed.emit("1 2 3")
     assert editor.value() == (0.5, 0.25, 1.0)
     assert "allowed" in editor.field.toolTip()
 
@@ -69,8 +69,8 @@ def test_a_list_of_numbers_is_typed(qtbot):
 def test_rows_are_added_changed_and_taken_away(qtbot):
     editor = editor_for(Rows(((1.0, 2.0),), (("x", 0.0, 10.0), ("y", 0.0, 5.0)), most=2))
     qtbot.addWidget(editor)
-    editor.adding.click()
-    editor.adding.click()
+    editor.add_button.click()
+    editor.add_button.click()
     assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
     editor.table.setItem(1, 0, QTableWidgetItem("7"))
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
@@ -78,7 +78,7 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
     assert editor.table.item(1, 0).text() == "7"
     editor.table.setCurrentCell(0, 0)
-    editor.removing.click()
+    editor.remove_button.click()
     assert editor.value() == ((7.0, 2.0),)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from underfoot.widgets.design.analysis import Scale, shown_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.analysis import Scale, quantised_levels, spectrogram_db, spectrum_db
 
 
 @pytest.mark.parametrize("hz", [45.0, 250.0, 990.0, 1800.0])
@@ -27,7 +27,7 @@ def test_what_is_above_the_picture_does_not_fold_into_it():
 
 
 def test_levels_become_colours_between_the_ends_of_the_range():
-    shown = shown_levels(np.array([-100.0, -60.0, -30.0, 0.0, 20.0], np.float32), 0.0, 60.0)
+    shown = quantised_levels(np.array([-100.0, -60.0, -30.0, 0.0, 20.0], np.float32), 0.0, 60.0)
     assert shown.tolist() == [0, 0, 127, 255, 255]
 
 

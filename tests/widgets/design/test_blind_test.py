@@ -17,7 +17,7 @@ def window(qtbot, tmp_path, monkeypatch):
 
 
 def begun(window):
-    design(window).listen_bar.blind.click()
+    design(window).listen_bar.blind_button.click()
     return window.findChild(BlindTest)
 
 
@@ -32,7 +32,7 @@ def test_escape_leaves_the_first_page_and_enter_begins(window, qtbot):
     press(begun(window), Qt.Key.Key_Escape)
     qtbot.waitUntil(lambda: window.findChild(BlindTest) is None)
     assert not panics
-    window.listening.match(False)
+    window.listening.match_levels(False)
     test = begun(window)
     press(test, Qt.Key.Key_Return)
     assert test.comparison is not None

@@ -42,7 +42,7 @@ def test_a_key_opens_the_search_and_escape_leaves_it(workspace):
 
 
 def test_enter_in_the_palette_adds_the_best_match(workspace):
-    palette = workspace.palette_panel
+    palette = workspace.node_palette
     palette.field.setFocus()
     QTest.keyClicks(palette.field, "hum")
     assert palette.list.types() == ["hum"]
@@ -95,7 +95,7 @@ def test_a_wire_that_cannot_be_is_refused_with_the_reason(workspace, qtbot, sour
     with qtbot.waitSignal(workspace.refused):
         drag(workspace, port(workspace, source[0], "out", source[1]), port(workspace, target[0], "in", target[1]))
     assert workspace.patch() == before
-    assert all(word in workspace.canvas.said for word in words), workspace.canvas.said
+    assert all(word in workspace.canvas.message for word in words), workspace.canvas.message
 
 
 def test_a_wire_that_would_close_a_circle_is_refused(workspace):
@@ -103,15 +103,15 @@ def test_a_wire_that_would_close_a_circle_is_refused(workspace):
     workspace.set_patch(patch.connect("through.out", "through1.signal", REGISTRY))
     drag(workspace, port(workspace, "through1", "out", "out"), port(workspace, "through", "in", "signal"))
     assert len(workspace.patch().wires) == 1
-    assert "cycle" in workspace.canvas.said
+    assert "cycle" in workspace.canvas.message
 
 
 def test_a_wire_drives_a_parameter_that_shows_itself_under_the_drag(workspace):
     shaker = workspace.canvas.patch_scene.nodes["shaker"]
-    assert shaker.shape_now.port("in", "level") is None
+    assert shaker.geometry.port("in", "level") is None
     start = port(workspace, "hum", "out", "out")
     drag(workspace, start, middle(workspace, "shaker"), release=False)
-    assert shaker.shape_now.port("in", "level") is not None
+    assert shaker.geometry.port("in", "level") is not None
     end = port(workspace, "shaker", "in", "level")
     send(workspace.canvas.viewport(), QEvent.Type.MouseMove, end, LEFT)
     send(workspace.canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
@@ -239,7 +239,7 @@ def test_text_that_is_no_patch_is_not_pasted(workspace):
     QApplication.clipboard().setText("dear diary")
     QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert workspace.patch() == before
-    assert "the clipboard is not JSON" in workspace.canvas.said
+    assert "the clipboard is not JSON" in workspace.canvas.message
 
 
 @pytest.mark.parametrize("side", ["left", "right", "top", "bottom", "across", "down"])
@@ -247,7 +247,7 @@ def test_aligning_brings_edges_into_line(workspace, side):
     canvas = workspace.canvas
     canvas.select_all()
     canvas.align(side)
-    rects = [item.shape_now.rect.translated(item.pos()) for item in canvas.patch_scene.nodes.values()]
+    rects = [item.geometry.rect.translated(item.pos()) for item in canvas.patch_scene.nodes.values()]
     if side in ("left", "right", "top", "bottom"):
         edges = [getattr(rect, side)() for rect in rects]
         assert max(edges) - min(edges) < 8

@@ -87,11 +87,11 @@ def test_every_control_of_a_node_can_be_reached_and_reset(workspace):
     editors["sharing"].box.setFocus()
     QTest.keyClick(editors["sharing"].box, Qt.Key.Key_Down)
     assert workspace.patch().node("hum").parameters["sharing"] == "local"
-    editors["chains"].back.click()
-    editors["sharing"].back.click()
+    editors["chains"].reset_button.click()
+    editors["sharing"].reset_button.click()
     assert editors["chains"].value() == 2000
     assert workspace.patch().node("hum").parameters == {"chains": 2000, "sharing": "global"}
-    assert editors["chains"].back.isHidden()
+    assert editors["chains"].reset_button.isHidden()
 
 
 def test_tiles_are_chosen_by_buttons(workspace):
@@ -148,43 +148,43 @@ def test_set_patch_does_not_say_that_it_was_edited(workspace, qtbot):
 
 
 def test_previews_are_asked_for_and_shown(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
     assert wanted.args == ["hum", "t1", False]
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
     workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.full_text
-    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_requested) as wanted:
         workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
     assert wanted.args == ["hum", "t1", False]
 
 
 def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_wanted):
+    with qtbot.waitSignal(workspace.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
     workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
-    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_requested) as wanted:
         QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
     assert wanted.args == ["hum", "t2", False]
     assert workspace.preview.pad.tile.id == "t2"
-    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
         workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     assert {*wanted.args[0], "hum"} == {node.id for node in workspace.patch().nodes}
 
 
 def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_again(workspace, qtbot):
     others = {node.id for node in workspace.patch().nodes} - {"hum"}
-    with qtbot.waitSignal(workspace.preview_wanted):
+    with qtbot.waitSignal(workspace.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
         workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     assert set(wanted.args[0]) == others
     workspace.inspector.edited.emit("step", "threshold", 60.0, "")
     reached = []
-    workspace.small_plots.reach_changed.connect(lambda reach: reached.append(dict(reach)))
+    workspace.small_plots.signal_ranges_changed.connect(lambda reach: reached.append(dict(reach)))
     outlines = Outlines(1, {"push.force": np.array([-2.0, 3.0])}, {"step.onset": np.array([[0.5, 1.0]])})
-    with qtbot.waitSignal(workspace.small_plots.wanted) as wanted:
+    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
         workspace.show_outlines(outlines)
     assert reached[-1]["push.force"] == (-2.0, 3.0)
     assert wanted.args[0] == ["step"]
@@ -192,21 +192,21 @@ def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_ag
 
 def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
     QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
-    with qtbot.waitSignal(workspace.preview_wanted):
+    with qtbot.waitSignal(workspace.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_requested) as wanted:
         workspace.set_floor(default_floor(1, 1).tiles)
     assert wanted.args == ["hum", "t1", False]
 
 
 def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_wanted) as wanted:
+    with qtbot.waitSignal(workspace.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
     assert wanted.args[2] is False
     assert not workspace.preview.laws.isVisible()
     workspace.preview.expect("hum", nodes.REGISTRY["stick-slip"])
     assert workspace.preview.laws.isVisible()
-    with qtbot.waitSignal(workspace.preview.laws_wanted):
+    with qtbot.waitSignal(workspace.preview.laws_requested):
         QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
     assert workspace.preview.wants_laws
     drawing = Drawing("How long", "duration, ms", "density", (Series("exact", np.arange(3.0), np.arange(3.0)),))
@@ -221,7 +221,7 @@ def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot
 
 def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
     workspace.canvas.patch_scene.select(["step"])
-    with qtbot.waitSignal(workspace.preview_wanted):
+    with qtbot.waitSignal(workspace.preview_requested):
         pass
     events = np.array([[480.0, 1.0, 0.0], [960.0, 0.5, 0.0]])
     workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
@@ -230,7 +230,7 @@ def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
 
 def test_a_preview_that_failed_says_why(workspace, qtbot):
     workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.preview_wanted):
+    with qtbot.waitSignal(workspace.preview_requested):
         pass
     workspace.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
     assert workspace.preview.note.full_text == "no such file"
@@ -248,7 +248,7 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     }
     workspace.show_fault(Fault("hum", "t1", 0))
     assert scene.nodes["hum"].state == "fault"
-    assert "not finite" in workspace.canvas.said
+    assert "not finite" in workspace.canvas.message
 
 
 def test_a_click_on_the_tile_strikes_and_a_drag_presses(workspace, qtbot):
@@ -328,10 +328,10 @@ def test_undo_says_what_it_takes_back(workspace, qtbot):
     assert workspace.undo_action.text() == "Undo: move 3 nodes"
     assert workspace.redo_action.text() == "Redo"
     assert not workspace.redo_action.isEnabled()
-    with qtbot.waitSignal(workspace.said) as said:
+    with qtbot.waitSignal(workspace.notified) as said:
         QTest.keyClick(workspace.canvas, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert said.args == ["Undone: move 3 nodes"]
     assert workspace.redo_action.text() == "Redo: move 3 nodes"
-    with qtbot.waitSignal(workspace.said) as said:
+    with qtbot.waitSignal(workspace.notified) as said:
         workspace.redo_action.trigger()
     assert said.args == ["Redone: move 3 nodes"]

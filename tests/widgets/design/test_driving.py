@@ -13,12 +13,12 @@ from underfoot.engine.reports import Preview
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
-from underfoot.widgets.design.driving import DRIVERS, driven_with, swing
+from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
 from underfoot.widgets.design.workspace import DesignWorkspace
 
 
 @pytest.fixture
-def desk(qtbot):
+def workspace(qtbot):
     """A tone through a low-pass to the tile, with the filter selected."""
     made = DesignWorkspace(REGISTRY)
     qtbot.addWidget(made)
@@ -52,14 +52,14 @@ def click(qtbot, menu, *words):
 
 
 @pytest.mark.parametrize("type", DRIVERS)
-def test_each_driver_stands_beside_and_moves_by_a_tenth_in_one_step_of_undo(qtbot, desk, type):
-    before = desk.patch()
-    editor = desk.inspector.editors["cutoff"]
+def test_each_driver_stands_beside_and_moves_by_a_tenth_in_one_step_of_undo(qtbot, workspace, type):
+    before = workspace.patch()
+    editor = workspace.inspector.editors["cutoff"]
     click(qtbot, ask(editor.field, editor.field.rect().center()), REGISTRY[type].label)
-    after = desk.patch()
+    after = workspace.patch()
     driver = next(node for node in after.nodes if node.type == type)
     assert (f"{driver.id}.out", "low-pass.cutoff") in after.wires
-    assert desk.document.stack.count() == 1
+    assert workspace.document.stack.count() == 1
     program = Program(after, REGISTRY, ("t1",), scopes=(f"{driver.id}.out",))
     out = []
     for at in range(0, 96_000, 960):
@@ -75,18 +75,18 @@ def test_each_driver_stands_beside_and_moves_by_a_tenth_in_one_step_of_undo(qtbo
         assert heard.max() <= 330.0 + 1e-9
     if type not in ("random-walk", "value"):
         assert heard.max() - heard.min() == pytest.approx(60.0, abs=0.5)
-    desk.undo_action.trigger()
-    assert desk.patch() == before
+    workspace.undo_action.trigger()
+    assert workspace.patch() == before
 
 
 def test_new_drivers_never_lie_on_other_nodes():
     patch = Patch().add("low-pass", REGISTRY, (240, 0)).add("tone", REGISTRY, (0, 0))
     for name, type in (("cutoff", "lfo"), ("q", "stance-curve")):
-        patch = driven_with(patch, REGISTRY, "low-pass", name, type)
+        patch = with_driver(patch, REGISTRY, "low-pass", name, type)
     places = [node.at for node in patch.nodes]
     for i, a in enumerate(places):
         assert all(abs(a[0] - b[0]) >= 176 or abs(a[1] - b[1]) >= 160 for b in places[:i])
-    again = driven_with(patch, REGISTRY, "tone", "amplitude", "stance-curve")
+    again = with_driver(patch, REGISTRY, "tone", "amplitude", "stance-curve")
     assert sum(node.type == "tile-force" for node in again.nodes) == 1
 
 
@@ -96,38 +96,38 @@ def test_new_drivers_never_lie_on_other_nodes():
 def test_a_swing_lies_in_the_range_and_is_none_of_its_ends_alone(type):
     for parameter in REGISTRY[type].parameters.values():
         if parameter.kind == "number":
-            low, high = swing(parameter, parameter.default)
+            low, high = driver_range(parameter, parameter.default)
             assert parameter.low <= low < high <= parameter.high
 
 
-def test_a_port_is_shown_on_asking_and_hidden_again(qtbot, desk):
-    item = desk.canvas.patch_scene.nodes["low-pass"]
-    canvas = desk.canvas
-    place = canvas.mapFromScene(item.mapToScene(item.shape_now.plot.center()))
+def test_a_port_is_shown_on_asking_and_hidden_again(qtbot, workspace):
+    item = workspace.canvas.patch_scene.nodes["low-pass"]
+    canvas = workspace.canvas
+    place = canvas.mapFromScene(item.mapToScene(item.geometry.plot.center()))
     click(qtbot, ask(canvas.viewport(), place), "Drive", "Q", "A wire: show its port")
-    assert [port.name for port in item.shape_now.ports if port.side == "in"] == ["signal", "q"]
+    assert [port.name for port in item.geometry.ports if port.side == "in"] == ["signal", "q"]
     canvas.patch_scene.select([])
-    assert item.shape_now.port("in", "q") is not None
+    assert item.geometry.port("in", "q") is not None
     at = canvas.mapFromScene(item.port_place("in", "q"))
     click(qtbot, ask(canvas.viewport(), at), "Drive q with", "Hide its port")
-    assert item.shape_now.port("in", "q") is None
-    assert desk.document.stack.count() == 0
+    assert item.geometry.port("in", "q") is None
+    assert workspace.document.stack.count() == 0
 
 
-def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, desk):
-    editor = desk.inspector.editors["cutoff"]
+def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, workspace):
+    editor = workspace.inspector.editors["cutoff"]
     click(qtbot, ask(editor.slider, editor.slider.rect().center()), "LFO")
     curve = np.linspace(270.0, 330.0, 480)
-    desk.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
+    workspace.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
     assert editor.driver.full_text() == "LFO: 270 to 330 Hz"
     send(editor.driver, QEvent.Type.MouseButtonPress, QPoint(20, 8), Qt.MouseButton.LeftButton)
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
-    assert not any(target == "low-pass.cutoff" for _, target in desk.patch().wires)
+    assert not any(target == "low-pass.cutoff" for _, target in workspace.patch().wires)
     assert "300 Hz" in editor.field.text()
 
 
-def test_the_menu_says_what_it_is_about(desk):
-    editor = desk.inspector.editors["cutoff"]
+def test_the_menu_says_what_it_is_about(workspace):
+    editor = workspace.inspector.editors["cutoff"]
     menu = ask(editor.field, editor.field.rect().center())
     heading = menu.actions()[0]
     assert heading.text() == "Drive cutoff with"

@@ -21,7 +21,7 @@ def design(qtbot):
     made.resize(1280, 748)
     show(qtbot, made)
     made.set_patch(Patch().add("impact"))
-    with qtbot.waitSignal(made.preview_wanted):
+    with qtbot.waitSignal(made.preview_requested):
         made.canvas.patch_scene.select(["impact"])
     return made
 
@@ -37,16 +37,16 @@ def point(told, left):
 
 def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_another(design, qtbot):
     view = design.inspector.errors
-    with qtbot.waitSignal(design.errors_wanted) as wanted:
+    with qtbot.waitSignal(design.errors_requested) as wanted:
         design.show_preview(preview())
     assert wanted.args == ["impact"]
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 3))
-    assert view.told.text() == "asked 0.001, found 0.0001; measuring, 3 to come"
+    assert view.summary.text() == "asked 0.001, found 0.0001; measuring, 3 to come"
     assert view.wants_curve
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 0))
     assert len(view.plot.drawing.series) == 1
     assert not view.wants_curve, "all is known"
-    with qtbot.waitSignal(design.preview_wanted):
+    with qtbot.waitSignal(design.preview_requested):
         QTest.keyClick(design.inspector.editors["error"].slider, Qt.Key.Key_Right)
     assert view.wants_curve
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 0))
@@ -55,12 +55,12 @@ def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_anot
 
 def test_closed_it_measures_nothing_and_what_runs_is_stopped_by_the_next_request(design, qtbot):
     view = design.inspector.errors
-    with qtbot.waitSignal(design.errors_wanted):
+    with qtbot.waitSignal(design.errors_requested):
         design.show_preview(preview())
-    with qtbot.waitSignal(design.preview_wanted):  # anything that is asked for stops it
-        qtbot.mouseClick(view.opener, Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(design.preview_requested):  # anything that is asked for stops it
+        qtbot.mouseClick(view.toggle_button, Qt.MouseButton.LeftButton)
     assert view.plot.isHidden()
-    with qtbot.assertNotEmitted(design.errors_wanted, wait=300):
+    with qtbot.assertNotEmitted(design.errors_requested, wait=300):
         design.show_preview(preview())
 
 
@@ -75,5 +75,5 @@ def test_the_patch_has_one_factor_for_all_errors(design, qtbot):
     editor = design.inspector.editors["error_scale"]
     QTest.keyClick(editor.slider, Qt.Key.Key_PageUp)
     assert design.patch().error_scale == pytest.approx(10.0**0.4, rel=1e-2)
-    qtbot.mouseClick(editor.back, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(editor.reset_button, Qt.MouseButton.LeftButton)
     assert design.patch().error_scale == 1.0

@@ -19,9 +19,9 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     assert design.canvas.rect().contains(steps.geometry())
     window.controller.stop()
     qtbot.keyClick(window, Qt.Key.Key_Space)
-    assert steps.missing == ["press", "turn"]
+    assert steps.remaining == ["press", "turn"]
     qtbot.mouseClick(design.preview.pad, Qt.MouseButton.LeftButton)
-    assert steps.missing == ["turn"]
+    assert steps.remaining == ["turn"]
     noise = next(node.id for node in design.patch().nodes if node.type == "noise")
     design.canvas.patch_scene.select([noise])
     slider = next(editor.slider for editor in design.inspector.editors.values() if hasattr(editor, "slider"))
@@ -29,7 +29,7 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     qtbot.mousePress(slider, Qt.MouseButton.LeftButton, pos=middle)
     qtbot.mouseMove(slider, middle + QPoint(20, 0))
     qtbot.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=middle + QPoint(20, 0))
-    assert steps.missing == []
+    assert steps.remaining == []
     qtbot.mouseClick(steps.close_button, Qt.MouseButton.LeftButton)
     assert not steps.isVisible()
     assert window.settings.first_steps_done

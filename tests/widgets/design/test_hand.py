@@ -46,7 +46,7 @@ def choose(workspace, words):
 def test_a_node_dragged_onto_a_wire_lights_it_up_and_goes_into_it(line):
     start, wire = middle(line, "through"), line.canvas.patch_scene.wires[WIRE]
     drag(line, start, in_the_middle(line, WIRE), release=False)
-    assert wire.offered
+    assert wire.is_highlighted
     send(line.canvas.viewport(), QEvent.Type.MouseButtonRelease, in_the_middle(line, WIRE), LEFT)
     assert set(line.patch().wires) == THROUGH
     assert line.document.stack.undoText() == "Insert Through"
@@ -59,7 +59,7 @@ def test_a_node_dragged_onto_a_wire_lights_it_up_and_goes_into_it(line):
 def test_a_node_that_does_not_fit_lights_nothing_up(line):
     line.document.edit(line.patch().add("beat", REGISTRY, (0.0, 400.0)), "Add")
     drag(line, middle(line, "beat"), in_the_middle(line, WIRE), release=False)
-    assert not line.canvas.patch_scene.wires[WIRE].offered
+    assert not line.canvas.patch_scene.wires[WIRE].is_highlighted
     send(line.canvas.viewport(), QEvent.Type.MouseButtonRelease, in_the_middle(line, WIRE), LEFT)
     assert line.patch().wires == (WIRE,)
 
@@ -71,7 +71,7 @@ def test_a_node_dropped_from_the_palette_on_a_wire_goes_into_it(line):
     place = QPointF(in_the_middle(line, WIRE))
     copy = Qt.DropAction.CopyAction
     line.canvas.dragMoveEvent(QDragMoveEvent(place.toPoint(), copy, data, LEFT, NONE))
-    assert line.canvas.patch_scene.wires[WIRE].offered
+    assert line.canvas.patch_scene.wires[WIRE].is_highlighted
     line.canvas.dropEvent(QDropEvent(place, copy, data, LEFT, NONE))
     assert set(line.patch().wires) == THROUGH
 
@@ -167,7 +167,7 @@ def test_a_wire_that_fits_no_port_of_the_new_node_goes_and_is_told(line):
     QTest.keyClick(line.canvas, Qt.Key.Key_R)
     choose(line, "beat")
     assert line.patch().wires == ()
-    assert "1 wire did not fit Beat" in line.canvas.said
+    assert "1 wire did not fit Beat" in line.canvas.message
 
 
 # --- room ---
@@ -176,7 +176,7 @@ def test_a_wire_that_fits_no_port_of_the_new_node_goes_and_is_told(line):
 def test_no_new_node_lies_on_another(workspace):
     canvas = workspace.canvas
     for _ in range(6):
-        workspace.palette_panel.chosen.emit("hum")
+        workspace.node_palette.chosen.emit("hum")
     for _ in range(3):
         QTest.keyClick(canvas, Qt.Key.Key_D, CONTROL)
     canvas.select_all()

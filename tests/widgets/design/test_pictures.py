@@ -23,21 +23,21 @@ def selected(qtbot):
     """`selected(type)`: the workspace with one node of this type, selected."""
 
     def made(type, **values):
-        desk = DesignWorkspace(REGISTRY)
-        qtbot.addWidget(desk)
-        desk.resize(1280, 800)
-        show(qtbot, desk)
-        desk.set_patch(Patch().add(type, REGISTRY, **values))
-        desk.canvas.patch_scene.select([type])
-        desk.inspector.widget().adjustSize()
-        return desk
+        workspace = DesignWorkspace(REGISTRY)
+        qtbot.addWidget(workspace)
+        workspace.resize(1280, 800)
+        show(qtbot, workspace)
+        workspace.set_patch(Patch().add(type, REGISTRY, **values))
+        workspace.canvas.patch_scene.select([type])
+        workspace.inspector.widget().adjustSize()
+        return workspace
 
     return made
 
 
-def now(desk, name):
+def now(workspace, name):
     """A parameter's value in the patch."""
-    node = desk.patch().nodes[0]
+    node = workspace.patch().nodes[0]
     return REGISTRY[node.type].values(node.parameters)[name]
 
 
@@ -59,72 +59,72 @@ def wheel(pad, place, notches):
 
 
 def test_a_partial_is_dragged_in_frequency_and_gain_in_one_step_of_undo(selected):
-    desk = selected("modal-bank")
-    pad = desk.inspector.editors["modes"].spectrum
+    workspace = selected("modal-bank")
+    pad = workspace.inspector.editors["modes"].spectrum
     drag(pad, pad.handles()[0], pad.place(1000.0, -20.0))
-    modes = now(desk, "modes")
+    modes = now(workspace, "modes")
     assert modes[0][0] == pytest.approx(1000.0, rel=0.03)
     assert modes[0][2] == pytest.approx(0.1, rel=0.15)
     assert modes[0][1] == 90.0
     assert modes[1:] == REGISTRY["modal-bank"].parameters["modes"].default[1:]
-    assert desk.document.stack.count() == 1
-    assert desk.inspector.editors["modes"].table.item(0, 0).text() == f"{modes[0][0]:.6g}"
-    desk.undo_action.trigger()
-    assert now(desk, "modes")[0] == (180.0, 90.0, 1.0)
+    assert workspace.document.stack.count() == 1
+    assert workspace.inspector.editors["modes"].table.item(0, 0).text() == f"{modes[0][0]:.6g}"
+    workspace.undo_action.trigger()
+    assert now(workspace, "modes")[0] == (180.0, 90.0, 1.0)
     assert pad.modes()[0] == (180.0, 90.0, 1.0)
 
 
 def test_an_object_that_is_hit_is_louder_by_its_shape(selected):
-    desk = selected("impact")
-    pad = desk.inspector.editors["modes"].spectrum
+    workspace = selected("impact")
+    pad = workspace.inspector.editors["modes"].spectrum
     drag(pad, pad.handles()[0], pad.place(92.0, 12.0))
-    frequency, decay, mass, shape = now(desk, "modes")[0]
+    frequency, decay, mass, shape = now(workspace, "modes")[0]
     assert (decay, mass) == (22.0, 0.9)
     assert frequency == pytest.approx(92.0, rel=0.03)
     assert 20.0 * np.log10(shape**2 / mass) == pytest.approx(12.0, abs=0.5)
 
 
 def test_wheel_double_click_right_click_and_delete_on_partials(selected):
-    desk = selected("modal-bank")
-    pad = desk.inspector.editors["modes"].spectrum
+    workspace = selected("modal-bank")
+    pad = workspace.inspector.editors["modes"].spectrum
     place = pad.handles()[1].toPoint()
     wheel(pad, place, 2)
-    assert desk.document.stack.count() == 0  # nobody had chosen it
+    assert workspace.document.stack.count() == 0  # nobody had chosen it
     pad.setFocus()
     QTest.mouseClick(pad, LEFT, NONE, place)
     wheel(pad, place, 1)
     wheel(pad, place, 1)
-    assert now(desk, "modes")[1][1] == pytest.approx(140.0 * 1.21, rel=1e-3)
-    assert desk.document.stack.count() == 1
+    assert now(workspace, "modes")[1][1] == pytest.approx(140.0 * 1.21, rel=1e-3)
+    assert workspace.document.stack.count() == 1
     QTest.mouseDClick(pad, LEFT, NONE, pad.place(2000.0, 0.0).toPoint())
-    assert len(now(desk, "modes")) == 5
-    assert now(desk, "modes")[4][0] == pytest.approx(2000.0, rel=0.03)
+    assert len(now(workspace, "modes")) == 5
+    assert now(workspace, "modes")[4][0] == pytest.approx(2000.0, rel=0.03)
     QTest.keyClick(pad, KEY.Key_Delete)
-    assert len(now(desk, "modes")) == 4
+    assert len(now(workspace, "modes")) == 4
     QTest.mouseClick(pad, Qt.MouseButton.RightButton, NONE, pad.handles()[0].toPoint())
-    assert [mode[0] for mode in now(desk, "modes")] == [310.0, 470.0, 690.0]
-    assert desk.document.stack.count() == 4
+    assert [mode[0] for mode in now(workspace, "modes")] == [310.0, 470.0, 690.0]
+    assert workspace.document.stack.count() == 4
 
 
 def test_partials_by_keys_alone(selected):
-    desk = selected("modal-bank")
-    pad = desk.inspector.editors["modes"].spectrum
+    workspace = selected("modal-bank")
+    pad = workspace.inspector.editors["modes"].spectrum
     pad.setFocus()
     for key, modifier in ((KEY.Key_N, NONE), (KEY.Key_Right, NONE), (KEY.Key_Up, SHIFT), (KEY.Key_PageUp, NONE)):
         QTest.keyClick(pad, key, modifier)
-    frequency, decay, amplitude = now(desk, "modes")[0]
+    frequency, decay, amplitude = now(workspace, "modes")[0]
     assert frequency == pytest.approx(180.0 * 2 ** (1 / 12), rel=1e-4)
     assert decay == pytest.approx(99.0)
     assert 20.0 * np.log10(amplitude) == pytest.approx(0.1, abs=0.01)
     QTest.keyClick(pad, KEY.Key_Return)
-    assert len(now(desk, "modes")) == 5
+    assert len(now(workspace, "modes")) == 5
     QTest.keyClick(pad, KEY.Key_Backspace)
-    assert len(now(desk, "modes")) == 4
+    assert len(now(workspace, "modes")) == 4
 
 
 def test_harmonics_are_drawn_over_in_one_drag_and_typed_below(selected):
-    desk = selected("tone", harmonics=[1.0, 1.0, 1.0, 1.0])
-    editor = desk.inspector.editors["harmonics"]
+    workspace = selected("tone", harmonics=[1.0, 1.0, 1.0, 1.0])
+    editor = workspace.inspector.editors["harmonics"]
     area = editor.bars.area()
     y = 0.5 * (area.bottom() + editor.bars.handles()[0].y())
     start, end = (QPointF(area.x() + share * area.width(), y) for share in (0.1, 0.9))
@@ -132,75 +132,75 @@ def test_harmonics_are_drawn_over_in_one_drag_and_typed_below(selected):
     for share in np.linspace(0.0, 1.0, 9):
         send(editor.bars, QEvent.Type.MouseMove, (start + share * (end - start)).toPoint(), LEFT)
     send(editor.bars, QEvent.Type.MouseButtonRelease, end.toPoint(), LEFT)
-    assert now(desk, "harmonics") == pytest.approx([0.5] * 4, abs=0.02)
-    assert desk.document.stack.count() == 1
+    assert now(workspace, "harmonics") == pytest.approx([0.5] * 4, abs=0.02)
+    assert workspace.document.stack.count() == 1
     editor.bars.setFocus()
     for key in (KEY.Key_P, KEY.Key_Up, KEY.Key_Return, KEY.Key_Return, KEY.Key_Delete):
         QTest.keyClick(editor.bars, key)
-    assert len(now(desk, "harmonics")) == 5
+    assert len(now(workspace, "harmonics")) == 5
     editor.field.setFocus()
     editor.field.selectAll()
     QTest.keyClicks(editor.field, "1 -0.5")
     QTest.keyClick(editor.field, KEY.Key_Return)
-    assert now(desk, "harmonics") == (1.0, -0.5)
+    assert now(workspace, "harmonics") == (1.0, -0.5)
     assert editor.bars.values() == [1.0, -0.5]
     editor.field.selectAll()
     QTest.keyClicks(editor.field, "0,5; -0,25")
     QTest.keyClick(editor.field, KEY.Key_Return)
-    assert now(desk, "harmonics") == (0.5, -0.25)
+    assert now(workspace, "harmonics") == (0.5, -0.25)
 
 
 def test_a_point_of_a_curve_is_dragged_between_its_neighbours(selected):
-    desk = selected("stance-curve")
-    pad = desk.inspector.editors["curve"].curve
+    workspace = selected("stance-curve")
+    pad = workspace.inspector.editors["curve"].curve
     drag(pad, pad.handles()[1], pad.place((80.0, 0.5)))
-    assert now(desk, "curve")[1] == pytest.approx((80.0, 0.5), abs=1.0)
-    assert desk.document.stack.count() == 1
+    assert now(workspace, "curve")[1] == pytest.approx((80.0, 0.5), abs=1.0)
+    assert workspace.document.stack.count() == 1
     drag(pad, pad.handles()[0], pad.place((90.0, 0.3)))
-    assert now(desk, "curve")[0][0] == now(desk, "curve")[1][0]
+    assert now(workspace, "curve")[0][0] == now(workspace, "curve")[1][0]
     QTest.mouseDClick(pad, LEFT, NONE, pad.place((20.0, 0.9)).toPoint())
-    assert len(now(desk, "curve")) == 4
-    assert desk.document.stack.count() == 3
+    assert len(now(workspace, "curve")) == 4
+    assert workspace.document.stack.count() == 3
 
 
 def test_an_envelope_by_its_handles(selected):
-    desk = selected("attack-decay")
-    pad = desk.inspector.picture
+    workspace = selected("attack-decay")
+    pad = workspace.inspector.picture
     drag(pad, pad.handles()[0], pad.place(0.05, 0.8))
-    assert now(desk, "attack") == pytest.approx(0.05, rel=0.05)
-    assert now(desk, "amplitude") == pytest.approx(0.8, abs=0.03)
-    assert desk.document.stack.count() == 1
+    assert now(workspace, "attack") == pytest.approx(0.05, rel=0.05)
+    assert now(workspace, "amplitude") == pytest.approx(0.8, abs=0.03)
+    assert workspace.document.stack.count() == 1
     drag(pad, pad.handles()[1], pad.place(0.1, 0.8))
-    assert now(desk, "decay") == pytest.approx(0.1, rel=0.05)
+    assert now(workspace, "decay") == pytest.approx(0.1, rel=0.05)
     drag(pad, pad.handles()[2], pad.place(0.15, 0.0))
-    assert now(desk, "duration") == pytest.approx(0.15, rel=0.05)
-    assert desk.document.stack.count() == 3
-    assert desk.inspector.editors["decay"].value() == now(desk, "decay")
+    assert now(workspace, "duration") == pytest.approx(0.15, rel=0.05)
+    assert workspace.document.stack.count() == 3
+    assert workspace.inspector.editors["decay"].value() == now(workspace, "decay")
     pad.setFocus()
     QTest.keyClick(pad, KEY.Key_N)
     QTest.keyClick(pad, KEY.Key_Left)
-    assert pad.words().startswith(("up in", "up"))
+    assert pad.caption().startswith(("up in", "up"))
 
 
 def test_a_contact_is_made_softer_by_its_tip(selected):
-    desk = selected("impact")
-    pad = desk.inspector.picture
+    workspace = selected("impact")
+    pad = workspace.inspector.picture
     tip = pad.handles()[0]
     drag(pad, tip, QPointF(0.5 * (tip.x() + pad.area().x()), tip.y()))
-    assert now(desk, "stiffness") == pytest.approx(1e5 * 2.0**2.5, rel=0.1)
-    assert desk.document.stack.count() == 1
-    desk.inspector.editors["damping"].field.setFocus()
-    before = pad.words()
-    desk._set("impact", "damping", 2.0, "")
-    assert pad.words() != before
+    assert now(workspace, "stiffness") == pytest.approx(1e5 * 2.0**2.5, rel=0.1)
+    assert workspace.document.stack.count() == 1
+    workspace.inspector.editors["damping"].field.setFocus()
+    before = pad.caption()
+    workspace._set("impact", "damping", 2.0, "")
+    assert pad.caption() != before
 
 
 def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbot):
-    desk = selected("poisson")
-    with qtbot.waitSignal(desk.preview_wanted, check_params_cb=lambda node, tile, laws: laws):
-        desk._set("poisson", "interval", 0.05, "")
-    desk.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
-    assert not desk.inspector.law.grab().isNull()
+    workspace = selected("poisson")
+    with qtbot.waitSignal(workspace.preview_requested, check_params_cb=lambda node, tile, laws: laws):
+        workspace._set("poisson", "interval", 0.05, "")
+    workspace.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
+    assert not workspace.inspector.law.grab().isNull()
     assert [series.name for series in REGISTRY["poisson"].distributions({"interval": 0.05})[-1].series][
         1
     ] == "exponential law"

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QMessageBox
-from windows import hiss, quiet_window
+from windows import noise_patch, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -15,7 +15,7 @@ from underfoot.widgets.design.preset_drops import dragged
 
 @pytest.fixture
 def window(qtbot, tmp_path):
-    hiss().save(tmp_path / "hiss.json")
+    noise_patch().save(tmp_path / "hiss.json")
     return quiet_window(qtbot, tmp_path / "kept", tmp_path / "hiss.json")
 
 
@@ -39,7 +39,7 @@ def test_a_preset_is_opened_as_an_edit_that_undo_takes_back_with_its_file(window
     assert window.open_patch.path is None  # saving asks, and never writes over hiss.json
     assert window.open_patch.is_saved
     design.undo_action.trigger()
-    assert design.patch() == hiss()
+    assert design.patch() == noise_patch()
     assert window.open_patch.path == before
     design.redo_action.trigger()
     assert design.patch().title == "Ice"
@@ -58,9 +58,9 @@ def test_a_preset_is_heard_in_place_of_the_patch_which_stays_as_it_is(window, de
     qtbot.keyClicks(field, "ice")
     qtbot.keyClick(field, Qt.Key.Key_Down)
     qtbot.waitUntil(lambda: window.controller.patch.title == "Ice")
-    assert design.patch() == hiss()
+    assert design.patch() == noise_patch()
     qtbot.keyClick(field, Qt.Key.Key_Escape)
-    assert window.controller.patch.title == hiss().title
+    assert window.controller.patch.title == noise_patch().title
     assert window.open_patch.is_saved
 
 
@@ -101,8 +101,8 @@ def test_ones_own_preset_is_saved_found_by_its_tag_and_not_replaced_without_aski
 
 
 def test_author_and_tags_are_not_in_a_file_that_has_none():
-    assert b"tags" not in hiss().dumps()
-    assert b"author" not in hiss().dumps()
+    assert b"tags" not in noise_patch().dumps()
+    assert b"author" not in noise_patch().dumps()
 
 
 def drop(widget, name):
@@ -119,7 +119,7 @@ def test_a_preset_is_dropped_on_the_canvas_or_on_a_slot_and_taken_back_there(win
     drop(design.canvas.viewport(), "material-ice")
     assert design.patch().title == "Ice"
     design.undo_action.trigger()
-    assert design.patch() == hiss()
+    assert design.patch() == noise_patch()
     drop(design.listen_bar.slots["A"], "material-ice")
     assert (window.open_patch.slot, design.patch().title) == ("A", "Ice")
     for name in ("material-ice", "gravel"):

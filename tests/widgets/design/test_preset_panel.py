@@ -70,13 +70,13 @@ def test_titles_come_before_tags_and_those_before_comments_whole_words_before_pa
 
 
 def test_ones_own_are_there_and_what_is_no_patch_is_left_out(panel, qtbot):
-    mine = panel.shows.buttons()[2]
+    mine = panel.filters.buttons()[2]
     qtbot.mouseClick(mine, Qt.MouseButton.LeftButton)
     assert names(panel) == ["Humming"]
 
 
 def test_a_preset_is_heard_when_one_rests_on_it_and_escape_goes_back(panel, qtbot):
-    heard = QSignalSpy(panel.heard)
+    heard = QSignalSpy(panel.audition_changed)
     panel.field.setFocus()
     for _ in range(3):
         qtbot.keyClick(panel.field, Qt.Key.Key_Down)
@@ -87,8 +87,8 @@ def test_a_preset_is_heard_when_one_rests_on_it_and_escape_goes_back(panel, qtbo
 
 
 def test_nothing_is_heard_while_hear_is_off(panel, qtbot):
-    qtbot.mouseClick(panel.hears, Qt.MouseButton.LeftButton)
-    heard = QSignalSpy(panel.heard)
+    qtbot.mouseClick(panel.audition_button, Qt.MouseButton.LeftButton)
+    heard = QSignalSpy(panel.audition_changed)
     panel.field.setFocus()
     qtbot.keyClick(panel.field, Qt.Key.Key_Down)
     qtbot.wait(300)
@@ -109,7 +109,7 @@ def test_a_star_is_kept(panel, qtbot):
     qtbot.mouseClick(
         panel.list.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(place.right() - 4, place.center().y())
     )
-    qtbot.mouseClick(panel.shows.buttons()[1], Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(panel.filters.buttons()[1], Qt.MouseButton.LeftButton)
     assert names(panel) == ["Gravel"]
     panel.list.setFocus()
     panel.list.step(1)
@@ -118,7 +118,7 @@ def test_a_star_is_kept(panel, qtbot):
 
 
 def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, own):
-    said = QSignalSpy(panel.said)
+    said = QSignalSpy(panel.notified)
     panel.list.setFocus()
     panel.list.step(1)
     qtbot.keyClick(panel.list, Qt.Key.Key_Delete)

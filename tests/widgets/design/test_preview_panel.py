@@ -15,7 +15,7 @@ from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.node import Port
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.preview_drawings import waveform
-from underfoot.widgets.design.stretch import Stretch
+from underfoot.widgets.design.preview_signal import PreviewSignal
 
 
 def sine(amplitude, frames=4800):
@@ -36,10 +36,10 @@ def shown(qtbot):
 
 
 def test_silence_is_drawn_on_an_axis_that_means_something():
-    low, high = waveform(Stretch(np.zeros(480), np.zeros(480), 48_000.0, "m/s^2")).y_range
+    low, high = waveform(PreviewSignal(np.zeros(480), np.zeros(480), 48_000.0, "m/s^2")).y_range
     assert low == pytest.approx(-0.06)
     assert high == pytest.approx(1.06)
-    tiny = waveform(Stretch(np.full(480, 1e-12), np.zeros(480), 48_000.0, "m/s^2"))
+    tiny = waveform(PreviewSignal(np.full(480, 1e-12), np.zeros(480), 48_000.0, "m/s^2"))
     assert tiny.y_range[1] == pytest.approx(1.06)
 
 
@@ -79,7 +79,7 @@ def test_events_have_the_axis_of_their_own_time_also_where_the_empty_spectrogram
     panel.show_preview(Preview(1, 48_000.0, np.zeros(86_400), {}, events={"out": np.array([[72_000.0, 1.0, 0.0]])}))
     assert panel.waveform.ranges[:2] == pytest.approx((0.0, 1800.0))
     assert panel.spectrogram.ranges[:2] == pytest.approx((0.0, 1800.0))
-    panel.waveform.part_wanted.emit(1400.0, 1600.0)
+    panel.waveform.range_requested.emit(1400.0, 1600.0)
     assert panel.waveform.ranges[:2] == panel.spectrogram.ranges[:2] == pytest.approx((1400.0, 1600.0))
 
 
@@ -104,8 +104,8 @@ def test_a_node_that_is_not_built_yet_is_not_called_unused(workspace):
 
 def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    window.bridge.noticed.emit("sound device 'Card' is gone; going on without sound")
-    window.say("Something else")
+    window.bridge.notified.emit("sound device 'Card' is gone; going on without sound")
+    window.show_message("Something else")
     assert "sound device 'Card' is gone" in window.status.session
 
 

@@ -59,12 +59,12 @@ def sleep(design, reports, awake=0):
 def test_what_a_patch_waits_for_is_said_once_over_the_canvas(design):
     design.set_patch(STEPPED)
     sleep(design, ASLEEP_REPORTS - 1)
-    assert design.canvas.said == ""
+    assert design.canvas.message == ""
     sleep(design, 1)
-    assert "no foot presses a tile" in design.canvas.said
-    design.canvas.say("")
+    assert "no foot presses a tile" in design.canvas.message
+    design.canvas.show_message("")
     sleep(design, 2 * ASLEEP_REPORTS)
-    assert design.canvas.said == ""
+    assert design.canvas.message == ""
 
 
 def test_what_has_sounded_says_nothing(design):
@@ -73,7 +73,7 @@ def test_what_has_sounded_says_nothing(design):
     sleep(design, 2 * ASLEEP_REPORTS)
     design.silence_hint.begin(False)
     sleep(design, 2 * ASLEEP_REPORTS)
-    assert design.canvas.said == ""
+    assert design.canvas.message == ""
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_what_has_sounded_says_nothing(design):
 def test_a_patch_that_cannot_sound_says_why(design, patch, words):
     design.set_patch(patch)
     sleep(design, ASLEEP_REPORTS)
-    assert words in design.canvas.said
+    assert words in design.canvas.message
 
 
 def test_a_silent_preview_says_why(design):

@@ -33,7 +33,7 @@ def write(workspace, text, key=Qt.Key.Key_Return, modifiers=NONE):
 def collapse(workspace, *ids):
     workspace.canvas.patch_scene.select(ids)
     QTest.keyClick(workspace.canvas, Qt.Key.Key_E, CONTROL)
-    return workspace.canvas.patch_scene.blocks["group"]
+    return workspace.canvas.patch_scene.group_nodes["group"]
 
 
 def in_view(workspace, place):
@@ -48,7 +48,7 @@ def test_f2_names_a_node_and_its_id_stays(workspace):
     QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
     write(workspace, "Engine below")
     assert workspace.patch().node("hum").label == "Engine below"
-    assert workspace.canvas.patch_scene.nodes["hum"].face.title == "Engine below"
+    assert workspace.canvas.patch_scene.nodes["hum"].description.title == "Engine below"
     assert workspace.document.stack.undoText() == "Rename Hum"
     QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
     write(workspace, "Hum")
@@ -93,7 +93,7 @@ def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
     row.canvas.actions_by_name["colour violet"].trigger()
     group = row.patch().groups[0]
     assert (group.title, group.colour, group.members) == ("Body", "violet", ("through", "through1"))
-    frame = row.canvas.patch_scene.frames["group"]
+    frame = row.canvas.patch_scene.group_frames["group"]
     before = frame.frame_rect()
     assert all(before.contains(row.canvas.patch_scene.nodes[id].pos()) for id in group.members)
     row.canvas.patch_scene.select([])
@@ -106,7 +106,7 @@ def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
     assert row.document.stack.undoText() == "Move 2 nodes"
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL | SHIFT)
     assert row.patch().groups == ()
-    assert not row.canvas.patch_scene.frames
+    assert not row.canvas.patch_scene.group_frames
 
 
 def test_a_group_that_would_cut_another_is_refused_in_words(row):
@@ -115,7 +115,7 @@ def test_a_group_that_would_cut_another_is_refused_in_words(row):
     QTest.keyClick(row.canvas.inline, Qt.Key.Key_Escape)
     row.canvas.patch_scene.select(["hum", "through"])
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
-    assert "a part of the group" in row.canvas.said
+    assert "a part of the group" in row.canvas.message
     assert len(row.patch().groups) == 1
 
 
@@ -126,7 +126,7 @@ def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(
     before = row.patch()
     block = collapse(row, "through", "through1")
     assert set(row.canvas.patch_scene.nodes) == {"hum", "shaker"}
-    assert [placed.name for placed in block.shape_now.ports] == ["through.signal", "through1.out"]
+    assert [placed.name for placed in block.geometry.ports] == ["through.signal", "through1.out"]
     assert set(row.canvas.patch_scene.wires) == {("hum.out", "through.signal"), ("through1.out", "shaker.acceleration")}
     assert row.patch().nodes == before.nodes
     assert row.patch().wires == before.wires
@@ -152,11 +152,11 @@ def test_enter_goes_in_and_the_crumbs_lead_out(row):
     scene = row.canvas.patch_scene
     assert set(scene.nodes) == {"through", "through1"}
     assert set(scene.wires) == set(row.patch().wires)
-    assert [button.text() for button in row.canvas.crumbs.buttons] == ["Patch", "Sub-patch"]
-    QTest.mouseClick(row.canvas.crumbs.buttons[0], LEFT)
+    assert [button.text() for button in row.canvas.breadcrumbs.buttons] == ["Patch", "Sub-patch"]
+    QTest.mouseClick(row.canvas.breadcrumbs.buttons[0], LEFT)
     assert set(scene.nodes) == {"hum", "shaker"}
     assert scene.selected() == ["group"]
-    assert not row.canvas.crumbs.isVisible()
+    assert not row.canvas.breadcrumbs.isVisible()
 
 
 def test_what_is_added_inside_belongs_there(row):
@@ -169,7 +169,7 @@ def test_what_is_added_inside_belongs_there(row):
     assert "beat" in row.canvas.patch_scene.nodes
     QTest.keyClick(row.canvas, Qt.Key.Key_U)
     assert "beat" not in row.canvas.patch_scene.nodes
-    assert [placed.name for placed in row.canvas.patch_scene.blocks["group"].shape_now.ports][-1] == "beat.out"
+    assert [placed.name for placed in row.canvas.patch_scene.group_nodes["group"].geometry.ports][-1] == "beat.out"
 
 
 def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
@@ -180,9 +180,9 @@ def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_U)
     row.canvas.patch_scene.select(["group", "through1"])
     QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
-    assert set(row.canvas.patch_scene.blocks) == {"group1"}
+    assert set(row.canvas.patch_scene.group_nodes) == {"group1"}
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
-    assert set(row.canvas.patch_scene.blocks) == {"group"}
+    assert set(row.canvas.patch_scene.group_nodes) == {"group"}
     text = row.patch().dumps()
     assert Patch.loads(text, REGISTRY).dumps() == text
     while row.document.stack.canUndo():
@@ -193,11 +193,11 @@ def test_a_sub_patch_in_a_sub_patch_and_back_to_the_same_bytes(row):
 
 def test_a_sub_patch_is_moved_copied_and_deleted_as_one(row):
     block = collapse(row, "through", "through1")
-    start = in_view(row, block.shape_now.rect.center() + block.pos())
+    start = in_view(row, block.geometry.rect.center() + block.pos())
     drag(row, start, start + QPoint(0, 160))
     assert row.patch().node("through").at == (200.0, 160.0)
     QTest.keyClick(row.canvas, Qt.Key.Key_D, CONTROL)
-    assert set(row.canvas.patch_scene.blocks) == {"group", "group1"}
+    assert set(row.canvas.patch_scene.group_nodes) == {"group", "group1"}
     assert row.canvas.patch_scene.selected() == ["group1"]
     QTest.keyClick(row.canvas, Qt.Key.Key_Delete)
     row.canvas.patch_scene.select(["group"])

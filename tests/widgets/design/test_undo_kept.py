@@ -4,7 +4,7 @@ import pytest
 from design_samples import REGISTRY, sample
 
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.undo import KEPT, Document
+from underfoot.widgets.design.undo import MAX_SAVED_STEPS, Document
 
 
 def read():
@@ -24,11 +24,11 @@ def test_undo_and_redo_go_on_after_a_new_start(qapp, tmp_path):
     first = edited(5)
     first.stack.undo()
     first.stack.undo()
-    first.keep(tmp_path / "undo.json")
+    first.save_history(tmp_path / "undo.json")
     second = Document(first.patch)
     said = []
     second.changed.connect(said.append)
-    second.take_up(tmp_path / "undo.json", REGISTRY)
+    second.restore_history(tmp_path / "undo.json", REGISTRY)
     assert second.patch == first.patch
     assert said == []
     assert (second.stack.undoText(), second.stack.redoText()) == ("Move 2", "Move 3")
@@ -41,20 +41,20 @@ def test_undo_and_redo_go_on_after_a_new_start(qapp, tmp_path):
 
 
 def test_of_many_edits_the_last_are_kept(qapp, tmp_path):
-    first = edited(KEPT + 3)
-    first.keep(tmp_path / "undo.json")
+    first = edited(MAX_SAVED_STEPS + 3)
+    first.save_history(tmp_path / "undo.json")
     second = Document(first.patch)
-    second.take_up(tmp_path / "undo.json", REGISTRY)
-    assert second.stack.count() == KEPT
+    second.restore_history(tmp_path / "undo.json", REGISTRY)
+    assert second.stack.count() == MAX_SAVED_STEPS
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"at": 0, "steps": []}', '{"at": 9, "steps": [{}]}', "\x00"])
 def test_what_cannot_be_read_or_leads_elsewhere_is_let_go(qapp, tmp_path, text):
     (tmp_path / "undo.json").write_text(text)
     document = Document(sample())
-    document.take_up(tmp_path / "undo.json", REGISTRY)
+    document.restore_history(tmp_path / "undo.json", REGISTRY)
     assert document.stack.count() == 0
     assert not (tmp_path / "undo.json").exists()
-    edited(2).keep(tmp_path / "undo.json")
-    document.take_up(tmp_path / "undo.json", REGISTRY)
+    edited(2).save_history(tmp_path / "undo.json")
+    document.restore_history(tmp_path / "undo.json", REGISTRY)
     assert document.stack.count() == 0

@@ -20,7 +20,7 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     dialog.set_values(device, rate, block)
     show(qtbot, dialog)
     assert dialog.note.text() == "Looking for sound devices…"
-    with qtbot.waitSignal(dialog.found):
+    with qtbot.waitSignal(dialog.devices_found):
         let_go.set()
     return dialog
 
@@ -28,13 +28,13 @@ def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
 def test_what_is_in_use_is_what_is_shown(qtbot):
     dialog = opened(qtbot, CARDS, "Headphones", 44_100, 256)
     assert dialog.values() == ("Headphones", 44_100, 256, "")
-    assert "2 channels" in dialog.cards.rows[0].device.currentText()
+    assert "2 channels" in dialog.cards.rows[0].device_box.currentText()
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
 def test_apply_gives_device_rate_and_block(qtbot):
     dialog = opened(qtbot, CARDS)
-    dialog.cards.rows[0].device.setCurrentIndex(dialog.cards.rows[0].device.findData("Eight out"))
+    dialog.cards.rows[0].device_box.setCurrentIndex(dialog.cards.rows[0].device_box.findData("Eight out"))
     dialog.rate.setCurrentIndex(dialog.rate.findData(96_000))
     apply = dialog.buttons.button(QDialogButtonBox.StandardButton.Apply)
     with qtbot.waitSignal(dialog.applied) as applied:
@@ -45,7 +45,7 @@ def test_apply_gives_device_rate_and_block(qtbot):
 def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
     dialog = opened(qtbot, [], None)
     assert dialog.values()[0] is None
-    assert dialog.cards.rows[0].device.currentText().startswith("No sound")
+    assert dialog.cards.rows[0].device_box.currentText().startswith("No sound")
     assert "No sound device" in dialog.note.text()
     assert dialog.note.isVisible()
 
@@ -53,20 +53,20 @@ def test_no_card_is_said_calmly_and_no_sound_can_be_chosen(qtbot):
 def test_the_default_device_stays_chosen_where_there_is_no_card(qtbot):
     dialog = opened(qtbot, [], "")
     assert dialog.values()[0] == ""
-    assert dialog.cards.rows[0].device.currentText() == "Default device of this computer"
+    assert dialog.cards.rows[0].device_box.currentText() == "Default device of this computer"
 
 
 def test_a_device_that_went_away_stays_chosen_and_is_marked(qtbot):
     dialog = opened(qtbot, CARDS, "Gone")
     assert dialog.values()[0] == "Gone"
-    assert "not connected" in dialog.cards.rows[0].device.currentText()
+    assert "not connected" in dialog.cards.rows[0].device_box.currentText()
 
 
 def test_every_tile_can_be_pulsed(qtbot):
     dialog = opened(qtbot, CARDS, floor=default_floor(2, 3))
     buttons = {b.text(): b for b in dialog.findChildren(QPushButton) if b.toolTip().startswith("Pulse")}
     assert list(buttons) == ["t1", "t2", "t3", "t4", "t5", "t6"]
-    with qtbot.waitSignal(dialog.pulse_wanted) as asked:
+    with qtbot.waitSignal(dialog.pulse_requested) as asked:
         qtbot.mouseClick(buttons["t5"], Qt.MouseButton.LeftButton)
     assert asked.args == ["t5"]
     assert "channel 5" in buttons["t5"].toolTip()
@@ -82,9 +82,9 @@ def test_a_card_that_was_plugged_in_since_is_found_by_looking_again(qtbot):
     cards = list(CARDS)
     dialog = opened(qtbot, cards, "Headphones")
     cards.append(("New card", 18, 48_000.0))
-    with qtbot.waitSignal(dialog.found):
-        qtbot.mouseClick(dialog.cards.again, Qt.MouseButton.LeftButton)
-    assert dialog.cards.rows[0].device.findData("New card") > 0
+    with qtbot.waitSignal(dialog.devices_found):
+        qtbot.mouseClick(dialog.cards.search_again, Qt.MouseButton.LeftButton)
+    assert dialog.cards.rows[0].device_box.findData("New card") > 0
     assert dialog.values()[0] == "Headphones"
 
 
@@ -129,7 +129,7 @@ def test_a_floor_of_thirty_six_tiles_is_laid_on_two_cards(qtbot):
     cards = [("Left", 18, 48_000.0), ("Right", 18, 48_000.0)]
     dialog = opened(qtbot, cards, "Left", floor=default_floor(6, 6))
     assert "silent" in " ".join(label.text() for label in dialog.map.findChildren(QLabel))
-    qtbot.mouseClick(dialog.cards.add, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(dialog.cards.add_button, Qt.MouseButton.LeftButton)
     assert dialog.values()[0] == "Left; Right"
     dialog.cards.rows[0].channels.selectAll()
     qtbot.keyClicks(dialog.cards.rows[0].channels, "12")
@@ -138,5 +138,5 @@ def test_a_floor_of_thirty_six_tiles_is_laid_on_two_cards(qtbot):
     tips = {b.text(): b.toolTip() for b in dialog.map.findChildren(QPushButton)}
     assert "channel 12" in tips["t12"]
     assert "channel 1" in tips["t13"]
-    qtbot.mouseClick(dialog.cards.rows[1].remove, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(dialog.cards.rows[1].remove_button, Qt.MouseButton.LeftButton)
     assert dialog.values()[0] == "Left=12"

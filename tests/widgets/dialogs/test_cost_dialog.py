@@ -50,16 +50,16 @@ def test_stages_and_nodes_are_shown_with_what_they_take(opened, qtbot):
 
 def test_stop_ends_the_measurement_and_another_may_follow(opened, qtbot):
     dialog = opened(hum().dumps())
-    qtbot.mouseClick(dialog.begin, Qt.MouseButton.LeftButton)
-    assert (dialog.summary.text(), dialog.begin.text()) == ("Stopped.", "Measure")
+    qtbot.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
+    assert (dialog.summary.text(), dialog.start_button.text()) == ("Stopped.", "Measure")
     dialog.feet.setCurrentText("no tile")
-    qtbot.mouseClick(dialog.begin, Qt.MouseButton.LeftButton)
-    assert dialog.begin.text() == "Stop"
+    qtbot.mouseClick(dialog.start_button, Qt.MouseButton.LeftButton)
+    assert dialog.start_button.text() == "Stop"
 
 
 def test_what_cannot_be_measured_is_said_in_one_line(opened, qtbot):
     dialog = opened(Patch().dumps()[:-2])
-    qtbot.waitUntil(lambda: dialog.begin.text() == "Measure", timeout=LONG_MS)
+    qtbot.waitUntil(lambda: dialog.start_button.text() == "Measure", timeout=LONG_MS)
     assert dialog.summary.text()
     assert dialog.table.topLevelItemCount() == 0
 

@@ -18,7 +18,7 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.quantities import pretty_text
 from underfoot.widgets.dialogs.export_dialog import STEP, WALK, ExportDialog
-from underfoot.widgets.dialogs.file_question import FileQuestion
+from underfoot.widgets.dialogs.file_chooser import FileChooser
 
 SINE = Patch.load(preset_files.patches()["stimulus-sp"], REGISTRY)
 
@@ -31,7 +31,7 @@ def opened(qtbot, tmp_path):
     made = []
 
     def open_it(patch):
-        files = FileQuestion(parent, lambda: str(tmp_path), lambda line: made[0].said.setText(line))
+        files = FileChooser(parent, lambda: str(tmp_path), lambda line: made[0].message.setText(line))
         made.append(
             ExportDialog(
                 lambda walks: Export(patch, floor=default_floor(1, 2) if walks else None), "sine", files, parent
@@ -52,7 +52,7 @@ def choose(dialog, name):
 
 
 def lost(dialog):
-    return [dialog.lost.item(row).text() for row in range(dialog.lost.count())]
+    return [dialog.losses.item(row).text() for row in range(dialog.losses.count())]
 
 
 def export_to(qtbot, dialog, path):
@@ -70,22 +70,22 @@ def test_each_format_says_what_it_will_lose_before_it_is_written(opened):
         assert dialog.format is format
         assert lost(dialog) == [pretty_text(line) for line in losses(SINE, REGISTRY, format.carries)]
     choose(dialog, "share")
-    assert dialog.lost_title.text() == "NOTHING WILL BE LOST"
+    assert dialog.losses_title.text() == "NOTHING WILL BE LOST"
 
 
 def test_a_file_is_written_beside_and_what_came_of_it_is_said(opened, qtbot, tmp_path):
     dialog = opened(SINE)
     choose(dialog, "hjif")
-    dialog.plays.setCurrentText(WALK)
+    dialog.playing_note.setCurrentText(WALK)
     export_to(qtbot, dialog, tmp_path / "sine.hjif")
     assert dialog.write.text() == "Stop"
-    assert "in a process beside" in dialog.said.text()
+    assert "in another process" in dialog.message.text()
     qtbot.waitUntil(lambda: dialog.write.text() == "Export…", timeout=LONG_MS)
     document = json.loads((tmp_path / "sine.hjif").read_text())
     RULES["hjif"](document)
     assert len(document["perceptions"][0]["channels"]) == 2
-    assert dialog.said.text().startswith(f"Written: {tmp_path / 'sine.hjif'}")
-    assert "envelope within" in dialog.said.text()
+    assert dialog.message.text().startswith(f"Written: {tmp_path / 'sine.hjif'}")
+    assert "envelope within" in dialog.message.text()
 
 
 def test_stop_ends_it_and_nothing_is_written(opened, qtbot, tmp_path):
@@ -93,14 +93,14 @@ def test_stop_ends_it_and_nothing_is_written(opened, qtbot, tmp_path):
     choose(dialog, "haptic")
     export_to(qtbot, dialog, tmp_path / "sine.haptic")
     qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
-    assert dialog.said.text() == "Stopped; nothing was written."
+    assert dialog.message.text() == "Stopped; nothing was written."
     assert not list(tmp_path.iterdir())
 
 
 def test_what_cannot_be_written_is_said(opened, qtbot, tmp_path):
     dialog = opened(Patch(title="Empty"))
-    dialog.plays.setCurrentText(STEP)
+    dialog.playing_note.setCurrentText(STEP)
     choose(dialog, "csv")
     export_to(qtbot, dialog, tmp_path / "a.csv")
-    qtbot.waitUntil(lambda: "plays nothing" in dialog.said.text(), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: "plays nothing" in dialog.message.text(), timeout=LONG_MS)
     assert FORMATS["csv"].suffix == ".csv"

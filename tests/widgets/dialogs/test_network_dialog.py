@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from underfoot.errors import DeviceError
 from underfoot.network.server import Counts
 from underfoot.widgets.dialogs.network_dialog import NetworkDialog
-from underfoot.widgets.session.settings import WAYS
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
 
 
 class Desk:
@@ -16,7 +16,7 @@ class Desk:
     def __init__(self, qtbot, on=()):
         self.applied, self.counts, self.trouble, self.error = [], Counts(), "", None
         self.qtbot = qtbot
-        self.dialog = NetworkDialog(self.apply, lambda: self.counts, lambda: self.trouble, WAYS, list(on))
+        self.dialog = NetworkDialog(self.apply, lambda: self.counts, lambda: self.trouble, DEFAULT_ADDRESSES, list(on))
         self.dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
         qtbot.addWidget(self.dialog)
         show(qtbot, self.dialog)
@@ -41,15 +41,15 @@ def desk(qtbot):
 
 
 def test_apply_gives_what_is_used_and_where_it_goes(desk):
-    desk.qtbot.keyClick(desk.dialog.used["listen"], Qt.Key.Key_Space)
+    desk.qtbot.keyClick(desk.dialog.check_boxes["listen"], Qt.Key.Key_Space)
     desk.type("tuio", "127.0.0.1:4444")
     desk.qtbot.mouseClick(desk.dialog.apply, Qt.MouseButton.LeftButton)
-    assert desk.applied == [({**WAYS, "tuio": "127.0.0.1:4444"}, ["tuio", "listen"])]
+    assert desk.applied == [({**DEFAULT_ADDRESSES, "tuio": "127.0.0.1:4444"}, ["tuio", "listen"])]
     assert not desk.dialog.note.isVisible()
 
 
 def test_an_address_of_another_computer_is_warned_of_before_it_is_used(desk):
-    desk.qtbot.keyClick(desk.dialog.used["listen"], Qt.Key.Key_Space)
+    desk.qtbot.keyClick(desk.dialog.check_boxes["listen"], Qt.Key.Key_Space)
     desk.type("listen", "0.0.0.0:9700")
     assert desk.dialog.note.isVisible()
     assert "without a password" in desk.dialog.note.text()
@@ -59,7 +59,7 @@ def test_an_address_of_another_computer_is_warned_of_before_it_is_used(desk):
 def test_what_is_no_address_is_said(desk):
     desk.type("tuio", "the projector")
     assert "HOST:PORT" in desk.dialog.note.text()
-    desk.qtbot.keyClick(desk.dialog.used["tuio"], Qt.Key.Key_Space)
+    desk.qtbot.keyClick(desk.dialog.check_boxes["tuio"], Qt.Key.Key_Space)
     assert not desk.dialog.note.isVisible(), "it is not used"
 
 

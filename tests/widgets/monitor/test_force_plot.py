@@ -8,7 +8,7 @@ from underfoot.widgets.monitor.force_plot import ForcePlot
 def test_the_force_axis_grows_at_once_and_shrinks_late(qtbot):
     plot = ForcePlot()
     qtbot.addWidget(plot)
-    plot.set_span(5.0)
+    plot.set_duration(5.0)
 
     def top_after(force_n, now_s):
         times = np.linspace(now_s - 1.0, now_s, 200)

@@ -45,14 +45,14 @@ def play_through(monitor, recorded, noise=0.05):
     rng = np.random.default_rng(1)
     for tick in range(int(times[-1] * 60) + 1):
         now = slice(*np.searchsorted(times, [tick / 60, (tick + 1) / 60]))
-        tracker.take(times[now] * RATE, forces.force_n[now])
+        tracker.add(times[now] * RATE, forces.force_n[now])
         update, new = tracker.track(1.0)
         if update is not None:
             loads = update.load_n
-            monitor.take_forces(update)
-        monitor.take_steps(new)
+            monitor.add_forces(update)
+        monitor.add_steps(new)
         steps += new
-        monitor.take_vibration(
+        monitor.add_vibration(
             tick * 800, (noise * (loads > 50) * rng.normal(size=(800, len(loads)))).astype(np.float32)
         )
         monitor.draw()
@@ -68,7 +68,7 @@ def recorded():
 
 def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
     _, tracker, _ = play_through(monitor, recorded)
-    monitor.take_steps(tracker.finish())
+    monitor.add_steps(tracker.finish())
     assert monitor.table.steps.rowCount() == 2
     contact = [step.contact_ms for step in monitor.table.steps.steps]
     assert contact == pytest.approx([580, 579], abs=2)
@@ -76,19 +76,19 @@ def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
     assert np.nanmax(sum_curve(monitor).y) == pytest.approx(799, abs=5)
     assert monitor.force.ranges[3] == 1000.0
     assert monitor.spectrum.levels().max() > 100
-    assert monitor.figures[0].text().endswith(" N")
-    assert monitor.steps.exporting.isEnabled()
+    assert monitor.readouts[0].text().endswith(" N")
+    assert monitor.steps.export_button.isEnabled()
 
 
 def test_another_tile_is_shown_with_what_it_did_before(monitor, recorded, qtbot):
     play_through(monitor, recorded)
     before = monitor.spectrum.levels().copy()
-    monitor.map.set_choice("p2")
+    monitor.map.choose_tile("p2")
     for _ in range(40):
         monitor.draw()
     assert not np.array_equal(monitor.spectrum.levels(), before)
     assert monitor.spectrum.levels().any()
-    monitor.map.set_choice("p1")
+    monitor.map.choose_tile("p1")
     for _ in range(40):
         monitor.draw()
     np.testing.assert_array_equal(monitor.spectrum.levels(), before)
@@ -96,7 +96,7 @@ def test_another_tile_is_shown_with_what_it_did_before(monitor, recorded, qtbot)
 
 def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
     samples = np.random.default_rng(2).normal(size=(3 * int(RATE), 4)).astype(np.float32)
-    monitor.take_vibration(48_000, samples)
+    monitor.add_vibration(48_000, samples)
     assert not monitor.spectrum.levels().any()
     for _ in range(8):
         monitor.draw()
@@ -107,10 +107,10 @@ def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
 
 def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot):
     qtbot.mouseClick(monitor.following, Qt.MouseButton.LeftButton)
-    monitor.map.set_choice("t4")
+    monitor.map.choose_tile("t4")
     steps, tracker, _ = play_through(monitor, recorded)
     steps += tracker.finish()
-    assert monitor.map.choice() == steps[-1].tile != steps[0].tile
+    assert monitor.map.chosen_tile() == steps[-1].tile != steps[0].tile
     for key in (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down):
         qtbot.keyClick(monitor.map, key)
     assert not monitor.following.isChecked()
@@ -125,7 +125,7 @@ def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
     monitor.pause()
     times = recorded_s + np.arange(1, 200) / 1000.0
     still = ForceUpdate(times, np.zeros((199, 2, 4)), np.zeros(2), np.zeros(2, bool), (), ())
-    monitor.take_forces(still)
+    monitor.add_forces(still)
     monitor.draw()
     assert np.array_equal(sum_curve(monitor).x, x, equal_nan=True)
     monitor.resume()
@@ -165,15 +165,15 @@ def test_the_span_of_time_is_chosen(monitor, qtbot):
 
 
 def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
-    monitor.take_steps([STEP, SPIKE])
-    with qtbot.waitSignal(monitor.said) as said:
+    monitor.add_steps([STEP, SPIKE])
+    with qtbot.waitSignal(monitor.notified) as said:
         monitor.steps.export(str(tmp_path / "steps.csv"))
     assert said.args[0].startswith("2 footsteps")
     assert len((tmp_path / "steps.csv").read_text().splitlines()) == 3
-    with qtbot.waitSignal(monitor.said) as said:
+    with qtbot.waitSignal(monitor.notified) as said:
         monitor.steps.export(str(tmp_path / "missing" / "steps.csv"))
     assert "cannot be written" in said.args[0]
-    qtbot.mouseClick(monitor.steps.clearing, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(monitor.steps.clear_button, Qt.MouseButton.LeftButton)
     assert monitor.steps.count.text() == "none yet"
 
 
@@ -186,7 +186,7 @@ def test_the_colours_end_at_the_output_level(monitor):
 @pytest.mark.parametrize("size", [(1280, 728), (1920, 1008)])
 def test_no_word_is_cut_off(monitor, qtbot, size):
     monitor.resize(*size)
-    monitor.take_steps([STEP])
+    monitor.add_steps([STEP])
     qtbot.waitExposed(monitor)
     for widget in [*monitor.findChildren(QLabel), *monitor.findChildren(QAbstractButton)]:
         if widget.isVisible() and widget.text() and "<" not in widget.text():
@@ -195,11 +195,11 @@ def test_no_word_is_cut_off(monitor, qtbot, size):
 
 
 def vibrate(monitor, gains, ticks=100):
-    """A tone on every tile: asked 1 m/s^2 at 200 Hz, done `gains` times as much."""
+    """A tone on every tile: commanded 1 m/s^2 at 200 Hz, measured `gains` times as much."""
     for tick in range(ticks):
         tone = np.sin(2.0 * np.pi * 200.0 * (np.arange(800) + 800 * tick) / RATE)
         asked = np.repeat(tone[:, None], 4, axis=1).astype(np.float32)
-        monitor.take_measured(800 * tick, asked, asked * np.array(gains, np.float32))
+        monitor.add_response(800 * tick, asked, asked * np.array(gains, np.float32))
         monitor.draw()
 
 
@@ -209,13 +209,13 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert not monitor.spectrogram.isVisible()
     vibrate(monitor, [2.0, 1.0, 1.0, 0.1])
     drawn = {one.name: one for one in monitor.levels.drawing.series}
-    asked, done = drawn["commanded"], drawn["measured"]
-    loudest = int(np.argmax(asked.y))
-    assert asked.x[loudest] == 200.0
-    assert asked.y[loudest] == pytest.approx(0.0, abs=0.2)
-    assert done.y[loudest] - asked.y[loudest] == pytest.approx(6.0, abs=0.1)
-    said = next(one.full_text for one in monitor.findChildren(ElidedLabel) if one.full_text.startswith("asked"))
-    assert "asked 1 m/s², done 2 (+6.0 dB, 0 % unexplained)" in said
+    commanded, measured = drawn["commanded"], drawn["measured"]
+    loudest = int(np.argmax(commanded.y))
+    assert commanded.x[loudest] == 200.0
+    assert commanded.y[loudest] == pytest.approx(0.0, abs=0.2)
+    assert measured.y[loudest] - commanded.y[loudest] == pytest.approx(6.0, abs=0.1)
+    said = next(one.full_text for one in monitor.findChildren(ElidedLabel) if one.full_text.startswith("commanded"))
+    assert "commanded 1 m/s², measured 2 (+6.0 dB, 0 % unexplained)" in said
     assert "noticed by 100 %; perceived stiffness: not covered" in said
     qtbot.keyClick(monitor, Qt.Key.Key_L)
     assert monitor.spectrogram.isVisible()
@@ -224,7 +224,7 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
 def test_a_tile_that_does_not_do_what_it_is_told_is_marked_on_the_map(monitor):
     before = monitor.map.grab().toImage()
     vibrate(monitor, [1.0, 1.0, 1.0, 0.1])
-    assert monitor.tile_levels.astray().tolist() == [False, False, False, True]
+    assert monitor.tile_levels.deviating().tolist() == [False, False, False, True]
     assert monitor.map.grab().toImage() != before
 
 

@@ -71,7 +71,7 @@ def test_selected_steps_are_copied_for_a_spreadsheet(table, qtbot):
 
 
 def test_only_the_latest_steps_are_kept(qtbot):
-    table = StepTable(most=10)
+    table = StepTable(max_steps=10)
     qtbot.addWidget(table)
     table.steps.add([STEP] * 8)
     table.steps.add([SPIKE] * 5)
@@ -88,6 +88,6 @@ def test_rows_without_a_figure_come_before_all_others_when_sorted(qtbot):
     column = [one.name for one in COLUMNS].index("cadence_per_min")
     for order, wanted in ((Qt.SortOrder.AscendingOrder, slice(3, None)), (Qt.SortOrder.DescendingOrder, slice(5))):
         table.sortByColumn(column, order)
-        shown = [one.cadence_per_min for one in table.shown_steps()]
+        shown = [one.cadence_per_min for one in table.steps_in_order()]
         assert shown[wanted] == sorted(shown[wanted], reverse=order == Qt.SortOrder.DescendingOrder)
         assert not any(map(math.isnan, shown[wanted]))

@@ -19,10 +19,10 @@ def test_a_column_shows_as_many_as_there_are(qtbot):
     assert [plot.drawing for plot in column.plots] == drawings
     places = [plot.geometry() for plot in column.plots]
     assert all(above.bottom() < below.top() for above, below in pairwise(places))
-    assert not column.nothing.isVisible()
+    assert not column.empty_text.isVisible()
     column.show_drawings(drawings[:1], "nothing")
     assert [plot.drawing.title for plot in column.plots] == ["number 0"]
     column.show_drawings((), "nothing")
     assert column.plots == []
-    assert column.nothing.text() == "nothing"
-    assert column.nothing.isVisible()
+    assert column.empty_text.text() == "nothing"
+    assert column.empty_text.isVisible()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from long_recording import write_recording
-from windows import LONG_MS, hiss, quiet_window
+from windows import LONG_MS, noise_patch, quiet_window
 
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
@@ -16,15 +16,15 @@ from underfoot.records.force_files import read_force_file
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
-    about = {"patch": hiss("Recorded").dumps().decode()}
+    about = {"patch": noise_patch("Recorded").dumps().decode()}
     path = tmp_path_factory.mktemp("walks") / "walk.underfoot"
     return write_recording(path, 3.0, default_floor(1, 2), about=about)
 
 
 @pytest.fixture
-def window(qtbot, tmp_path, place):
+def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session others will be opened."""
-    made = quiet_window(qtbot, tmp_path / "kept", place / "hiss.json")
+    made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
     with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
         made.start()
     return made
@@ -33,20 +33,20 @@ def window(qtbot, tmp_path, place):
 def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(window, walk, qtbot):
     controller = window.controller
     window.open_file(walk)
-    desk = window.workspaces["Recordings"]
-    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
-    desk.axis.select(1.0, 1.8)
+    workspace = window.workspaces["Recordings"]
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    workspace.axis.select(1.0, 1.8)
     played, seen = [], []
 
     def look(at):
         played.append(at)
         if at >= 1.3:
             session = controller.session
-            seen.append((session.target.kind, session.target.floor, session.patch.title, desk.playing.text()))
+            seen.append((session.target.kind, session.target.floor, session.patch.title, workspace.playing.text()))
 
-    desk.player.moved.connect(look)
-    desk.play_or_stop()
-    qtbot.waitUntil(lambda: bool(seen) and not desk.player.is_playing, timeout=LONG_MS)
+    workspace.player.moved.connect(look)
+    workspace.play_or_stop()
+    qtbot.waitUntil(lambda: bool(seen) and not workspace.player.is_playing, timeout=LONG_MS)
     assert seen[0] == ("replay", default_floor(1, 2), "Recorded", "Stop")
     assert math.isnan(played[-1])
     assert max(at for at in played if math.isfinite(at)) <= 1.8
@@ -56,12 +56,12 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     assert window.settings.kind == "simulator"
 
     window.open_file(walk)  # and played again, until another target is chosen: that one stays
-    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
-    desk.looping.setChecked(True)
-    desk.play_or_stop()
-    qtbot.waitUntil(lambda: math.isfinite(desk.axis.playing_s), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    workspace.looping.setChecked(True)
+    workspace.play_or_stop()
+    qtbot.waitUntil(lambda: math.isfinite(workspace.axis.playing_s), timeout=LONG_MS)
     window.target_selection.set_floor(2, 2)
-    qtbot.waitUntil(lambda: not desk.player.is_playing, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not workspace.player.is_playing, timeout=LONG_MS)
     qtbot.waitUntil(
         lambda: controller.session is not None and controller.session.target.kind == "simulator", timeout=LONG_MS
     )

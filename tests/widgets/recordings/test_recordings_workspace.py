@@ -41,7 +41,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def desk(qtbot, folder):
+def workspace(qtbot, folder):
     """The workspace on the screen, with nothing open."""
     made = RecordingsWorkspace(Settings())
     qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
@@ -52,13 +52,15 @@ def desk(qtbot, folder):
 
 
 @pytest.fixture
-def opened(desk, walk, qtbot):
+def opened(workspace, walk, qtbot):
     """The workspace with a recording whose steps were found."""
-    desk.open_file(walk)
-    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
-    qtbot.waitUntil(lambda: len(desk.steps.passing()) >= 6 and not desk.surveyor.is_busy, timeout=LONG_MS)
-    desk.axis.setFocus()
-    return desk
+    workspace.open_file(walk)
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy, timeout=LONG_MS
+    )
+    workspace.axis.setFocus()
+    return workspace
 
 
 def wheel(axis, at, degrees, modifiers=Qt.KeyboardModifier.NoModifier):
@@ -76,36 +78,36 @@ def drag(axis, begin, end, modifiers=Qt.KeyboardModifier.NoModifier):
     QTest.mouseRelease(axis, Qt.MouseButton.LeftButton, modifiers, end.toPoint())
 
 
-def test_the_list_says_when_how_long_on_which_floor_and_is_searched(desk, folder, walk, qtbot):
+def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, folder, walk, qtbot):
     for name in ("monday", "tuesday"):
         shutil.copy(walk, folder / f"{name}.underfoot")
     (folder / "notes.txt").write_text("no recording")
-    desk.recordings.look()
-    items = [desk.recordings.list.item(row) for row in range(desk.recordings.list.count())]
+    workspace.recordings.refresh()
+    items = [workspace.recordings.list.item(row) for row in range(workspace.recordings.list.count())]
     assert sorted(item.text().split("\n")[0] for item in items) == ["monday", "tuesday"]
     qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items), timeout=LONG_MS)
-    qtbot.keyClicks(desk.recordings.search, "tues")
+    qtbot.keyClicks(workspace.recordings.search, "tues")
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
 
 
-def test_a_click_opens_and_what_was_found_is_there_the_next_time(desk, folder, walk, qtbot):
+def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, folder, walk, qtbot):
     shutil.copy(walk, folder / "monday.underfoot")
-    desk.recordings.look()
-    place = desk.recordings.list.visualItemRect(desk.recordings.list.item(0)).center()
-    qtbot.mouseClick(desk.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
-    assert desk.title.text() == "monday"
-    qtbot.waitUntil(lambda: bool(desk.content.steps) and not desk.surveyor.is_busy, timeout=LONG_MS)
-    steps = len(desk.content.steps)
-    desk.open(folder / "monday.underfoot")
-    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
-    assert len(desk.content.steps) == steps
-    assert not desk.surveyor.is_busy
+    workspace.recordings.refresh()
+    place = workspace.recordings.list.visualItemRect(workspace.recordings.list.item(0)).center()
+    qtbot.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    assert workspace.title.text() == "monday"
+    qtbot.waitUntil(lambda: bool(workspace.content.steps) and not workspace.surveyor.is_busy, timeout=LONG_MS)
+    steps = len(workspace.content.steps)
+    workspace.open(folder / "monday.underfoot")
+    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    assert len(workspace.content.steps) == steps
+    assert not workspace.surveyor.is_busy
 
 
 def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     axis = opened.axis
-    at = axis.place_of(3.0, "force")
+    at = axis.position_of(3.0, "force")
     wheel(axis, at, 120)
     wheel(axis, at, 120)
     assert axis.view.end_s - axis.view.begin_s < 3.0
@@ -115,11 +117,11 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert axis.view.begin_s > begin_s
     qtbot.keyClick(axis, Qt.Key.Key_0)
     assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
-    drag(axis, axis.place_of(1.0, "force"), axis.place_of(2.0, "force"))
+    drag(axis, axis.position_of(1.0, "force"), axis.position_of(2.0, "force"))
     assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
     qtbot.waitUntil(lambda: opened.readout.text().startswith(f"{axis.cursor_s:.3f} s"), timeout=LONG_MS)
     assert all(unit in opened.readout.text() for unit in (" N", "commanded", "measured"))
-    drag(axis, axis.place_of(2.0, "force"), axis.place_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
+    drag(axis, axis.position_of(2.0, "force"), axis.position_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
     assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
     qtbot.keyClick(axis, Qt.Key.Key_Backspace)
     assert axis.selection is None
@@ -138,7 +140,7 @@ def test_what_is_seen_goes_on_with_what_is_played(opened):
 def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot):
     """The recording is of 200 Hz: 1 mm/s² a newton was asked, and 0.8 of it was done."""
     moments = []
-    opened.reader.moment_read.connect(moments.append)
+    opened.reader.cursor_values_read.connect(moments.append)
     step = opened.content.steps[2].step
     opened._choose_tile(opened.content.opened.floor.index(step.tile))
     opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
@@ -152,25 +154,25 @@ def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot)
 def test_close_up_it_shows_the_samples_themselves(opened, qtbot):
     step = opened.content.steps[2].step
     opened.axis.set_view(step.start_s + 0.2, step.start_s + 0.25)
-    qtbot.waitUntil(lambda: opened.content.strip is not None and opened.content.strip.frames < 10.0, timeout=LONG_MS)
-    samples = opened.content.strip.envelopes["commanded"]
+    qtbot.waitUntil(lambda: opened.content.detail is not None and opened.content.detail.frames < 10.0, timeout=LONG_MS)
+    samples = opened.content.detail.envelopes["commanded"]
     assert (samples.end - samples.begin == 1.0).all()
     opened.axis.repaint()
 
 
-def test_m_marks_the_cursor_in_the_file(desk, folder, walk, qtbot):
+def test_m_marks_the_cursor_in_the_file(workspace, folder, walk, qtbot):
     path = folder / "marked.underfoot"
     shutil.copy(walk, path)
-    desk.open_file(path)
-    qtbot.waitUntil(lambda: desk.content is not None and desk.content.overview is not None, timeout=LONG_MS)
-    desk.axis.setFocus()
-    desk.axis.set_cursor(1.5)
-    qtbot.keyClick(desk.axis, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: len(desk.content.opened.marks) == 1, timeout=LONG_MS)
+    workspace.open_file(path)
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    workspace.axis.setFocus()
+    workspace.axis.set_cursor(1.5)
+    qtbot.keyClick(workspace.axis, Qt.Key.Key_M)
+    qtbot.waitUntil(lambda: len(workspace.content.opened.marks) == 1, timeout=LONG_MS)
     with Recording(path) as recording:
         assert [mark.frame for mark in recording.marks()] == [72_000]
-    qtbot.keyClick(desk.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
-    qtbot.waitUntil(lambda: not desk.content.opened.marks, timeout=LONG_MS)
+    qtbot.keyClick(workspace.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
+    qtbot.waitUntil(lambda: not workspace.content.opened.marks, timeout=LONG_MS)
 
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
@@ -232,46 +234,46 @@ def test_steps_are_sorted_filtered_and_copied(opened):
     table, panel = opened.steps.table, opened.steps
     column = 9  # the loading rate
     table.sortByColumn(column, Qt.SortOrder.DescendingOrder)
-    rates = [step.loading_kn_s for step in table.shown_steps()]
+    rates = [step.loading_kn_s for step in table.steps_in_order()]
     assert rates == sorted(rates, reverse=True)
     tile = opened.content.steps[0].step.tile
     panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
-    assert {step.tile for step in table.shown_steps()} == {tile}
-    assert f"mean of {len(panel.passing())}" in [one.name for one in panel.plot.drawing.series]
+    assert {step.tile for step in table.steps_in_order()} == {tile}
+    assert f"mean of {len(panel.visible_steps())}" in [one.name for one in panel.plot.drawing.series]
     table.clearSelection()
-    QTest.mouseClick(panel.copying, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(panel.copy_button, Qt.MouseButton.LeftButton)
     rows = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))
-    assert [row["tile"] for row in rows] == [tile] * len(panel.passing())
+    assert [row["tile"] for row in rows] == [tile] * len(panel.visible_steps())
 
 
-def test_one_is_deleted_only_when_that_was_said(desk, folder, walk, qtbot, monkeypatch):
+def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, monkeypatch):
     path = folder / "old.underfoot"
     shutil.copy(walk, path)
-    desk.open_file(path)
-    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
-    monkeypatch.setattr("underfoot.widgets.recordings.recording_list.moved_to_trash", lambda path: False)
-    qtbot.mouseClick(desk.recordings.delete, Qt.MouseButton.LeftButton)
-    box = desk.recordings.findChild(QMessageBox)
+    workspace.open_file(path)
+    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    monkeypatch.setattr("underfoot.widgets.recordings.recording_list.move_to_trash", lambda path: False)
+    qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
+    box = workspace.recordings.findChild(QMessageBox)
     qtbot.mouseClick(box.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
     assert path.exists()
     for _ in ("to the trash", "for good, where there is none"):
-        if not any(one.isVisible() for one in desk.recordings.findChildren(QMessageBox)):
-            qtbot.mouseClick(desk.recordings.delete, Qt.MouseButton.LeftButton)
-        box = next(one for one in desk.recordings.findChildren(QMessageBox) if one.isVisible())
+        if not any(one.isVisible() for one in workspace.recordings.findChildren(QMessageBox)):
+            qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
+        box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
         qtbot.mouseClick(box.button(QMessageBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
     assert not path.exists()
-    assert desk.content is None
-    assert desk.recordings.list.count() == 0
+    assert workspace.content is None
+    assert workspace.recordings.list.count() == 0
 
 
 def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     said = []
-    opened.said.connect(said.append)
+    opened.notified.connect(said.append)
     qtbot.mouseClick(opened.export_button, Qt.MouseButton.LeftButton)
     dialog = opened.window().findChild(ExportDialog)
     dialog.format.setCurrentIndex(dialog.format.findData(".wav"))
     assert dialog.vibration.isVisible()
-    assert "force" in dialog.cannot.text()
+    assert "force" in dialog.omissions.text()
     dialog.reject()
     opened.exporting.begin(opened.content.opened.path, folder / "walk.wav", "measured")
     qtbot.waitUntil(lambda: not opened.exporting.is_busy, timeout=LONG_MS)
@@ -283,13 +285,13 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     assert not (folder / "walk.csv").exists()
 
 
-def test_what_cannot_be_opened_is_said(desk, folder, qtbot):
+def test_what_cannot_be_opened_is_said(workspace, folder, qtbot):
     broken = folder / "broken.underfoot"
     broken.write_bytes(b"SQLite format 3\0 and nothing more")
-    with qtbot.waitSignal(desk.said, timeout=LONG_MS) as said:
-        desk.open_file(broken)
+    with qtbot.waitSignal(workspace.notified, timeout=LONG_MS) as said:
+        workspace.open_file(broken)
     assert "broken.underfoot" in said.args[0]
-    assert "broken.underfoot" in desk.axis.note
+    assert "broken.underfoot" in workspace.axis.note
 
 
 def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_path, folder, walk):
@@ -301,11 +303,11 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     QApplication.sendEvent(window, enter)
     assert enter.isAccepted()
     QApplication.sendEvent(window, QDropEvent(QPointF(600, 400), Qt.DropAction.CopyAction, data, *none))
-    desk = window.workspaces["Recordings"]
+    workspace = window.workspaces["Recordings"]
     assert window.workspace == "Recordings"
-    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
     assert str(walk) in window.settings.recordings
-    desk.close_down()
+    workspace.close_down()
 
 
 def test_a_list_that_is_closed_reads_no_more(qtbot, tmp_path):

@@ -37,15 +37,15 @@ def session(playing):
 def followed(session, qtbot):
     """A bridge on the session, with its kernels loaded."""
     made = Bridge()
-    made.follow(session, session.target.floor, session.target.rate)
+    made.attach(session, session.target.floor, session.target.rate)
     assert made.wait_for_kernels(LONG_MS / 1000)
     yield made
-    made.leave()
+    made.detach()
 
 
 def test_forces_come_in_order_with_loads_and_contacts(followed, qtbot):
     told = []
-    followed.forces.connect(told.append)
+    followed.forces_tracked.connect(told.append)
     qtbot.waitUntil(lambda: any(forces.contacts for forces in told) and len(told) > 30, timeout=LONG_MS)
     times = np.concatenate([forces.time_s for forces in told])
     assert (np.diff(times) > 0).all()
@@ -58,7 +58,7 @@ def test_forces_come_in_order_with_loads_and_contacts(followed, qtbot):
 
 
 def test_footsteps_come_as_they_happen(followed, qtbot):
-    with qtbot.waitSignal(followed.stepped, timeout=LONG_MS) as stepped:
+    with qtbot.waitSignal(followed.steps_found, timeout=LONG_MS) as stepped:
         pass
     step = stepped.args[0][0]
     assert step.tile in default_floor().ids
@@ -66,11 +66,11 @@ def test_footsteps_come_as_they_happen(followed, qtbot):
 
 
 def test_vibration_is_read_only_where_it_is_wanted(followed, qtbot):
-    with qtbot.assertNotEmitted(followed.vibrated, wait=200):
+    with qtbot.assertNotEmitted(followed.vibration_read, wait=200):
         pass
     followed.wants_vibration = True
     pieces = []
-    followed.vibrated.connect(lambda first, samples: pieces.append((first, samples)))
+    followed.vibration_read.connect(lambda first, samples: pieces.append((first, samples)))
     qtbot.waitUntil(lambda: len(pieces) > 10, timeout=LONG_MS)
     for (first, samples), (after, _) in itertools.pairwise(pieces):
         assert samples.shape[1] == 4
@@ -79,7 +79,7 @@ def test_vibration_is_read_only_where_it_is_wanted(followed, qtbot):
 
 def test_a_press_is_seen_as_a_load(followed, session, qtbot):
     told = []
-    followed.forces.connect(told.append)
+    followed.forces_tracked.connect(told.append)
     session.send(Walk(False))
     session.send(PressTile("t2", 0.0, 0.0, 300.0))
     qtbot.waitUntil(lambda: bool(told) and abs(told[-1].load_n[1] - 300.0) < 5.0, timeout=LONG_MS)
@@ -89,16 +89,16 @@ def test_a_press_is_seen_as_a_load(followed, session, qtbot):
 
 
 def test_health_and_costs_come_a_few_times_a_second(followed, qtbot):
-    with qtbot.waitSignals([followed.health, followed.costs], timeout=LONG_MS):
+    with qtbot.waitSignals([followed.health_reported, followed.costs_measured], timeout=LONG_MS):
         pass
-    with qtbot.waitSignal(followed.health) as health:
+    with qtbot.waitSignal(followed.health_reported) as health:
         pass
     assert health.args[0].running
     assert health.args[0].frame > 0
 
 
 def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
-    followed.leave()
+    followed.detach()
     with qtbot.assertNotEmitted(followed.ticked, wait=200):
         pass
 
@@ -106,12 +106,12 @@ def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
 def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
     said = []
-    followed.noticed.connect(said.append)
+    followed.notified.connect(said.append)
     with qtbot.waitSignal(followed.started, timeout=LONG_MS):
         os.kill(playing.started().process, signal.SIGKILL)
     (stopped,) = (line for line in said if "engine stopped" in line)  # a busy machine may have more to say
     assert "patch goes on playing" in stopped
-    with qtbot.waitSignal(followed.forces, timeout=LONG_MS):
+    with qtbot.waitSignal(followed.forces_tracked, timeout=LONG_MS):
         pass
 
 
@@ -122,9 +122,9 @@ def test_what_is_said_is_said_once(qtbot):
         poll=lambda: notices, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
     )
     made, said = Bridge(), []
-    made.noticed.connect(said.append)
-    made.follow(session, default_floor(), 48_000.0)
+    made.notified.connect(said.append)
+    made.attach(session, default_floor(), 48_000.0)
     made.tick()
     made.tick()
-    made.leave()
+    made.detach()
     assert said == ["no card", "no channel"]

@@ -2,7 +2,7 @@
 
 import pytest
 from PySide6.QtTest import QSignalSpy
-from windows import LONG_MS, hiss
+from windows import LONG_MS, noise_patch
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -16,7 +16,7 @@ from underfoot.widgets.session.settings import Settings
 def controller(qtbot, tmp_path):
     """A controller before its start; profiles are in `tmp_path`."""
     made = SessionController(REGISTRY, Settings(), Target(default_floor()), tmp_path)
-    made.edit(hiss(), None)
+    made.edit(noise_patch(), None)
     yield made
     made.close()
 
@@ -30,7 +30,7 @@ def test_the_target_is_released_and_opened_again(controller, qtbot):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS) as opened:
         controller.reopen()
     assert opened.args == [controller.target]
-    assert controller.session.patch == hiss()
+    assert controller.session.patch == noise_patch()
 
 
 def test_a_session_that_is_being_opened_is_released_too(controller, qtbot):
@@ -46,7 +46,7 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(co
     folder.mkdir(parents=True)
     (folder / "t1.json").write_text("{}")
     said = []
-    controller.said.connect(said.append)
+    controller.notified.connect(said.append)
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.start()
         controller.set_target(Target(floor))
@@ -59,20 +59,20 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(co
 def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.start()
-        controller.edit(hiss("Edited"), tmp_path)
-    assert controller.session.patch == hiss("Edited")
+        controller.edit(noise_patch("Edited"), tmp_path)
+    assert controller.session.patch == noise_patch("Edited")
     assert controller.session.folder == tmp_path
 
 
 def test_a_sound_card_starts_silent_until_the_person_says_play(null_sink, qtbot, tmp_path):
     settings = Settings(level_db=-12.0)
     controller = SessionController(REGISTRY, settings, Target(default_floor(), sound="", latency_s=0.08), tmp_path)
-    said = QSignalSpy(controller.said)
+    said = QSignalSpy(controller.notified)
     controller.start()
     try:
         qtbot.waitUntil(lambda: said.count() > 0, timeout=60_000)
         assert said.at(0)[0] == "The output is silent. Space plays, at -12 dB."
-        assert not controller.playing
+        assert not controller.is_playing
         assert not controller.session.playing
         controller.play_or_stop()
         assert controller.session.playing
@@ -84,6 +84,6 @@ def test_without_a_sound_card_it_plays_at_once(qtbot, tmp_path):
     controller = SessionController(REGISTRY, Settings(), Target(default_floor(), sound="no such card"), tmp_path)
     controller.start()
     try:
-        qtbot.waitUntil(lambda: controller.playing, timeout=60_000)
+        qtbot.waitUntil(lambda: controller.is_playing, timeout=60_000)
     finally:
         controller.close()

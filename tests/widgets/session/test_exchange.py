@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
-from windows import design, dialog_of, hiss, quiet_window
+from windows import design, dialog_of, noise_patch, quiet_window
 
 from underfoot.widgets.dialogs.export_dialog import ExportDialog
 
@@ -48,14 +48,14 @@ def test_dropped_files_are_opened_as_patches_and_others_are_not_taken(window, qt
         assert not window.isWindowModified()
     (tmp_path / "a.txt").write_text("x")
     assert not drop(window, tmp_path / "a.txt")
-    hiss("Dropped").save(tmp_path / "a.json")
+    noise_patch("Dropped").save(tmp_path / "a.json")
     assert drop(window, tmp_path / "a.json")
     assert window.open_patch.path == tmp_path / "a.json"
 
 
 def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_says_so(window, tmp_path):
     for name in ("a", "b"):
-        hiss(name).save(tmp_path / f"{name}.json")
+        noise_patch(name).save(tmp_path / f"{name}.json")
     (tmp_path / "notes.txt").write_text("x")
     assert drop(window, tmp_path / "notes.txt", tmp_path / "b.json", tmp_path / "a.json")
     assert window.open_patch.path == tmp_path / "b.json"
@@ -74,7 +74,7 @@ def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
 
 def test_files_copied_in_a_file_manager_are_opened_by_paste(window, qtbot, tmp_path):
     canvas = design(window).canvas
-    hiss("Pasted").save(tmp_path / "a.json")
+    noise_patch("Pasted").save(tmp_path / "a.json")
     QApplication.clipboard().setMimeData(files(tmp_path / "a.json"))
     qtbot.keyClick(canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert window.open_patch.path == tmp_path / "a.json"
@@ -88,7 +88,7 @@ def test_files_copied_in_a_file_manager_are_opened_by_paste(window, qtbot, tmp_p
 
 def test_import_asks_about_unsaved_work_first(window, qtbot, tmp_path):
     path = made.put(tmp_path, "haptic")
-    design(window).document.edit(hiss(), "All")
+    design(window).document.edit(noise_patch(), "All")
     window.actions_by_name["import"].trigger()
     question = dialog_of(window, QMessageBox)
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
@@ -118,6 +118,6 @@ def test_a_bad_file_is_one_line_and_the_patch_stays(window, qtbot, tmp_path):
     assert design(window).patch() == before
     window.actions_by_name["export"].trigger()
     dialog = window.findChild(ExportDialog)
-    assert dialog.lost.count() > 5
+    assert dialog.losses.count() > 5
     qtbot.keyClick(dialog, Qt.Key.Key_Escape)
     assert not dialog.isVisible()

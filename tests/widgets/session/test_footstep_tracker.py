@@ -30,7 +30,7 @@ def test_footsteps_are_the_same_in_any_pieces(recorded, chunk):
     steps, loads = [], []
     for at in range(0, len(forces.time_s), chunk):
         piece = slice(at, at + chunk)
-        tracker.take(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
+        tracker.add(forces.time_s[piece] * 48_000.0, forces.force_n[piece])
         told, new = tracker.track(60.0)
         steps += new
         loads.append(told.force_n.sum(axis=2))
@@ -43,7 +43,7 @@ def test_footsteps_are_the_same_in_any_pieces(recorded, chunk):
 def test_forces_are_less_their_baseline(recorded):
     floor, forces = recorded
     tracker = ready(floor, forces)
-    tracker.take(forces.time_s * 48_000.0, forces.force_n)
+    tracker.add(forces.time_s * 48_000.0, forces.force_n)
     told, _ = tracker.track(60.0)
     contacts = ContactTracker(floor, forces.rate_hz)
     contacts.feed(forces.time_s[: len(told.time_s)], forces.force_n[: len(told.time_s)])
@@ -53,7 +53,7 @@ def test_forces_are_less_their_baseline(recorded):
 def test_a_long_backlog_is_tracked_in_chunks(recorded):
     floor, forces = recorded
     tracker = ready(floor, forces, chunk=512)
-    tracker.take(forces.time_s * 48_000.0, forces.force_n)
+    tracker.add(forces.time_s * 48_000.0, forces.force_n)
     lengths = []
     while (told := tracker.track(0.0)[0]) is not None:
         lengths.append(len(told.time_s))

@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QToolButton
-from windows import choose_file, design, dialog_of, hiss, quiet_window
+from windows import choose_file, design, dialog_of, noise_patch, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
@@ -13,9 +13,9 @@ from underfoot.widgets.session.settings import Settings
 
 
 def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
-    hiss().save(tmp_path / "hiss.json")
+    noise_patch().save(tmp_path / "hiss.json")
     first = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
-    edited = hiss().set("noise", "amplitude", 4.0, REGISTRY)
+    edited = noise_patch().set("noise", "amplitude", 4.0, REGISTRY)
     design(first).document.edit(edited, "Set amplitude")
     kept = tmp_path / "unsaved" / "work-0.json"
     qtbot.waitUntil(kept.exists)
@@ -34,14 +34,14 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
 
 def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
     first = quiet_window(qtbot, tmp_path)
-    design(first).document.edit(hiss("Left behind"), "All")
+    design(first).document.edit(noise_patch("Left behind"), "All")
     first.leave()
     assert design(quiet_window(qtbot, tmp_path)).patch().title == "Left behind"
 
 
 def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    design(window).document.edit(hiss(), "All")
+    design(window).document.edit(noise_patch(), "All")
     window.close()
     question = dialog_of(window, QMessageBox)
     qtbot.waitUntil(question.isActiveWindow)
@@ -51,7 +51,7 @@ def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_pat
 
 def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    design(window).document.edit(hiss(), "All")
+    design(window).document.edit(noise_patch(), "All")
     window.close()
     assert window.isVisible()
     question = dialog_of(window, QMessageBox)
@@ -62,17 +62,17 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
 
 def test_two_windows_keep_their_work_apart(tmp_path):
     one, two = Autosave(tmp_path), Autosave(tmp_path)
-    one.keep(hiss("One"), None)
-    two.keep(hiss("Two"), tmp_path / "two.json")
-    assert one.rescue(REGISTRY).patch.title == "One"
-    assert two.rescue(REGISTRY).path == tmp_path / "two.json"
+    one.write(noise_patch("One"), None)
+    two.write(noise_patch("Two"), tmp_path / "two.json")
+    assert one.recover(REGISTRY).patch.title == "One"
+    assert two.recover(REGISTRY).path == tmp_path / "two.json"
     two.close()
     three = Autosave(tmp_path)
-    assert three.rescue(REGISTRY).patch.title == "Two"
+    assert three.recover(REGISTRY).patch.title == "Two"
     three.put_aside()
-    assert three.rescue(REGISTRY) is None
+    assert three.recover(REGISTRY) is None
     four = Autosave(tmp_path)
-    assert four.rescue(REGISTRY).patch.title == "Two"
+    assert four.recover(REGISTRY).patch.title == "Two"
 
 
 @pytest.mark.parametrize(
@@ -127,9 +127,9 @@ def test_a_path_that_belongs_to_no_folder_stays_as_it_was_typed(tmp_path):
 
 
 def test_a_patch_that_was_rescued_knows_its_folder(qtbot, tmp_path):
-    hiss().save(tmp_path / "hiss.json")
+    noise_patch().save(tmp_path / "hiss.json")
     first = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
-    design(first).document.edit(hiss("Edited"), "All")
+    design(first).document.edit(noise_patch("Edited"), "All")
     first.leave()
     folders = []
     second = quiet_window(qtbot, tmp_path)

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
-from windows import design, dialog_of, hiss, quiet_window
+from windows import design, dialog_of, noise_patch, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -16,7 +16,7 @@ BUTTON = QMessageBox.StandardButton
 @pytest.fixture
 def two(qtbot, tmp_path):
     """A window with a file in A, and an edited copy of it in B."""
-    hiss().save(tmp_path / "hiss.json")
+    noise_patch().save(tmp_path / "hiss.json")
     window = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json")
     workspace = design(window)
     QTest.keyClick(workspace.canvas, X)
@@ -34,11 +34,11 @@ def test_what_is_in_the_other_slot_survives_a_crash(two, qtbot, tmp_path):
     QTest.keyClick(design(two).canvas, X)
     assert two.open_patch.is_saved
     assert not two.open_patch.is_all_saved
-    two.open_patch.keep()
+    two.open_patch.write_autosave()
     qtbot.waitUntil((tmp_path / "unsaved" / "work-0.json").exists)
     two.open_patch.autosave.close()
     second = quiet_window(qtbot, tmp_path)
-    assert design(second).patch() == hiss()
+    assert design(second).patch() == noise_patch()
     assert second.open_patch.path == tmp_path / "hiss.json"
     QTest.keyClick(design(second).canvas, X)
     assert design(second).patch() == edited
@@ -59,7 +59,7 @@ def test_closing_asks_about_the_slot_that_is_not_seen(two, qtbot):
 
 def test_closing_asks_about_both_one_after_the_other(two, qtbot):
     QTest.keyClick(design(two).canvas, X)
-    design(two).document.edit(hiss("Another"), "All")
+    design(two).document.edit(noise_patch("Another"), "All")
     two.close()
     answer(two, qtbot, BUTTON.Discard)
     assert two.isVisible()
@@ -73,13 +73,13 @@ def test_each_slot_is_saved_to_its_own_file(two, qtbot, tmp_path):
     assert Patch.load(tmp_path / "b.json", REGISTRY).node("noise").parameters == {"amplitude": 4.0}
     QTest.keyClick(design(two).canvas, X)
     assert two.open_patch.path == tmp_path / "hiss.json"
-    assert Patch.load(tmp_path / "hiss.json", REGISTRY) == hiss()
+    assert Patch.load(tmp_path / "hiss.json", REGISTRY) == noise_patch()
     assert two.open_patch.is_all_saved
 
 
 def test_another_file_is_opened_into_the_slot_that_is_edited(two, tmp_path):
     QTest.keyClick(design(two).canvas, X)
-    hiss("Third").save(tmp_path / "third.json")
+    noise_patch("Third").save(tmp_path / "third.json")
     two.open_patch.open(tmp_path / "third.json")
     assert design(two).patch().title == "Third"
     QTest.keyClick(design(two).canvas, X)
@@ -88,7 +88,7 @@ def test_another_file_is_opened_into_the_slot_that_is_edited(two, tmp_path):
 
 def test_a_copy_names_the_files_that_its_original_named(qtbot, tmp_path):
     """B has no folder: what A names from its own, B names in full."""
-    patch = hiss().add("wav-player", REGISTRY, file="step.wav")
+    patch = noise_patch().add("wav-player", REGISTRY, file="step.wav")
     patch.save(tmp_path / "a.json")
     window = quiet_window(qtbot, tmp_path, tmp_path / "a.json")
     QTest.keyClick(design(window).canvas, X)

@@ -16,10 +16,10 @@ from underfoot.records.envelopes import Envelope
 from underfoot.records.survey import ContactSpan, Stance
 from underfoot.widgets import theme
 from underfoot.widgets.plots.painting import polygon
-from underfoot.widgets.recordings.reader import FINE_S, Opened, Overview, Strip
+from underfoot.widgets.recordings.reader import FINE_S, DetailEnvelopes, OpenedRecording, OverviewEnvelopes
 
 GUTTER_PX, RIGHT_PX, RULER_PX = 108, 12, 34
-FULL_N = 1000.0
+FULL_SCALE_N = 1000.0
 """The load at which a tile's row shows the full amber."""
 _ROW_PX = (3.0, 14.0)
 """Heights between which a tile's row is."""
@@ -31,7 +31,7 @@ _TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 2
 
 
 @dataclass
-class View:
+class TimelineView:
     """What is to be seen: seconds from `begin_s` to `end_s` of a recording, `tile` a row of its floor."""
 
     begin_s: float = 0.0
@@ -42,12 +42,12 @@ class View:
 
 
 @dataclass
-class Content:
+class RecordingContent:
     """What a recording has, as far as it is known."""
 
-    opened: Opened
-    overview: Overview | None = None
-    strip: Strip | None = None
+    opened: OpenedRecording
+    overview: OverviewEnvelopes | None = None
+    detail: DetailEnvelopes | None = None
     contacts: Sequence[ContactSpan] = ()
     steps: Sequence[Stance] = ()
 
@@ -59,7 +59,7 @@ class Content:
         self.contacts, self.steps = contacts, steps
         self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
         """The number of a contact's step in the list."""
-        self.passing: Sequence[int] = range(len(steps))
+        self.visible_steps: Sequence[int] = range(len(steps))
         """The numbers of the steps that are not filtered out."""
         self.spans_s = np.array([(one.start_s, one.end_s) for one in contacts]).reshape(-1, 2)
         free = [-math.inf] * _BARS
@@ -72,16 +72,16 @@ class Content:
 
     def envelope(self, source: str, begin: float, end: float, frames: float, tile: int) -> tuple[Envelope, int]:
         """What to draw a source of, and which column of it is the tile's (of force: that is all tiles')."""
-        strip, overview = self.strip, self.overview
-        fits = strip is not None and strip.begin <= begin and end <= strip.end and strip.tile == tile
-        if fits and strip is not None and frames < FINE_S * self.opened.rate and strip.frames <= 2.0 * frames:
-            return strip.envelopes[source], tile if source == "force" else 0
+        detail, overview = self.detail, self.overview
+        fits = detail is not None and detail.begin <= begin and end <= detail.end and detail.tile == tile
+        if fits and detail is not None and frames < FINE_S * self.opened.rate and detail.frames <= 2.0 * frames:
+            return detail.envelopes[source], tile if source == "force" else 0
         assert overview is not None
         return overview.envelope(source, frames), tile
 
 
 @dataclass(frozen=True)
-class Lane:
+class Track:
     """A band of the picture from `top` to `bottom`, in pixels."""
 
     name: str
@@ -89,7 +89,7 @@ class Lane:
     bottom: float
 
 
-def lanes_of(height: float, tiles: int) -> dict[str, Lane]:
+def tracks_of(height: float, tiles: int) -> dict[str, Track]:
     """Where each lane is in a picture of this height."""
     left = height - RULER_PX - 6.0
     bars = _BARS * _BAR_PX + 8.0
@@ -103,18 +103,18 @@ def lanes_of(height: float, tiles: int) -> dict[str, Lane]:
         ("commanded", 0.3 * rest),
         ("measured", 0.3 * rest),
     ):
-        found[name] = Lane(name, top, top + share - 6.0)
+        found[name] = Track(name, top, top + share - 6.0)
         top += share
     return found
 
 
-class LanePainter:
+class TrackPainter:
     """Paints the content of a recording in a view."""
 
-    def __init__(self, content: Content, view: View, width: float, height: float) -> None:
+    def __init__(self, content: RecordingContent, view: TimelineView, width: float, height: float) -> None:
         self.content, self.view = content, view
         self.left, self.right = float(GUTTER_PX), max(width - RIGHT_PX, GUTTER_PX + 10.0)
-        self.lanes = lanes_of(height, len(content.opened.floor.tiles))
+        self.tracks = tracks_of(height, len(content.opened.floor.tiles))
         opened = content.opened
         columns = max(1, round(self.right - self.left))
         at_s = np.linspace(view.begin_s, view.end_s, columns + 1)
@@ -130,8 +130,8 @@ class LanePainter:
         """Paint all but what moves: cursor and selection."""
         painter.setFont(theme.font(theme.SMALL_PX))
         self._paint_ruler(painter)
-        for lane in self.lanes.values():
-            painter.fillRect(self._area(lane), QColor(theme.PANEL))
+        for track in self.tracks.values():
+            painter.fillRect(self._area(track), QColor(theme.PANEL))
         if self.content.overview is not None:
             self._paint_force(painter)
             for source, colour in (("commanded", theme.VIBRATION), ("measured", theme.CONTACT)):
@@ -140,8 +140,8 @@ class LanePainter:
         self._paint_gaps(painter)
         self._paint_marks(painter)
 
-    def _area(self, lane: Lane) -> QRectF:
-        return QRectF(self.left, lane.top, self.right - self.left, lane.bottom - lane.top)
+    def _area(self, track: Track) -> QRectF:
+        return QRectF(self.left, track.top, self.right - self.left, track.bottom - track.top)
 
     # --- time ---
 
@@ -154,7 +154,7 @@ class LanePainter:
             painter.setPen(QPen(QColor(theme.LINE), 1.0))
             painter.drawLine(QPointF(x, RULER_PX - 6.0), QPointF(x, RULER_PX - 1.0))
             painter.setPen(QColor(theme.MUTED))
-            words = time_in_words(k * step_s, step_s)
+            words = time_text(k * step_s, step_s)
             room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends where the picture does
             wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(words) + 2.0)
             at = QRectF(x + room - wide, 14.0, wide, 14.0)
@@ -167,7 +167,7 @@ class LanePainter:
             x = self.x((frame - opened.first) / opened.rate)
             if self.left <= x <= self.right:
                 painter.drawLine(QPointF(x, RULER_PX - 4.0), QPointF(x, RULER_PX))
-        violet, bottom, free = QColor(theme.EVENTS), self.lanes["measured"].bottom, -math.inf
+        violet, bottom, free = QColor(theme.EVENTS), self.tracks["measured"].bottom, -math.inf
         for mark in sorted(opened.marks, key=lambda mark: (mark.frame, not mark.text)):
             x = self.x((mark.frame - opened.first) / opened.rate)
             if not self.left <= x <= self.right:
@@ -186,7 +186,7 @@ class LanePainter:
             begin, end = ((frame - opened.first) / opened.rate for frame in (gap.first, gap.first + gap.count))
             left, right = max(self.x(begin), self.left), min(self.x(end), self.right)
             if right >= left:
-                top, bottom = self.lanes["force"].top, self.lanes["measured"].bottom
+                top, bottom = self.tracks["force"].top, self.tracks["measured"].bottom
                 brush = QBrush(QColor(theme.ALARM), Qt.BrushStyle.BDiagPattern)
                 painter.fillRect(QRectF(left, top, max(right - left, 1.0), bottom - top), brush)
 
@@ -200,43 +200,43 @@ class LanePainter:
         )
         count = len(self.content.opened.floor.tiles)
         (low, high), (tile_low, tile_high) = (
-            [found[:, 0] - overview.rest_n[column] for found in envelope.column(column).between(self._edges)]
+            [found[:, 0] - overview.baseline_n[column] for found in envelope.column(column).between(self._edges)]
             for column in (count, view.tile)
         )
         all_high = overview.levels["force"][-1].high
-        top_n = max(200.0, round_top(1.05 * float(np.nanmax(all_high[:, -1], initial=0.0) - overview.rest_n[-1])))
-        lane = self.lanes["force"]
-        self._paint_axis(painter, lane, ("Force, N", ""), -0.05 * top_n, top_n)
-        self._paint_band(painter, lane, low, high, (-0.05 * top_n, top_n), QColor(theme.FORCE))
+        top_n = max(200.0, round_top(1.05 * float(np.nanmax(all_high[:, -1], initial=0.0) - overview.baseline_n[-1])))
+        track = self.tracks["force"]
+        self._paint_axis(painter, track, ("Force, N", ""), -0.05 * top_n, top_n)
+        self._paint_band(painter, track, low, high, (-0.05 * top_n, top_n), QColor(theme.FORCE))
         middle = 0.5 * (tile_low + tile_high)
-        self._paint_line(painter, lane, middle, (-0.05 * top_n, top_n), QColor(theme.TEXT))
+        self._paint_line(painter, track, middle, (-0.05 * top_n, top_n), QColor(theme.TEXT))
         x = self.left + 6.0
         for words, colour in (("all tiles", theme.FORCE), (self._tile(), theme.TEXT)):
             painter.setPen(QColor(colour))
-            painter.drawText(QPointF(x, lane.top + 11.0), words)
+            painter.drawText(QPointF(x, track.top + 11.0), words)
             x += painter.fontMetrics().horizontalAdvance(words) + 12.0
-        self._paint_tiles(painter, (envelope.most(self._edges) - overview.rest_n)[:, :-1])
+        self._paint_tiles(painter, (envelope.most(self._edges) - overview.baseline_n)[:, :-1])
 
     def _paint_tiles(self, painter: QPainter, load_n: NDArray[np.float32]) -> None:
         """A row for each tile, the chosen one marked."""
-        lane, count = self.lanes["tiles"], load_n.shape[1]
-        levels = np.clip(np.nan_to_num(load_n) * (255.0 / FULL_N), 0.0, 255.0).astype(np.uint8)
+        track, count = self.tracks["tiles"], load_n.shape[1]
+        levels = np.clip(np.nan_to_num(load_n) * (255.0 / FULL_SCALE_N), 0.0, 255.0).astype(np.uint8)
         pixels = np.ascontiguousarray(_shades(theme.FORCE, theme.PANEL)[levels].T)
         image = QImage(pixels.data, pixels.shape[1], count, 4 * pixels.shape[1], QImage.Format.Format_RGB32)
-        painter.drawImage(self._area(lane), image)
-        row = (lane.bottom - lane.top) / count
+        painter.drawImage(self._area(track), image)
+        row = (track.bottom - track.top) / count
         painter.setPen(QColor(theme.MUTED))
         every = max(1, math.ceil(13.0 / row))
         for k in range(0, count, every):
-            box = QRectF(0.0, lane.top + k * row - 1.0, GUTTER_PX - 6.0, max(row, 13.0))
+            box = QRectF(0.0, track.top + k * row - 1.0, GUTTER_PX - 6.0, max(row, 13.0))
             name = self.content.opened.floor.tiles[k].id
             painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, name)
         painter.setPen(QPen(QColor(theme.TEXT), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(QRectF(self.left, lane.top + self.view.tile * row, self.right - self.left, max(row, 2.0)))
+        painter.drawRect(QRectF(self.left, track.top + self.view.tile * row, self.right - self.left, max(row, 2.0)))
 
     def _paint_vibration(self, painter: QPainter, source: str, colour: str) -> None:
-        lane, overview = self.lanes[source], self.content.overview
+        track, overview = self.tracks[source], self.content.overview
         assert overview is not None
         envelope, column = self.content.envelope(
             source, float(self._edges[0]), float(self._edges[-1]), self._frames, self.view.tile
@@ -245,53 +245,53 @@ class LanePainter:
         both = [overview.levels[one][-1] for one in ("commanded", "measured")]  # on one scale, to be compared
         largest = max(max(np.nanmax(one.high, initial=0.0), -np.nanmin(one.low, initial=0.0)) for one in both)
         top = max(0.01, round_top(1.05 * float(largest)))
-        self._paint_axis(painter, lane, (source.capitalize() + ",", f"m/s², {self._tile()}"), -top, top)
+        self._paint_axis(painter, track, (source.capitalize() + ",", f"m/s², {self._tile()}"), -top, top)
         if not len(whole):
             painter.setPen(QColor(theme.MUTED))
-            painter.drawText(self._area(lane), Qt.AlignmentFlag.AlignCenter, f"nothing {source} was recorded")
+            painter.drawText(self._area(track), Qt.AlignmentFlag.AlignCenter, f"nothing {source} was recorded")
             return
         low, high = envelope.column(column).between(self._edges)
-        self._paint_band(painter, lane, low[:, 0], high[:, 0], (-top, top), QColor(colour))
+        self._paint_band(painter, track, low[:, 0], high[:, 0], (-top, top), QColor(colour))
 
     def _tile(self) -> str:
         return f"tile {self.content.opened.floor.tiles[self.view.tile].id}"
 
-    def _paint_axis(self, painter: QPainter, lane: Lane, words: tuple[str, str], low: float, high: float) -> None:
+    def _paint_axis(self, painter: QPainter, track: Track, words: tuple[str, str], low: float, high: float) -> None:
         """The lane's name, and lines at 0 and at the top."""
         metrics = painter.fontMetrics()
         painter.setPen(QColor(theme.TEXT))
-        painter.drawText(QPointF(8.0, lane.top + 11.0), words[0])
+        painter.drawText(QPointF(8.0, track.top + 11.0), words[0])
         painter.setPen(QColor(theme.MUTED))
-        if lane.bottom - lane.top > 40.0 and metrics.horizontalAdvance(words[1]) <= GUTTER_PX - 12.0:
-            painter.drawText(QPointF(8.0, lane.top + 24.0), words[1])
+        if track.bottom - track.top > 40.0 and metrics.horizontalAdvance(words[1]) <= GUTTER_PX - 12.0:
+            painter.drawText(QPointF(8.0, track.top + 24.0), words[1])
         else:
-            painter.drawText(QPointF(self.left + 6.0, lane.top + 11.0), words[1])
+            painter.drawText(QPointF(self.left + 6.0, track.top + 11.0), words[1])
         values = (0.0, 0.5 * high, high) if low > -high else (low, 0.0, high)
         for value in values:
-            y = float(_place(lane, value, low, high))
+            y = float(_place(track, value, low, high))
             painter.setPen(QPen(QColor(theme.LINE), 1.0))
             painter.drawLine(QPointF(self.left, y), QPointF(self.right, y))
             painter.setPen(QColor(theme.MUTED))
             shown = number(value)
-            at = min(max(y + 4.0, lane.top + 9.0), lane.bottom)
+            at = min(max(y + 4.0, track.top + 9.0), track.bottom)
             if value != high:
                 painter.drawText(QPointF(self.left - 6.0 - metrics.horizontalAdvance(shown), at), shown)
         shown = number(high)
-        painter.drawText(QPointF(self.left - 6.0 - metrics.horizontalAdvance(shown), lane.top + 9.0), shown)
+        painter.drawText(QPointF(self.left - 6.0 - metrics.horizontalAdvance(shown), track.top + 9.0), shown)
 
     def _paint_band(
         self,
         painter: QPainter,
-        lane: Lane,
+        track: Track,
         low: NDArray[np.float32],
         high: NDArray[np.float32],
         ends: tuple[float, float],
         colour: QColor,
     ) -> None:
         """The area between the least and the most, at least a pixel high; nothing where nothing was recorded."""
-        height = max(round(lane.bottom - lane.top), 1)
+        height = max(round(track.bottom - track.top), 1)
         top, bottom = (
-            np.nan_to_num(np.asarray(_place(lane, values.astype(np.float64), *ends)) - lane.top, nan=-9.0)
+            np.nan_to_num(np.asarray(_place(track, values.astype(np.float64), *ends)) - track.top, nan=-9.0)
             for values in (high, low)
         )
         rows = np.arange(height)[:, None]
@@ -299,14 +299,14 @@ class LanePainter:
         inside = (rows >= np.floor(np.minimum(top, height - 1))) & (rows <= np.maximum(bottom - 0.5, top))
         pixels = np.where(inside, np.uint32(colour.rgb()), np.uint32(0))
         image = QImage(pixels.data, len(high), height, 4 * len(high), QImage.Format.Format_ARGB32_Premultiplied)
-        painter.drawImage(QPointF(self.left, lane.top), image)
+        painter.drawImage(QPointF(self.left, track.top), image)
 
     def _paint_line(
-        self, painter: QPainter, lane: Lane, values: NDArray[np.float32], ends: tuple[float, float], colour: QColor
+        self, painter: QPainter, track: Track, values: NDArray[np.float32], ends: tuple[float, float], colour: QColor
     ) -> None:
         seen = np.isfinite(values)
         x = self.left + 0.5 + np.arange(len(values))
-        y = np.asarray(_place(lane, values.astype(np.float64), *ends))
+        y = np.asarray(_place(track, values.astype(np.float64), *ends))
         painter.setPen(QPen(colour, 1.0))
         for run in np.split(np.arange(len(values)), np.flatnonzero(np.diff(seen)) + 1):
             if len(run) and seen[run[0]]:
@@ -315,14 +315,14 @@ class LanePainter:
     # --- contacts ---
 
     def _paint_contacts(self, painter: QPainter) -> None:
-        lane = self.lanes["contacts"]
+        track = self.tracks["contacts"]
         painter.setPen(QColor(theme.TEXT))
-        painter.drawText(QPointF(8.0, lane.top + 11.0), "Contacts")
+        painter.drawText(QPointF(8.0, track.top + 11.0), "Contacts")
         painter.setPen(QColor(theme.MUTED))
-        painter.drawText(QPointF(8.0, lane.top + 24.0), "step, foot")
+        painter.drawText(QPointF(8.0, track.top + 24.0), "step, foot")
         chosen = self.content.steps[self.view.step].step.contact if self.view.step >= 0 else 0
         self._paint_thin(painter)
-        passing = set(self.content.passing)
+        passing = set(self.content.visible_steps)
         for contact, bar in self.bars(chosen):
             number = self.content.number_of.get(contact.id)
             step = self.content.steps[number].step if number is not None and number in passing else None
@@ -338,11 +338,11 @@ class LanePainter:
 
     def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
         """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""
-        lane, found = self.lanes["contacts"], []
+        track, found = self.tracks["contacts"], []
         left, right, seen = self._spans_px()
         wide = (right - left >= _THIN_PX) | np.array([one.id == chosen for one in self.content.contacts], bool)
         for k in np.flatnonzero(seen & wide).tolist():
-            top = lane.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
+            top = track.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
             bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), _BAR_PX - 3.0)
             found.append((self.content.contacts[k], bar))
         return found
@@ -367,14 +367,14 @@ class LanePainter:
         pixels[self.content.bar_rows[thin], at] = QColor(theme.mixed(theme.CONTACT, theme.PANEL, 0.6)).rgb()
         for row in range(_BARS):
             image = QImage(pixels[row].data, width, 1, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
-            top = self.lanes["contacts"].top + 3.0 + row * _BAR_PX
+            top = self.tracks["contacts"].top + 3.0 + row * _BAR_PX
             painter.drawImage(QRectF(self.left, top, width, _BAR_PX - 3.0), image)
 
 
-def time_in_words(time_s: float, step_s: float = 0.001) -> str:
+def time_text(time_s: float, step_s: float = 0.001) -> str:
     """A time of the recording, to what `step_s` needs.
 
-    >>> time_in_words(75.0, 5), time_in_words(2.5, 0.5), time_in_words(0.0, 60.0), time_in_words(3661.25, 0.01)
+    >>> time_text(75.0, 5), time_text(2.5, 0.5), time_text(0.0, 60.0), time_text(3661.25, 0.01)
     ('1:15', '2.5 s', '0:00', '1:01:01.25')
     """
     decimals = max(0, -math.floor(math.log10(step_s) + 1e-9)) if step_s < 1.0 else 0
@@ -387,9 +387,11 @@ def time_in_words(time_s: float, step_s: float = 0.001) -> str:
     return f"{head}:{seconds:0{wide}.{decimals}f}"
 
 
-def _place(lane: Lane, value: "float | NDArray[np.float64]", low: float, high: float) -> "float | NDArray[np.float64]":
+def _place(
+    track: Track, value: "float | NDArray[np.float64]", low: float, high: float
+) -> "float | NDArray[np.float64]":
     share = (np.clip(value, low, high) - low) / (high - low)
-    return lane.bottom - share * (lane.bottom - lane.top)
+    return track.bottom - share * (track.bottom - track.top)
 
 
 @cache

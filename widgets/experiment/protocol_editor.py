@@ -26,54 +26,54 @@ from underfoot.widgets.experiment.choice import facts_of
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.question_table import QuestionTable
 from underfoot.widgets.experiment.stage_page import StagePage
-from underfoot.widgets.experiment.stimulus_page import Ask, StimulusPage, at_once
+from underfoot.widgets.experiment.stimulus_page import AskToRun, StimulusPage, ask_nothing
 
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
-_PLACES = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
+_PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """On which page a mistake is, by the first word of its place."""
 _FIELDS = ("title", "about", "seed", "limit_m_s2", "present_s")
-_REST_MS = 150
+_CHECK_DELAY_MS = 150
 
 
-class Maker(QWidget):
+class ProtocolEditor(QWidget):
     """Edits a draft. `saved` brings the file once it is written; `left` comes where nothing more is wanted."""
 
     saved = Signal(object)
-    left = Signal()
-    said = Signal(str)
+    closed = Signal()
+    notified = Signal(str)
 
     def __init__(self, sessions: Path, own_patches: Path) -> None:
         """`sessions` is where the sessions of studies lie, `own_patches` where a person's own presets do."""
         super().__init__()
         self._sessions, self._own_patches = sessions, own_patches
         self.draft: Draft | None = None
-        self.ask: Ask = at_once
+        self.ask_to_run: AskToRun = ask_nothing
         self._path: Path | None = None
-        self._kept = ""
+        self._saved_text = ""
         self.title = theme.label("", "title")
-        self.save, self.leave = QPushButton("Save"), QPushButton("Close")
-        self.save.setProperty("role", "primary")
-        self.save.setToolTip("Save the protocol and choose it (Ctrl+S)")
-        self.leave.setToolTip("Back to the studies (Esc)")
-        self.trouble, self.note = theme.label("", "alarm"), theme.label("", "muted")
-        for label in (self.trouble, self.note):
+        self.save_button, self.close_button = QPushButton("Save"), QPushButton("Close")
+        self.save_button.setProperty("role", "primary")
+        self.save_button.setToolTip("Save the protocol and choose it (Ctrl+S)")
+        self.close_button.setToolTip("Back to the studies (Esc)")
+        self.problem, self.note = theme.label("", "alarm"), theme.label("", "muted")
+        for label in (self.problem, self.note):
             label.setWordWrap(True)
         self.pages = QStackedWidget()
         self.tabs = QButtonGroup(self)
         self.stimuli: StimulusPage
         self.stages: StagePage
         self.rows: dict[str, FieldRows] = {}
-        self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
-        self._rest.timeout.connect(self._check)
+        self._check_timer = QTimer(self, singleShot=True, interval=_CHECK_DELAY_MS)
+        self._check_timer.timeout.connect(self._check)
         self._lay_out()
         self.tabs.idClicked.connect(self.show_page)
-        self.save.clicked.connect(self.keep)
-        self.leave.clicked.connect(self.ask_to_leave)
+        self.save_button.clicked.connect(self.save_protocol)
+        self.close_button.clicked.connect(self.ask_to_leave)
 
     @property
     def is_changed(self) -> bool:
         """Whether something is not in the file yet."""
-        return self.draft is not None and json.dumps(self.draft.raw) != self._kept
+        return self.draft is not None and json.dumps(self.draft.raw) != self._saved_text
 
     def edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
         """Show a draft: of the protocol in the file `path`, or a new one; `note` is what should be known of it."""
@@ -89,40 +89,40 @@ class Maker(QWidget):
             old.deleteLater()
         questions = QuestionTable(raw["participant"], rows_seen=8)
         self.questions = questions
-        self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask), StagePage(draft)
-        self.stimuli.said.connect(self.said)
+        self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask_to_run), StagePage(draft)
+        self.stimuli.notified.connect(self.notified)
         self.rows = {
             "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
             "sounds": FieldRows(fields_of(Sounds, Sounds.__struct_fields__), raw["sounds"]),
         }
-        pages = (_top(self.rows["study"]), questions, self.stimuli, self.stages, _top(self.rows["sounds"]))
+        pages = (_scrolled(self.rows["study"]), questions, self.stimuli, self.stages, _scrolled(self.rows["sounds"]))
         for page in pages:
             self.pages.addWidget(page)
         changes = [questions.changed, self.stimuli.changed, self.stages.changed]
         for changed in (*changes, *(rows.changed for rows in self.rows.values())):
-            changed.connect(lambda *_: self._rest.start())
-        self._kept = json.dumps(raw)
+            changed.connect(lambda *_: self._check_timer.start())
+        self._saved_text = json.dumps(raw)
         self.show_page(0)
         self._check()
         self.rows["study"].controls["title"].setFocus()
 
-    def show_page(self, place: int) -> None:
+    def show_page(self, index: int) -> None:
         """Bring a page to the screen."""
-        if place == _PLACES["stages"]:
+        if index == _PAGE_OF_FIELD["stages"]:
             self.stages.refresh()
-        self.tabs.button(place).setChecked(True)
-        self.pages.setCurrentIndex(place)
+        self.tabs.button(index).setChecked(True)
+        self.pages.setCurrentIndex(index)
 
-    def keep(self) -> None:
+    def save_protocol(self) -> None:
         """Write the protocol, if there is no mistake in it."""
         self._check()
-        if self.draft is None or self.trouble.text():
+        if self.draft is None or self.problem.text():
             return
         path = self._path or unused_path(str(self.draft.raw["title"]), self.draft.folder, self._sessions)
         try:
             self.draft.save(path)
         except UnderfootError as error:
-            self.said.emit(str(error))
+            self.notified.emit(str(error))
             return
         self._end()
         self.saved.emit(path)
@@ -131,7 +131,7 @@ class Maker(QWidget):
         """Leave; what was changed and not saved is asked about first."""
         if not self.is_changed:
             self._end()
-            self.left.emit()
+            self.closed.emit()
             return
         box = QMessageBox(self.window())
         box.setWindowTitle("Close without saving")
@@ -152,18 +152,18 @@ class Maker(QWidget):
 
     def mark_unsaved(self) -> None:
         """What is shown is in no file."""
-        self._kept = ""
+        self._saved_text = ""
 
     def event(self, event: QEvent) -> bool:
         # Here Ctrl+S saves the protocol and Escape closes the form, whatever they do elsewhere in the window.
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_ours(event):
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_own_key(event):
             event.accept()
             return True
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Save):
-            self.keep()
+            self.save_protocol()
         elif event.key() == Qt.Key.Key_Escape:
             self.ask_to_leave()
         else:
@@ -171,31 +171,35 @@ class Maker(QWidget):
 
     def _discard(self) -> None:
         self._end()
-        self.left.emit()
+        self.closed.emit()
 
     def _end(self) -> None:
-        self._rest.stop()
+        self._check_timer.stop()
         self.stimuli.background.stop()
-        self.draft, self._kept = None, ""
+        self.draft, self._saved_text = None, ""
 
     def _check(self) -> None:
         if self.draft is None:
             return
         trouble = self.draft.first_mistake()
-        self.trouble.setText(trouble)
-        theme.set_role(self.trouble, "alarm")
-        place = _PLACES.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0) if trouble else -1
+        self.problem.setText(trouble)
+        theme.set_role(self.problem, "alarm")
+        index = (
+            _PAGE_OF_FIELD.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0)
+            if trouble
+            else -1
+        )
         for at, words in enumerate(PAGES):
-            self.tabs.button(at).setText(f"{words}  •" if at == place else words)
-        self.save.setEnabled(not trouble)
+            self.tabs.button(at).setText(f"{words}  •" if at == index else words)
+        self.save_button.setEnabled(not trouble)
         self.facts.setText("" if trouble else facts_of(self.draft.checked()))
-        self.trouble.setVisible(bool(trouble))
+        self.problem.setVisible(bool(trouble))
 
     def _lay_out(self) -> None:
         head, tabs = QHBoxLayout(), QHBoxLayout()
         head.addWidget(self.title, 1)
-        head.addWidget(self.save)
-        head.addWidget(self.leave)
+        head.addWidget(self.save_button)
+        head.addWidget(self.close_button)
         tabs.setSpacing(theme.GRID // 2)
         for at, words in enumerate(PAGES):
             tab = QPushButton(words)
@@ -213,7 +217,7 @@ class Maker(QWidget):
         column.addWidget(self.note)
         column.addLayout(tabs)
         column.addWidget(self.pages, 1)
-        column.addWidget(self.trouble)
+        column.addWidget(self.problem)
         column.addWidget(self.facts)
 
 
@@ -231,11 +235,11 @@ def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[],
     box.open()
 
 
-def _is_ours(event: QKeyEvent) -> bool:
+def _is_own_key(event: QKeyEvent) -> bool:
     return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
 
 
-def _top(rows: FieldRows) -> QScrollArea:
+def _scrolled(rows: FieldRows) -> QScrollArea:
     """Rows at the top of a page that scrolls."""
     inside = QWidget()
     inside.setProperty("role", "ground")

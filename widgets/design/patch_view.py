@@ -9,14 +9,14 @@ from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
 from underfoot.patch.groups import chain
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
-from underfoot.widgets.design.crumbs import Crumbs
+from underfoot.widgets.design.breadcrumbs import Breadcrumbs
 from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.minimap import MiniMap
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
-CLOSEST, FARTHEST = 2.5, 0.1
-LEAST_FIT = 0.75
+MAX_ZOOM, MIN_ZOOM = 2.5, 0.1
+MIN_FIT_ZOOM = 0.75
 """A patch that is opened is not made smaller than this to fit: its text would be too small to be read."""
 HINT = "Double-click, or press /, to add a node\nor drag one here from the list"
 
@@ -48,16 +48,16 @@ class PatchView(QGraphicsView):
         self.setAccessibleName("Canvas")
         self.setMinimumSize(240, 160)
         self.inside = ""
-        self._keeps_all = False
+        self._keeps_fitting = False
         self.map = MiniMap(self.patch_scene, self)
-        self.crumbs = Crumbs(self)
+        self.breadcrumbs = Breadcrumbs(self)
         self.hint = theme.label(HINT, "muted")
         self.hint.setParent(self)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.hint.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._message = Message(self)
-        self.map.wanted.connect(self._look_at)
-        self.crumbs.wanted.connect(self.look_into)
+        self.map.place_requested.connect(self._centre_on)
+        self.breadcrumbs.group_requested.connect(self.open_group)
         document.changed.connect(self._show)
         self._show()
 
@@ -65,11 +65,11 @@ class PatchView(QGraphicsView):
 
     def zoom(self, factor: float, about: QPoint | None = None) -> None:
         """Zoom by a factor; what is at this place of the view, or in its middle, stays there."""
-        self._keeps_all = False
+        self._keeps_fitting = False
         about = about or self.viewport().rect().center()
         held = self.mapToScene(about)
         now = self.transform().m11()
-        factor = min(max(now * factor, FARTHEST), CLOSEST) / now
+        factor = min(max(now * factor, MIN_ZOOM), MAX_ZOOM) / now
         self.scale(factor, factor)
         slipped = self.mapToScene(about) - held
         self.translate(slipped.x(), slipped.y())
@@ -79,25 +79,25 @@ class PatchView(QGraphicsView):
         """Zoom so that a node is drawn at `scale` times its size."""
         self.zoom(scale / self.transform().m11())
 
-    def frame(self, everything: bool = False) -> None:
+    def fit_view(self, all_nodes: bool = False) -> None:
         """Bring what is selected, or all, into view, never larger than actual size."""
-        self._keeps_all = False
-        self._fit(self.patch_scene.extent(() if everything else self.patch_scene.selected()), FARTHEST)
+        self._keeps_fitting = False
+        self._fit(self.patch_scene.extent(() if all_nodes else self.patch_scene.selected()), MIN_ZOOM)
 
-    def begin_view(self) -> None:
+    def fit_new_patch(self) -> None:
         """Bring all into view, or its left end where all of it could not be read; so it stays, whatever size the window
         takes, until the view is moved."""
-        self._fit(self.patch_scene.extent(), LEAST_FIT)
-        self._keeps_all = True
+        self._fit(self.patch_scene.extent(), MIN_FIT_ZOOM)
+        self._keeps_fitting = True
 
-    def _fit(self, extent: QRectF, least: float) -> None:
+    def _fit(self, extent: QRectF, min_zoom: float) -> None:
         self.resetTransform()
         if extent.isNull():
             self.centerOn(0.0, 0.0)
         else:
             extent = extent.adjusted(-32, -32, 32, 32)
             room = self.viewport().rect()
-            scale = max(min(room.width() / extent.width(), room.height() / extent.height(), 1.0), least)
+            scale = max(min(room.width() / extent.width(), room.height() / extent.height(), 1.0), min_zoom)
             self.scale(scale, scale)
             wide, high = room.width() / scale, room.height() / scale
             middle = extent.center()
@@ -110,12 +110,12 @@ class PatchView(QGraphicsView):
 
     def pan(self, dx_px: int, dy_px: int) -> None:
         """Move the view by pixels of the screen."""
-        self._keeps_all = False
+        self._keeps_fitting = False
         self.horizontalScrollBar().setValue(self.horizontalScrollBar().value() + dx_px)
         self.verticalScrollBar().setValue(self.verticalScrollBar().value() + dy_px)
         self._moved()
 
-    def bring(self, ids: Sequence[str]) -> None:
+    def ensure_visible(self, ids: Sequence[str]) -> None:
         """Move the view as little as it takes to see these, also beside the mini-map."""
         extent = self.patch_scene.extent(ids)
         self.ensureVisible(extent, 32, 32)
@@ -124,8 +124,8 @@ class PatchView(QGraphicsView):
         if not self.map.isHidden() and not covered.isEmpty():
             self.pan(0, covered.height() + 8)
 
-    def _look_at(self, place: QPointF) -> None:
-        self._keeps_all = False
+    def _centre_on(self, place: QPointF) -> None:
+        self._keeps_fitting = False
         self.centerOn(place)
         self._moved()
 
@@ -138,49 +138,49 @@ class PatchView(QGraphicsView):
 
     # --- which level ---
 
-    def look_into(self, group: str) -> None:
+    def open_group(self, group: str) -> None:
         """Show what is in a group; "" is the whole patch. What one comes out of is selected."""
         left, self.inside = self.inside, group
         self._show()
         way = chain(self.document.patch.groups, left)
         below = way[way.index(group) + 1 :] if group in way else way if not group else []
         self.patch_scene.select(below[:1])
-        self.begin_view()
+        self.fit_new_patch()
         self.setFocus()
 
-    def leave(self) -> None:
+    def leave_group(self) -> None:
         """Show the group around the one that is seen, or the whole patch."""
         way = chain(self.document.patch.groups, self.inside)
         if way:
-            self.look_into(way[-2] if len(way) > 1 else "")
+            self.open_group(way[-2] if len(way) > 1 else "")
 
     def _show(self) -> None:
-        self._keeps_all = False
+        self._keeps_fitting = False
         patch = self.document.patch
         if self.inside not in {group.id for group in patch.groups}:
             self.inside = ""
         self.patch_scene.show(patch, self.inside)
         names = {group.id: group.title or "Sub-patch" for group in patch.groups}
-        self.crumbs.show_way([(id, names[id]) for id in chain(patch.groups, self.inside)] if self.inside else [])
+        self.breadcrumbs.show_path([(id, names[id]) for id in chain(patch.groups, self.inside)] if self.inside else [])
         self.hint.setVisible(not patch.nodes and not patch.notes)
         self._moved()
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Draw all of the patch in the colours that are in use."""
-        self.patch_scene.take_colours()
+        self.patch_scene.update_colours()
 
     # --- what it says ---
 
-    def say(self, text: str, alarm: bool = True) -> None:
+    def show_message(self, text: str, alarm: bool = True) -> None:
         """Show a line over the canvas for a few seconds; an empty one clears it."""
         self._message.show_text(text, alarm)
         if text and alarm:
             self.refused.emit(text)
 
     @property
-    def said(self) -> str:
+    def message(self) -> str:
         """The line that is shown now."""
-        return self._message.shown
+        return self._message.visible_text
 
     # --- Qt ---
 
@@ -191,8 +191,8 @@ class PatchView(QGraphicsView):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.map.settle(self.width(), self.height())
+        self.map.fit_size(self.width(), self.height())
         self.hint.setGeometry(self.rect())
-        if self._keeps_all:
-            self.begin_view()
+        if self._keeps_fitting:
+            self.fit_new_patch()
         self._moved()

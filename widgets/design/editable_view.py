@@ -12,17 +12,17 @@ from underfoot.patch.groups import Note
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.widgets import theme
-from underfoot.widgets.design.editing import aligned, copied, pasted, refusal, snapped
+from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.inline_edit import InlineEdit
-from underfoot.widgets.design.levels import face_of_group
-from underfoot.widgets.design.placing import Box, layered, shift_to_room
-from underfoot.widgets.design.rewiring import healed, inserted, joined, replaced
-from underfoot.widgets.design.shape import TITLE, face_of, node_shape
+from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
+from underfoot.widgets.design.patch_editing import aligned, copied, pasted, refusal, snapped
+from underfoot.widgets.design.patch_view import PatchView
+from underfoot.widgets.design.placing import Box, layered_places, shift_to_free_place
+from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
-from underfoot.widgets.design.view import PatchView
 from underfoot.widgets.session.dropped_files import local_files
 
-BESIDE = 24.0
+GAP_BESIDE = 24.0
 """Pixels left free at both sides of nodes that become one, for the wires."""
 
 
@@ -57,36 +57,36 @@ class EditableView(PatchView):
         self,
         type: str,
         place: QPointF | None = None,
-        held: tuple[str, str] | None = None,
-        old: Wire | None = None,
+        from_port: tuple[str, str] | None = None,
+        old_wire: Wire | None = None,
         into: Wire | None = None,
     ) -> None:
         """Add a node with its title under `place`, or in the middle of what is seen, and select it.
 
-        A wire that is `held` by a port, on its side ("in" or "out"), is brought to the node, in place of the `old` one.
+        A wire from the port `from_port` (its name, and "in" or "out") is connected to the node, instead of `old_wire`.
         `into` is a wire that the node is put into.
         """
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
-        patch = self.document.patch.disconnect([old]) if old else self.document.patch
-        after = patch.add(type, self.registry, self._room_at(type, place))
+        patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
+        after = patch.add(type, self.registry, self._free_place(type, place))
         id = after.nodes[-1].id
         around = self._group_of(into) if into else self.inside
         if around:
             after = put_into(after, [id], around)
-        if held is not None:
-            after = joined(after, self.registry, id, *held)
+        if from_port is not None:
+            after = connected(after, self.registry, id, *from_port)
         if into is not None:
             after = inserted(after, self.registry, id, into)
         word = "Insert" if into and into not in after.wires else "Add"
         self.document.edit(after, f"{word} {self.registry[type].label}")
         self.patch_scene.select([id])
-        self.bring([id])
+        self.ensure_visible([id])
 
-    def _room_at(self, type: str, place: QPointF) -> tuple[float, float]:
-        shape = node_shape(face_of(self.registry[type]), (), False)
+    def _free_place(self, type: str, place: QPointF) -> tuple[float, float]:
+        shape = node_geometry(description_of(self.registry[type]), (), False)
         x, y = snapped(place.x() - 16.0, place.y() - TITLE / 2)
-        dx, dy = shift_to_room([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
+        dx, dy = shift_to_free_place([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
         return x + dx, y + dy
 
     def _group_of(self, wire: Wire) -> str:
@@ -101,7 +101,7 @@ class EditableView(PatchView):
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
         x, y, *size = self._box(patch, id)
-        dx, dy = shift_to_room([(x, y, size[0], size[1])], self.patch_scene.boxes(but=[id]))
+        dx, dy = shift_to_free_place([(x, y, size[0], size[1])], self.patch_scene.boxes(without=[id]))
         patch = patch.move({id: (x + dx, y + dy)})
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
 
@@ -114,15 +114,15 @@ class EditableView(PatchView):
             self.document.edit(after, f"Replace {before} by {self.registry[type].label}")
             self.patch_scene.select([id])
             if lost:
-                self.say(
-                    f"{counted(lost, 'wire')} did not fit {self.registry[type].label} and went; undo brings all back"
+                self.show_message(
+                    f"{count_text(lost, 'wire')} did not fit {self.registry[type].label}; undo restores all"
                 )
 
     def add_note(self, place: QPointF) -> None:
         """Add an empty note, and ask for its text."""
         patch = self.document.patch
         x, y = snapped(place.x(), place.y())
-        dx, dy = shift_to_room([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
+        dx, dy = shift_to_free_place([(x, y, 200.0, 96.0)], self.patch_scene.boxes())
         note = Note(patch.free_id("note"), "", (x + dx, y + dy))
         after = msgspec.structs.replace(patch, notes=(*patch.notes, note))
         self.document.edit(put_into(after, [note.id], self.inside) if self.inside else after, "Add a note")
@@ -135,7 +135,7 @@ class EditableView(PatchView):
         """Take away what is selected and the chosen wire. Wires through a node heal."""
         wires = self.patch_scene.chosen_wires()
         patch = self.document.patch.disconnect(wires)
-        self._take_away(patch, "Delete", "Disconnect" if wires else "Delete")
+        self._remove_selected(patch, "Delete", "Disconnect" if wires else "Delete")
 
     def copy(self) -> None:
         """Put what is selected, with the wires between it, on the clipboard."""
@@ -146,12 +146,12 @@ class EditableView(PatchView):
         """Copy what is selected, and remove it."""
         if self._members():
             self.copy()
-            self._take_away(self.document.patch, "Cut", "Cut")
+            self._remove_selected(self.document.patch, "Cut", "Cut")
 
-    def _take_away(self, patch: Patch, word: str, otherwise: str) -> None:
+    def _remove_selected(self, patch: Patch, word: str, otherwise: str) -> None:
         gone = self._members()
-        text = f"{word} {self._words(gone)}" if gone else otherwise
-        self.document.edit(healed(patch, self.registry, gone), text)
+        text = f"{word} {self._count_text(gone)}" if gone else otherwise
+        self.document.edit(removed_and_bridged(patch, self.registry, gone), text)
 
     def paste(self) -> None:
         """Add what the clipboard's text describes, under the mouse where it is over the canvas; files are opened."""
@@ -174,22 +174,22 @@ class EditableView(PatchView):
         try:
             after, ids = pasted(patch, text, self.registry, at)
         except BadFile as error:
-            self.say(str(error))
+            self.show_message(str(error))
             return
         if self.inside:
             after = put_into(after, ids, self.inside)
         new = set(ids)
         boxes = [self._box(after, node.id) for node in after.nodes if node.id in new]
-        dx, dy = shift_to_room(boxes, self.patch_scene.boxes())
+        dx, dy = shift_to_free_place(boxes, self.patch_scene.boxes())
         stands = {one.id: one.at for one in after.canvas_items() if one.id in new}
         stands |= {group.id: group.at for group in after.groups[len(patch.groups) :]}
         after = after.move({id: (x + dx, y + dy) for id, (x, y) in stands.items()})
-        self.document.edit(after, f"{what} {self._words(ids, after)}")
-        self.patch_scene.select({self.patch_scene.level.stands[id] for id in ids})
+        self.document.edit(after, f"{what} {self._count_text(ids, after)}")
+        self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in ids})
 
     def _box(self, patch: Patch, id: str) -> Box:
         node = patch.node(id)
-        shape = node_shape(face_of(self.registry[node.type], node.label), (), False)
+        shape = node_geometry(description_of(self.registry[node.type], node.label), (), False)
         return (*node.at, shape.width, shape.height)
 
     # --- wires and places ---
@@ -198,7 +198,7 @@ class EditableView(PatchView):
         """Connect two ports by a wire, or say why that cannot be."""
         reason = refusal(self.document.patch, self.registry, source, target)
         if reason:
-            self.say(reason)
+            self.show_message(reason)
         else:
             self.document.edit(self.document.patch.connect(source, target, self.registry), "Connect")
 
@@ -207,7 +207,7 @@ class EditableView(PatchView):
         scene = self.patch_scene
         places = {id: (item.pos().x(), item.pos().y()) for id, item in scene.movable().items() if item.isSelected()}
         moved = aligned(places, side, scene.sizes())
-        self.document.edit(self.document.patch.move(moved), f"Align {counted(len(places), 'node')}")
+        self.document.edit(self.document.patch.move(moved), f"Align {count_text(len(places), 'node')}")
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move what is selected by steps of the grid; steps in a row are one step of undo."""
@@ -215,24 +215,24 @@ class EditableView(PatchView):
         there = self.patch_scene.movable()
         x, y = dx * theme.GRID, dy * theme.GRID
         places = {id: (there[id].pos().x() + x, there[id].pos().y() + y) for id in chosen}
-        text = f"Move {self._words(self._members())}"
+        text = f"Move {self._count_text(self._members())}"
         self.document.edit(self.document.patch.move(places), text, f"nudge {sorted(chosen)} {self._nudges}")
 
     def tidy(self) -> None:
         """Lay out what is selected, or all, in layers along the flow. Its left upper corner stays where it is."""
         scene = self.patch_scene
-        chosen = scene.selected() if len(scene.selected()) > 1 else [*scene.nodes, *scene.blocks]
+        chosen = scene.selected() if len(scene.selected()) > 1 else [*scene.nodes, *scene.group_nodes]
         items = {id: item for id, item in scene.movable().items() if id in set(chosen) and id not in scene.notes}
         if len(items) < 2:
             return
-        wires = map(scene.level.ends, self.document.patch.wires)
-        places = layered({id: item.size for id, item in items.items()}, wires)
+        wires = map(scene.group_view.ends, self.document.patch.wires)
+        places = layered_places({id: item.size for id, item in items.items()}, wires)
         left = min(item.pos().x() for item in items.values())
         top = min(item.pos().y() for item in items.values())
         boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
-        dx, dy = shift_to_room(boxes, scene.boxes(but=items))
+        dx, dy = shift_to_free_place(boxes, scene.boxes(without=items))
         moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
-        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(items), 'node')}")
+        self.document.edit(self.document.patch.move(moved), f"Tidy up {count_text(len(items), 'node')}")
 
     # --- names and groups ---
 
@@ -247,27 +247,27 @@ class EditableView(PatchView):
         elif len(chosen) == 1:
             self.edit_title(chosen[0])
         else:
-            self.say("Select the one node, group or note that is to have another name")
+            self.show_message("Select one node, group or note to rename")
 
     def _frame_around(self, chosen: Sequence[str]) -> str:
         """The open group whose members are just these, if several are selected."""
         members = set(self.patch_scene.members(chosen))
-        frames = (group.id for group in self.patch_scene.level.frames if set(group.members) == members)
+        frames = (group.id for group in self.patch_scene.group_view.opened if set(group.members) == members)
         return next(frames, "") if len(chosen) > 1 else ""
 
     def edit_title(self, id: str) -> None:
         """Ask for the name of a node or group, where it stands."""
         patch, scene = self.document.patch, self.patch_scene
-        if id in scene.frames:
-            place = scene.frames[id].title_rect()
+        if id in scene.group_frames:
+            place = scene.group_frames[id].title_rect()
         else:
-            item = scene.nodes.get(id) or scene.blocks[id]
-            place = QRectF(item.pos().x(), item.pos().y(), item.shape_now.width, TITLE)
+            item = scene.nodes.get(id) or scene.group_nodes[id]
+            place = QRectF(item.pos().x(), item.pos().y(), item.geometry.width, TITLE)
         now = self._name(id) if id in scene.nodes else patch.group(id).title
         over = self.mapFromScene(place).boundingRect()
-        self.inline.open(over, now, lambda text: self._give_title(id, text))
+        self.inline.open(over, now, lambda text: self._set_title(id, text))
 
-    def _give_title(self, id: str, text: str) -> None:
+    def _set_title(self, id: str, text: str) -> None:
         patch = self.document.patch
         try:
             if any(group.id == id for group in patch.groups):
@@ -276,66 +276,66 @@ class EditableView(PatchView):
                 own = self.registry[patch.node(id).type].label
                 self.document.edit(patch.name(id, "" if text == own else text), f"Rename {self._name(id)}")
         except BadValue as error:
-            self.say(str(error))
+            self.show_message(str(error))
 
     def edit_note(self, id: str) -> None:
         """Ask for the text of a note."""
         item = self.patch_scene.notes[id]
         over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
-        self.inline.open(over, item.note.text, lambda text: self._give_note(id, text), one_line=False)
+        self.inline.open(over, item.note.text, lambda text: self._set_note(id, text), one_line=False)
 
-    def _give_note(self, id: str, text: str) -> None:
+    def _set_note(self, id: str, text: str) -> None:
         patch = self.document.patch
         notes = tuple(msgspec.structs.replace(n, text=text) if n.id == id else n for n in patch.notes)
         try:
             self.document.edit(msgspec.structs.replace(patch, notes=notes).check(self.registry), "Edit a note")
         except BadValue as error:
-            self.say(str(error))
+            self.show_message(str(error))
 
     def group(self) -> None:
         """Put a frame around what is selected, and ask for its title."""
         members = self._members()
         if not members:
-            self.say("Select what is to be grouped")
+            self.show_message("Select what to group")
             return
         try:
             after = grouped(self.document.patch, members)
         except BadValue as error:
-            self.say(str(error))
+            self.show_message(str(error))
             return
         new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
-        self.document.edit(after, f"Group {self._words(members)}")
+        self.document.edit(after, f"Group {self._count_text(members)}")
         self.edit_title(new)
 
     def ungroup(self) -> None:
         """Take away the frame around what is selected, or put what a collapsed group holds back."""
-        blocks = [id for id in self.patch_scene.selected() if id in self.patch_scene.blocks]
-        frame = self._frame_around(self.patch_scene.selected()) or self._one_frame()
+        blocks = [id for id in self.patch_scene.selected() if id in self.patch_scene.group_nodes]
+        frame = self._frame_around(self.patch_scene.selected()) or self._group_of_selection()
         gone = blocks or ([frame] if frame else [])
         if not gone:
-            self.say("Select a group")
+            self.show_message("Select a group")
             return
         members = self._members()
         self.document.edit(ungrouped(self.document.patch, gone), "Ungroup")
-        self.patch_scene.select({self.patch_scene.level.stands[id] for id in members})
+        self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
 
-    def _one_frame(self) -> str:
+    def _group_of_selection(self) -> str:
         """The innermost open group that everything selected is in."""
         members = set(self._members())
-        around = [group.id for group in self.patch_scene.level.frames if members and members <= set(group.members)]
+        around = [group.id for group in self.patch_scene.group_view.opened if members and members <= set(group.members)]
         return around[-1] if around else ""
 
     def collapse(self) -> None:
         """Make what is selected one node, with a port for each wire across its border; open it again if it is one."""
         chosen = self.patch_scene.selected()
-        blocks = [id for id in chosen if id in self.patch_scene.blocks]
+        blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
         patch = self.document.patch
         if blocks and len(blocks) == len(chosen):
             members = self._members()
             for id in blocks:
                 patch = self._with_group(id, patch, collapsed=False)
             self.document.edit(patch, "Open a sub-patch")
-            self.patch_scene.select({self.patch_scene.level.stands[id] for id in members})
+            self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
             return
         id = self._frame_around(chosen)
         try:
@@ -343,31 +343,31 @@ class EditableView(PatchView):
                 patch = grouped(patch, self._members())
                 id = next(iter({g.id for g in patch.groups} - {g.id for g in self.document.patch.groups}))
         except BadValue:
-            self.say("Select what is to be one node: whole groups, or nodes of one group")
+            self.show_message("Select what to collapse: whole groups, or nodes of one group")
             return
         patch = self._with_group(id, patch, collapsed=True)
-        shape = node_shape(face_of_group(patch, self.registry, patch.group(id)), (), False)
+        shape = node_geometry(description_of_group(patch, self.registry, patch.group(id)), (), False)
         middle = self.patch_scene.extent(chosen).center()
         x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
-        room = (x - BESIDE, y, shape.width + 2 * BESIDE, shape.height)
-        dx, dy = shift_to_room([room], self.patch_scene.boxes(but=chosen))
+        room = (x - GAP_BESIDE, y, shape.width + 2 * GAP_BESIDE, shape.height)
+        dx, dy = shift_to_free_place([room], self.patch_scene.boxes(without=chosen))
         after = self._with_group(id, patch, at=(x + dx, y + dy))
-        self.document.edit(after, f"Collapse {self._words(patch.group(id).members)}")
+        self.document.edit(after, f"Collapse {self._count_text(patch.group(id).members)}")
         self.patch_scene.select([id])
 
     def paint_group(self, colour: str) -> None:
         """Give the group around what is selected another colour."""
         chosen = self.patch_scene.selected()
-        blocks = [id for id in chosen if id in self.patch_scene.blocks]
-        for id in blocks or [self._frame_around(chosen) or self._one_frame()]:
+        blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
+        for id in blocks or [self._frame_around(chosen) or self._group_of_selection()]:
             if id:
                 self.document.edit(self._with_group(id, colour=colour), "Colour a group")
 
     def enter(self) -> None:
         """Look into the selected sub-patch."""
         chosen = self.patch_scene.selected()
-        if len(chosen) == 1 and chosen[0] in self.patch_scene.blocks:
-            self.look_into(chosen[0])
+        if len(chosen) == 1 and chosen[0] in self.patch_scene.group_nodes:
+            self.open_group(chosen[0])
 
     def _with_group(self, id: str, patch: Patch | None = None, **changes: object) -> Patch:
         patch = patch or self.document.patch
@@ -380,19 +380,19 @@ class EditableView(PatchView):
         node = self.document.patch.node(id)
         return node.label or self.registry[node.type].label
 
-    def _words(self, ids: Sequence[str], patch: Patch | None = None) -> str:
+    def _count_text(self, ids: Sequence[str], patch: Patch | None = None) -> str:
         """These, for the undo list: the name of one, the number of several."""
         patch = patch or self.document.patch
         nodes = [node for node in patch.nodes if node.id in set(ids)]
         if len(nodes) == 1:
             return nodes[0].label or self.registry[nodes[0].type].label
-        return counted(len(nodes), "node") if nodes else counted(len(ids), "note")
+        return count_text(len(nodes), "node") if nodes else count_text(len(ids), "note")
 
 
-def counted(number: int, what: str) -> str:
+def count_text(number: int, what: str) -> str:
     """A number of things.
 
-    >>> counted(1, "node"), counted(3, "node")
+    >>> count_text(1, "node"), count_text(3, "node")
     ('1 node', '3 nodes')
     """
     return f"{number} {what}{'' if number == 1 else 's'}"

@@ -13,7 +13,7 @@ from underfoot.widgets.session.settings import Settings
 LEFT = Qt.MouseButton.LeftButton
 
 
-class Desk:
+class CalibrateDriver:
     """A workspace on the screen, with methods to operate it."""
 
     def __init__(self, qtbot, root, *, kind="simulator", gate=None, failure=None):
@@ -24,10 +24,10 @@ class Desk:
             root, self.settings, weighings(self.made, hardware, gate, failure), Pace(0.0, 0.0)
         )
         qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
-        made.said.connect(self.said.append)
+        made.notified.connect(self.said.append)
         made.profile_changed.connect(lambda *what: self.written.append(what))
-        made.release_wanted.connect(lambda: self.wanted.append("release"))
-        made.reopen_wanted.connect(lambda: self.wanted.append("reopen"))
+        made.release_requested.connect(lambda: self.wanted.append("release"))
+        made.reopen_requested.connect(lambda: self.wanted.append("reopen"))
         made.set_target(Target(default_floor(), kind=kind))
         made.resize(1280, 726)
         show(qtbot, made)

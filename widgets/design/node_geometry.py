@@ -21,7 +21,7 @@ REACH = 12.0
 
 
 @dataclass(frozen=True)
-class Row:
+class PortRow:
     """A port as it stands in a face: where its wires end, what is written, and whether it is a parameter."""
 
     port: Port
@@ -32,15 +32,15 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Face:
+class NodeDescription:
     """What a drawn node shows of itself, before its size is known."""
 
     title: str
     doc: str
     colour: str
-    inputs: tuple[Row, ...]
-    outputs: tuple[Row, ...]
-    drivable: tuple[Row, ...] = ()
+    inputs: tuple[PortRow, ...]
+    outputs: tuple[PortRow, ...]
+    drivable: tuple[PortRow, ...] = ()
     """The parameters that a wire may drive."""
 
 
@@ -48,7 +48,7 @@ class Face:
 class PlacedPort:
     """A port, the side it is on ("in" or "out"), and the middle of its dot."""
 
-    row: Row
+    row: PortRow
     side: str
     at: QPointF
 
@@ -66,7 +66,7 @@ class PlacedPort:
 
 
 @dataclass(frozen=True)
-class Shape:
+class NodeGeometry:
     """The drawn form of a node with some of its parameters shown as ports."""
 
     width: float
@@ -98,20 +98,20 @@ def accent(type: NodeType) -> str:
     return theme.signal_colour(ports[0].kind, ports[0].unit) if ports else theme.MUTED
 
 
-def face_of(type: NodeType, label: str = "") -> Face:
+def description_of(type: NodeType, label: str = "") -> NodeDescription:
     """What a node of `type` shows; `label` is its name, where it was given one."""
 
-    def rows(ports: Iterable[Port], parameters: bool = False) -> tuple[Row, ...]:
-        return tuple(Row(port, port.name, shown(port.name), parameters) for port in ports)
+    def rows(ports: Iterable[Port], parameters: bool = False) -> tuple[PortRow, ...]:
+        return tuple(PortRow(port, port.name, display_name(port.name), parameters) for port in ports)
 
     drivable = (port for name, port in type.input_ports.items() if name in type.parameters)
-    return Face(
+    return NodeDescription(
         label or type.label, type.doc, accent(type), rows(type.inputs), rows(type.outputs), rows(drivable, True)
     )
 
 
 @lru_cache(maxsize=4096)
-def shape_of(title: str, inputs: tuple[Row, ...], outputs: tuple[Row, ...], hidden: int) -> Shape:
+def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow, ...], hidden: int) -> NodeGeometry:
     """The form of a node with these ports, `hidden` parameters more than are shown."""
     metrics = QFontMetricsF(theme.font())
     title_px = min(QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title), WIDEST_TITLE)
@@ -127,7 +127,7 @@ def shape_of(title: str, inputs: tuple[Row, ...], outputs: tuple[Row, ...], hidd
         for side, group in (("in", inputs), ("out", outputs))
         for i, row in enumerate(group)
     )
-    return Shape(
+    return NodeGeometry(
         width=width,
         height=below + PLOT + PAD,
         ports=ports,
@@ -136,16 +136,18 @@ def shape_of(title: str, inputs: tuple[Row, ...], outputs: tuple[Row, ...], hidd
     )
 
 
-def node_shape(face: Face, driven: tuple[str, ...], opened: bool) -> Shape:
-    """The form of a node whose parameters `driven` have a wire; `opened` shows all that could have one."""
-    extra = face.drivable if opened else tuple(row for row in face.drivable if row.end in driven)
-    return shape_of(face.title, face.inputs + extra, face.outputs, len(face.drivable) - len(extra))
+def node_geometry(description: NodeDescription, driven: tuple[str, ...], shows_all: bool) -> NodeGeometry:
+    """The form of a node whose parameters `driven` have a wire; `shows_all` shows all that could have one."""
+    extra = description.drivable if shows_all else tuple(row for row in description.drivable if row.end in driven)
+    return geometry_of(
+        description.title, description.inputs + extra, description.outputs, len(description.drivable) - len(extra)
+    )
 
 
-def shown(name: str) -> str:
+def display_name(name: str) -> str:
     """A port's name as it is written beside it.
 
-    >>> shown("level_a")
+    >>> display_name("level_a")
     'level a'
     """
     return name.replace("_", " ")

@@ -9,11 +9,11 @@ from underfoot.errors import UnderfootError
 from underfoot.widgets.controls.file_dialog import file_dialog
 
 
-class FileQuestion:
-    """Asks for files in dialogs of one window, each from the folder `folder()` on; errors of ours go to `complain`."""
+class FileChooser:
+    """Asks for files in dialogs of one window, each from the folder `folder()` on; errors of ours go to `notify`."""
 
-    def __init__(self, window: QWidget, folder: Callable[[], str], complain: Callable[[str], object]) -> None:
-        self._window, self._folder, self._complain = window, folder, complain
+    def __init__(self, window: QWidget, folder: Callable[[], str], notify: Callable[[str], object]) -> None:
+        self._window, self._folder, self._notify = window, folder, notify
 
     def ask(
         self,
@@ -32,7 +32,7 @@ class FileQuestion:
             try:
                 then(Path(name))
             except UnderfootError as error:
-                self._complain(str(error))
+                self._notify(str(error))
 
         dialog = file_dialog(self._window, title, self._folder(), filter)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)

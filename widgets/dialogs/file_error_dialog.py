@@ -7,22 +7,22 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QW
 from underfoot.file_places import FilePlace
 from underfoot.widgets import theme
 
-WIDE_PX = 64 * theme.GRID
-MOST_LETTERS = 72
+WIDTH_PX = 64 * theme.GRID
+MAX_LETTERS = 72
 """So many letters of a line are shown."""
 
 
-class FileTrouble(QDialog):
+class FileErrorDialog(QDialog):
     """Says which file could not be read, in which line, and what is allowed there. It closes itself for good."""
 
     def __init__(self, place: FilePlace, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("A file was not read")
-        self.setFixedWidth(WIDE_PX)
+        self.setFixedWidth(WIDTH_PX)
         self.file = theme.label(place.file, "muted")
-        self.says = theme.label(f"Line {place.line}: {place.says}" if place.line else place.says)
-        self.lines = QLabel("\n".join(_numbered(place)))
+        self.error_text = theme.label(f"Line {place.line}: {place.says}" if place.line else place.says)
+        self.lines = QLabel("\n".join(_numbered_lines(place)))
         self.lines.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.lines.setProperty("role", "code")
         self.lines.setVisible(bool(self.lines.text()))
@@ -32,7 +32,7 @@ class FileTrouble(QDialog):
         layout.setContentsMargins(*[2 * theme.GRID] * 4)
         layout.setSpacing(theme.GRID)
         layout.addWidget(theme.label("This file cannot be read", "title"))
-        for label in (self.file, self.says, self.lines):
+        for label in (self.file, self.error_text, self.lines):
             label.setWordWrap(label is not self.lines)
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -40,7 +40,7 @@ class FileTrouble(QDialog):
         layout.addWidget(buttons)
 
 
-def _numbered(place: FilePlace) -> list[str]:
+def _numbered_lines(place: FilePlace) -> list[str]:
     """The lines around the place, with their numbers and a mark at the one that is meant."""
-    cut = ((k, f"{line[:MOST_LETTERS]}…" if len(line) > MOST_LETTERS else line) for k, line in place.excerpt())
+    cut = ((k, f"{line[:MAX_LETTERS]}…" if len(line) > MAX_LETTERS else line) for k, line in place.excerpt())
     return [f"{'▸' if k == place.line else ' '}{k:5}  {line}" for k, line in cut]

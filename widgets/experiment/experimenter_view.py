@@ -12,7 +12,7 @@ from underfoot.floor.layout import Floor
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
-from underfoot.widgets.experiment.answer_form import AnswerForm, asks_of
+from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
@@ -30,21 +30,21 @@ _USUAL_FOR_S = 120.0
 """The pace that is usual counts as if it had been seen for so long."""
 
 
-class Desk(QWidget):
+class ExperimenterView(QWidget):
     """Shows a runner to the experimenter, who can do all that the participant can, and end a pause."""
 
-    next_wanted = Signal()
-    end_pause_wanted = Signal()
+    next_requested = Signal()
+    end_pause_requested = Signal()
     """By the button alone: a key is too easily hit."""
-    stop_wanted = Signal()
-    go_on_wanted = Signal()
-    spoil_wanted = Signal(str)
-    repeat_wanted = Signal(str)
+    stop_requested = Signal()
+    continue_requested = Signal()
+    spoil_requested = Signal(str)
+    repeat_requested = Signal(str)
     note_given = Signal(str)
-    window_wanted = Signal()
-    leave_wanted = Signal()
+    window_requested = Signal()
+    leave_requested = Signal()
     answered = Signal(dict)
-    slid = Signal(str, object)
+    slider_moved = Signal(str, object)
     pressed = Signal(str, float, float, float)
     """A foot made with the mouse, on a simulated floor: tile, place in its frame, newtons."""
 
@@ -68,18 +68,26 @@ class Desk(QWidget):
         )
         self.next.setProperty("role", "primary")
         self.pause.setProperty("role", "alarm")
-        self.words = QLineEdit()
-        self.words.setPlaceholderText("A note, or why a trial is repeated")
-        self.words.setAccessibleName("Note or reason")
-        self.note, self.spoil, self.repeat = (
+        self.note_field = QLineEdit()
+        self.note_field.setPlaceholderText("A note, or why a trial is repeated")
+        self.note_field.setAccessibleName("Note or reason")
+        self.note_button, self.spoil, self.repeat = (
             QPushButton("Keep note"),
             QPushButton("Present again"),
             QPushButton("Repeat the last"),
         )
-        for button in (self.next, self.pause, self.window_button, self.leave, self.note, self.spoil, self.repeat):
+        for button in (
+            self.next,
+            self.pause,
+            self.window_button,
+            self.leave,
+            self.note_button,
+            self.spoil,
+            self.repeat,
+        ):
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
         self.map, self.drawings = FloorMap(), DrawingColumn()
-        self._began_at, self._shown_at, self._began_share = 0.0, 0.0, 0.0
+        self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
         self._form_key = ""
         self._lay_out()
         self._connect()
@@ -90,7 +98,7 @@ class Desk(QWidget):
         self.map.set_floor(floor)
         self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
         self.map.can_press = presses
-        self._began_at = self._shown_at = time.monotonic()
+        self._began_s = self._shown_at = time.monotonic()
         self._began_share, self._form_key = -1.0, ""
 
     def show_runner(self, runner: Runner) -> None:
@@ -103,11 +111,11 @@ class Desk(QWidget):
         attempt = f"attempt {page.attempt}" if page.attempt > 1 else ""
         self.page.setText(_joined(page.stage or "The end: every answer is kept.", number, attempt, f"{page.share:.0%}"))
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
-        left = self._left(runner)
+        left = self._time_left_text(runner)
         is_over = phase is Phase.END
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
-        self.live.setText(_felt(runner))
+        self.live.setText(_level_text(runner))
         self.news.setText(runner.messages[-1] if runner.messages else "")
         self.news.setVisible(bool(runner.messages))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
@@ -123,16 +131,16 @@ class Desk(QWidget):
         self.map.set_contacts(runner.watch.contacts, runner.watch.now_s)
         self.map.update()
 
-    def _left(self, runner: Runner) -> str:
+    def _time_left_text(self, runner: Runner) -> str:
         """About how long it still takes: as usual at first, more and more as it took so far."""
         share, whole_s = runner.page.share, runner.study.usual_s
         if share >= 1.0:
             return ""
         now = time.monotonic()
         if runner.phase is Phase.STOPPED:
-            self._began_at += now - self._shown_at  # a break says nothing of the pace
+            self._began_s += now - self._shown_at  # a break says nothing of the pace
         self._shown_at = now
-        seen_s, usual_s = now - self._began_at, (share - self._began_share) * whole_s
+        seen_s, usual_s = now - self._began_s, (share - self._began_share) * whole_s
         pace = (seen_s + _USUAL_FOR_S) / (usual_s + _USUAL_FOR_S)
         return f"{about(pace * (1.0 - share) * whole_s)} left"
 
@@ -144,7 +152,7 @@ class Desk(QWidget):
             self._form_key = key
             focus = QApplication.focusWidget()
             had_focus = focus is not None and self.form.isAncestorOf(focus)
-            self.form.show_asks(asks_of(runner) if asking else ())
+            self.form.show_questions(questions_of(runner) if asking else ())
             if had_focus:
                 self.setFocus()  # or the next button has it
 
@@ -155,7 +163,7 @@ class Desk(QWidget):
         for part in (self.title, self.progress, self.page, self.state, self.live, self.news):
             column.addWidget(part)
         column.addWidget(self._row(self.next, self.pause, self.window_button, self.leave))
-        column.addWidget(self._row(self.words, self.note, self.spoil, self.repeat))
+        column.addWidget(self._row(self.note_field, self.note_button, self.spoil, self.repeat))
         column.addWidget(self.form)
         below = QHBoxLayout()
         below.addWidget(self.map, 1)
@@ -175,47 +183,47 @@ class Desk(QWidget):
     def _connect(self) -> None:
         self.next.clicked.connect(self._go_on)
         self.pause.clicked.connect(self._pause)
-        self.window_button.clicked.connect(self.window_wanted)
-        self.leave.clicked.connect(self.leave_wanted)
-        self.note.clicked.connect(lambda: self._with_words(self.note_given))
-        self.words.returnPressed.connect(lambda: self._with_words(self.note_given))
-        self.spoil.clicked.connect(lambda: self._with_words(self.spoil_wanted))
-        self.repeat.clicked.connect(lambda: self._with_words(self.repeat_wanted))
+        self.window_button.clicked.connect(self.window_requested)
+        self.leave.clicked.connect(self.leave_requested)
+        self.note_button.clicked.connect(lambda: self._emit_with_note(self.note_given))
+        self.note_field.returnPressed.connect(lambda: self._emit_with_note(self.note_given))
+        self.spoil.clicked.connect(lambda: self._emit_with_note(self.spoil_requested))
+        self.repeat.clicked.connect(lambda: self._emit_with_note(self.repeat_requested))
         self.form.answered.connect(self.answered)
-        self.form.changed.connect(self.slid)
-        self.form.refused.connect(self._refuse)
+        self.form.changed.connect(self.slider_moved)
+        self.form.refused.connect(self._show_refusal)
         self.map.pressed.connect(self.pressed)
 
-    def _refuse(self, why: str) -> None:
+    def _show_refusal(self, why: str) -> None:
         self.news.setText(why)
         self.news.show()
 
     def _go_on(self) -> None:
-        (self.end_pause_wanted if self.next.text() == END_PAUSE else self.next_wanted).emit()
+        (self.end_pause_requested if self.next.text() == END_PAUSE else self.next_requested).emit()
 
     def _pause(self) -> None:
-        (self.go_on_wanted if self.pause.text() == "Go on" else self.stop_wanted).emit()
+        (self.continue_requested if self.pause.text() == "Go on" else self.stop_requested).emit()
 
-    def _with_words(self, signal: SignalInstance) -> None:
+    def _emit_with_note(self, signal: SignalInstance) -> None:
         """Emit what was typed; without a word the field asks for one."""
-        text = self.words.text().strip()
+        text = self.note_field.text().strip()
         if not text:
-            self.words.setFocus()
+            self.note_field.setFocus()
             return
-        self.words.clear()
+        self.note_field.clear()
         signal.emit(text)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space):
-            if self.form.is_to_give:
-                self.form.give()
+            if self.form.needs_submit:
+                self.form.submit()
             else:
-                self.next_wanted.emit()
-        elif not self.form.key(event.key(), event.text()):
+                self.next_requested.emit()
+        elif not self.form.handle_key(event.key(), event.text()):
             super().keyPressEvent(event)
 
 
-def _felt(runner: Runner) -> str:
+def _level_text(runner: Runner) -> str:
     """The force on the floor, and how strongly it vibrates: as commanded, and as accelerometers have it."""
     presenter = runner.presenter
     peak = runner.session.health.peak * float(presenter.full_scale.max())

@@ -5,29 +5,29 @@ from numpy.typing import NDArray
 
 from underfoot.widgets.plots.history import History
 
-PAST_S = 600.0
+HISTORY_S = 600.0
 BIN_S = 0.01
-MOST_BYTES = 64 << 20
+MAX_BYTES = 64 << 20
 """Of the means: on a floor of more than 70 tiles they reach back less far."""
 
 
-class ForcePast:
+class ForceHistory:
     """Corner forces of a floor, in memory taken once.
 
-    >>> past = ForcePast(1, 5.0, 1000.0)
-    >>> past.append(np.arange(20_000) / 1000.0, np.ones((20_000, 1, 4), np.float32))
-    >>> [len(past.until(end_s, 5.0, 0)[0]) for end_s in (20.0, 10.0)]
+    >>> history = ForceHistory(1, 5.0, 1000.0)
+    >>> history.append(np.arange(20_000) / 1000.0, np.ones((20_000, 1, 4), np.float32))
+    >>> [len(history.samples_before(end_s, 5.0, 0)[0]) for end_s in (20.0, 10.0)]
     [5000, 500]
     """
 
-    def __init__(self, tiles: int, fine_s: float, most_hz: float) -> None:
-        """The latest `fine_s` seconds are kept as they come, up to `most_hz` samples a second."""
-        self._times = History(np.float64, int(fine_s * most_hz))
-        self._forces = History(np.float32, int(fine_s * most_hz), tiles, 4)
-        bins = min(round(PAST_S / BIN_S), MOST_BYTES // (16 * tiles))
+    def __init__(self, tiles: int, fine_s: float, max_hz: float) -> None:
+        """The latest `fine_s` seconds are kept as they come, up to `max_hz` samples a second."""
+        self._times = History(np.float64, int(fine_s * max_hz))
+        self._forces = History(np.float32, int(fine_s * max_hz), tiles, 4)
+        bins = min(round(HISTORY_S / BIN_S), MAX_BYTES // (16 * tiles))
         self._bins = History(np.int64, bins)
         self._means = History(np.float32, bins, tiles, 4)
-        self._open = -1
+        self._open_bin = -1
         self._sum = np.zeros((tiles, 4))
         self._count = 0
 
@@ -39,17 +39,17 @@ class ForcePast:
         starts = np.concatenate([[0], np.flatnonzero(np.diff(bins)) + 1])
         sums = np.add.reduceat(force_n, starts, axis=0, dtype=np.float64)
         counts = np.diff(starts, append=len(bins))
-        if bins[0] == self._open:
+        if bins[0] == self._open_bin:
             sums[0] += self._sum
             counts[0] += self._count
             numbers = bins[starts]
         else:
             sums, counts = np.concatenate([self._sum[None], sums]), np.concatenate([[self._count], counts])
-            numbers = np.concatenate([[self._open], bins[starts]])
+            numbers = np.concatenate([[self._open_bin], bins[starts]])
         whole = slice(int(counts[0] == 0), -1)
         self._bins.append(numbers[whole])
         self._means.append(sums[whole] / counts[whole][:, None, None])
-        self._open, self._sum, self._count = int(numbers[-1]), sums[-1], int(counts[-1])
+        self._open_bin, self._sum, self._count = int(numbers[-1]), sums[-1], int(counts[-1])
 
     @property
     def first_s(self) -> float:
@@ -59,7 +59,7 @@ class ForcePast:
             return float(bins[0]) * BIN_S
         return float(times[0]) if len(times) else np.nan
 
-    def until(self, end_s: float, seconds: float, row: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    def samples_before(self, end_s: float, seconds: float, row: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """Times (n,) and corner forces (n, 4) of a tile, of the seconds before a time: samples, or else means."""
         times, forces = self._times.latest(), self._forces.latest()
         if not len(times) or end_s - seconds < times[0]:

@@ -7,7 +7,7 @@ from underfoot.patch.node import Registry
 from underfoot.widgets.design.node_list import NodeList, SearchField
 
 
-class Palette(QWidget):
+class NodePalette(QWidget):
     """A search field and the nodes by family. `chosen` gives the type of the node to be added."""
 
     chosen = Signal(str)
@@ -22,9 +22,9 @@ class Palette(QWidget):
         column.setSpacing(4)
         column.addWidget(self.field)
         column.addWidget(self.list)
-        self.field.textChanged.connect(self.list.narrow)
+        self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
-        self.field.entered.connect(self._enter)
+        self.field.return_pressed.connect(self._enter)
         self.list.chosen.connect(self.chosen)
 
     def _enter(self) -> None:

@@ -22,7 +22,7 @@ SHORTEST_MS = 2.0
 
 
 @dataclass(frozen=True)
-class Stretch:
+class PreviewSignal:
     """Frames of one output [n]; the force on the tile [m]; what the tile does of it [n] where that is known, and how
     far the whole preview's drive stays below the limiter, dB."""
 
@@ -36,14 +36,14 @@ class Stretch:
     headroom_db: float | None = None
 
     @staticmethod
-    def of(preview: Preview, node: str, port: Port) -> "Stretch":
+    def of(preview: Preview, node: str, port: Port) -> "PreviewSignal":
         """All of a signal; values that are not finite are 0."""
-        values = np.nan_to_num(np.asarray(pick(preview.signals, node, port.name), np.float64))
+        values = np.nan_to_num(np.asarray(signal_of(preview.signals, node, port.name), np.float64))
         done = preview.signals.get(MEASURED)
         measured = None if done is None else np.nan_to_num(done.astype(np.float64))
         is_force = theme.signal_colour(port.kind, port.unit) == theme.FORCE
-        force_n, headroom_db = summed(preview.force_n), preview.headroom_db
-        return Stretch(values, force_n, preview.rate_hz, port.unit, is_force, measured, headroom_db=headroom_db)
+        force_n, headroom_db = total_force(preview.force_n), preview.headroom_db
+        return PreviewSignal(values, force_n, preview.rate_hz, port.unit, is_force, measured, headroom_db=headroom_db)
 
     @property
     def end_ms(self) -> float:
@@ -55,10 +55,10 @@ class Stretch:
         """The axis on which it is drawn: from its beginning to its end, and never without a length."""
         return self.begin_ms, max(self.end_ms, self.begin_ms + 1.0)
 
-    def cut(self, view_ms: Range | None) -> "Stretch":
+    def cut(self, view_ms: Range | None) -> "PreviewSignal":
         """What of it lies in view.
 
-        >>> whole = Stretch(np.arange(96.0), np.zeros(96), 48000.0)
+        >>> whole = PreviewSignal(np.arange(96.0), np.zeros(96), 48000.0)
         >>> part = whole.cut((0.5, 1.0))
         >>> part.values.size, float(part.values[0]), part.begin_ms, part.end_ms
         (24, 24.0, 0.5, 1.0)
@@ -72,7 +72,7 @@ class Stretch:
             self, values=self.values[first:last], force_n=self.force_n[first:last], measured=measured, begin_ms=begin_ms
         )
 
-    def told_at(self, time_ms: float) -> str:
+    def text_at(self, time_ms: float) -> str:
         """The values at a moment, each with its unit; of a signal its level, too."""
         i = round(1e-3 * (time_ms - self.begin_ms) * self.rate_hz)
         if not 0 <= i < self.values.size:
@@ -86,10 +86,10 @@ class Stretch:
         return text + (f", {quantity(float(self.force_n[i]), 'N')}" if i < self.force_n.size else "")
 
 
-def zoomed(view_ms: Range | None, whole_ms: float, factor: float, about_ms: float) -> Range | None:
+def zoomed_view(view_ms: Range | None, whole_ms: float, factor: float, about_ms: float) -> Range | None:
     """A view that is `factor` times as narrow, with `about_ms` where it is; None for all.
 
-    >>> zoomed(None, 900.0, 2.0, 300.0), zoomed((100.0, 200.0), 900.0, 0.1, 150.0)
+    >>> zoomed_view(None, 900.0, 2.0, 300.0), zoomed_view((100.0, 200.0), 900.0, 0.1, 150.0)
     ((150.0, 600.0), None)
     """
     low, high = view_ms or (0.0, whole_ms)
@@ -101,10 +101,10 @@ def zoomed(view_ms: Range | None, whole_ms: float, factor: float, about_ms: floa
     return begin, begin + width
 
 
-def moved(view_ms: Range | None, whole_ms: float, by_ms: float) -> Range | None:
+def scrolled_view(view_ms: Range | None, whole_ms: float, by_ms: float) -> Range | None:
     """A view further along, at most to the end.
 
-    >>> moved((100.0, 200.0), 250.0, 100.0), moved(None, 250.0, 10.0)
+    >>> scrolled_view((100.0, 200.0), 250.0, 100.0), scrolled_view(None, 250.0, 10.0)
     ((150.0, 250.0), None)
     """
     if view_ms is None:
@@ -130,24 +130,24 @@ def felt_rms(signal: ArrayLike, rate_hz: float) -> float:
     return math.sqrt(2.0 * float(inside)) / signal.size
 
 
-def told(now: Stretch, other: Stretch | None, other_slot: str) -> str:
+def summary_text(now: PreviewSignal, other: PreviewSignal | None, other_slot: str) -> str:
     """Peak and RMS; beside another signal by how much more it is than that; and what a sole feels of it."""
     peak, rms = peak_and_rms(now.values)
     text = f"peak {quantity(peak, now.unit)}, RMS {quantity(rms, now.unit)}"
     if other is not None:
-        text += f" ({difference_in_words(now, other, other_slot)})"
+        text += f" ({difference_text(now, other, other_slot)})"
     if now.measured is not None:
-        text += f"; {felt_in_words(now.measured, now.rate_hz)}"
+        text += f"; {felt_text(now.measured, now.rate_hz)}"
     if now.headroom_db is not None:
         text += f"; headroom {now.headroom_db:.0f} dB" if now.headroom_db >= 0.1 else "; limited at full level"
     return text
 
 
-def difference_in_words(now: Stretch, other: Stretch, other_slot: str) -> str:
+def difference_text(now: PreviewSignal, other: PreviewSignal, other_slot: str) -> str:
     """How many dB a signal is over another in RMS.
 
-    >>> loud, soft = (Stretch(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0))
-    >>> difference_in_words(soft, loud, "B")
+    >>> loud, soft = (PreviewSignal(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0))
+    >>> difference_text(soft, loud, "B")
     '−6.0 dB re B'
     """
     rms, before = peak_and_rms(now.values)[1], peak_and_rms(other.values)[1]
@@ -156,10 +156,10 @@ def difference_in_words(now: Stretch, other: Stretch, other_slot: str) -> str:
     return f"{20.0 * math.log10(rms / before):+.1f} dB re {other_slot}".replace("-", "−")
 
 
-def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
+def felt_text(measured_m_s2: Array, rate_hz: float) -> str:
     """The peak of what the tile does, and what a sole in a hard shoe feels of it.
 
-    >>> felt_in_words(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
+    >>> felt_text(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
     'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67'
     """
     found = felt(measured_m_s2, rate_hz)
@@ -173,13 +173,13 @@ def felt_in_words(measured_m_s2: Array, rate_hz: float) -> str:
     return f"tile {peak}, {abs(db):.0f} dB {side} threshold, {chance}; {stiffness}"
 
 
-def pick(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
+def signal_of(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
     """What a preview holds of an output, under its own name or behind its node's."""
     found = values.get(f"{node}.{port}")
     return found if found is not None else values.get(port, np.zeros(0))
 
 
-def summed(force_n: NDArray[np.floating]) -> Array:
+def total_force(force_n: NDArray[np.floating]) -> Array:
     """The force on the tile, whether the four corners came or their sum."""
     total_n = np.asarray(force_n, np.float64)
     return total_n.sum(axis=1) if total_n.ndim == 2 else total_n

@@ -10,7 +10,7 @@ def seen(workspace, qapp):
 
 
 def all_anew(workspace, qapp):
-    workspace.canvas.patch_scene.resting.forget()
+    workspace.canvas.patch_scene.wire_picture.redraw_all()
     return seen(workspace, qapp)
 
 
@@ -27,13 +27,13 @@ def test_a_wire_leaves_the_picture_while_its_node_is_dragged_and_comes_back(work
     scene, view = workspace.canvas.patch_scene, workspace.canvas.viewport()
     wire = next(iter(scene.wires.values()))
     seen(workspace, qapp)
-    assert wire.is_resting
+    assert wire.is_in_picture
     place = middle(workspace, wire.source.node.id)
     send(view, QEvent.Type.MouseButtonPress, place, LEFT)
     send(view, QEvent.Type.MouseMove, place + QPoint(40, 24), LEFT)
-    assert not wire.is_resting
+    assert not wire.is_in_picture
     dragged = seen(workspace, qapp)
     assert dragged == all_anew(workspace, qapp)
     send(view, QEvent.Type.MouseButtonRelease, place + QPoint(40, 24), LEFT)
-    qtbot.waitUntil(lambda: wire.is_resting)
+    qtbot.waitUntil(lambda: wire.is_in_picture)
     assert seen(workspace, qapp) == all_anew(workspace, qapp)

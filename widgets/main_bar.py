@@ -20,10 +20,10 @@ from underfoot.engine.reports import Health
 from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 
-MOST_FLAGS = 8
+MAX_WARNINGS = 8
 """So many warnings are listed in a tooltip."""
 
-BUSY = 0.8
+BUSY_LOAD = 0.8
 """Share of a block's time from which the engine's load is shown as an alarm."""
 
 ALARM_S = 10.0
@@ -32,7 +32,7 @@ ALARM_S = 10.0
 TAB_PX = 4 * theme.GRID + 2
 """The width of a tab that is a picture."""
 
-READ_PX = 7 * theme.GRID
+READABLE_PX = 7 * theme.GRID
 """Beyond its least width a target takes so much to be read."""
 
 Choices = Sequence[tuple["str | Choices", str]]
@@ -41,20 +41,20 @@ Choices = Sequence[tuple["str | Choices", str]]
 _XRUNS = "Buffer underruns: how often the sound device ran out of samples because the engine was late"
 
 
-class TransportBar(QWidget):
+class MainBar(QWidget):
     """Shows what it is told, and emits what was asked for."""
 
     workspace_chosen = Signal(str)
     target_chosen = Signal(str)
     """The key of a choice that `set_targets` gave."""
-    play_wanted = Signal()
-    stop_wanted = Signal()
-    panic_wanted = Signal()
-    record_wanted = Signal(bool)
+    play_requested = Signal()
+    stop_requested = Signal()
+    panic_requested = Signal()
+    record_requested = Signal(bool)
     level_chosen = Signal(float)
     """Decibels of full scale."""
-    audio_wanted = Signal()
-    flags_clicked = Signal(str)
+    audio_requested = Signal()
+    warnings_clicked = Signal(str)
     """The workspace whose warnings are shown."""
 
     def __init__(self, menu: QMenu) -> None:
@@ -62,7 +62,7 @@ class TransportBar(QWidget):
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(6 * theme.GRID)
-        self._flagged: dict[str, Sequence[str]] = {}
+        self._warnings: dict[str, Sequence[str]] = {}
         self._tab_icons: dict[str, QIcon] = {}
         self._layout = QHBoxLayout(self)
         self._layout.setContentsMargins(theme.GRID // 2, 0, theme.GRID, 0)
@@ -70,11 +70,11 @@ class TransportBar(QWidget):
         self._add_menu(menu)
         self._add_tabs()
         self._add_target()
-        self._add_flags()
+        self._add_warnings()
         self._add_buttons()
         self._add_level()
         self._layout.addStretch(1)
-        self._add_figures()
+        self._add_readouts()
         self.set_playing(False)
 
     # --- what it shows ---
@@ -95,9 +95,9 @@ class TransportBar(QWidget):
         self._tab_line.addWidget(button)
         self._make_room()
 
-    def take_colours(self) -> None:
+    def update_colours(self) -> None:
         """Have the tabs' icons in the colours that are in use."""
-        self._tab_icons = {name: theme.icon_now(icon) for name, icon in self._tab_icons.items()}
+        self._tab_icons = {name: theme.recoloured_icon(icon) for name, icon in self._tab_icons.items()}
         self._make_room()
 
     def set_workspace(self, name: str) -> None:
@@ -107,12 +107,12 @@ class TransportBar(QWidget):
     def set_targets(self, choices: Choices) -> None:
         """What the target chooser offers."""
         self.target.menu().clear()
-        self._offer(self.target.menu(), choices)
+        self._fill_menu(self.target.menu(), choices)
 
-    def _offer(self, menu: QMenu, choices: Choices) -> None:
+    def _fill_menu(self, menu: QMenu, choices: Choices) -> None:
         for key, words in choices:
             if not isinstance(key, str):
-                self._offer(menu.addMenu(words), key)
+                self._fill_menu(menu.addMenu(words), key)
             elif key:
                 menu.addAction(words).triggered.connect(lambda _=False, key=key: self.target_chosen.emit(key))
             else:
@@ -123,19 +123,19 @@ class TransportBar(QWidget):
         self.target.setText(words)
         self.target.setToolTip(f"Target: {words}. Click to choose another one.")
 
-    def set_flags(self, workspace: str, lines: Sequence[str]) -> None:
+    def set_warnings(self, workspace: str, lines: Sequence[str]) -> None:
         """Warnings of a workspace; the sign is shown where there are any."""
-        self._flagged[workspace] = lines
-        workspace, lines = next((item for item in self._flagged.items() if item[1]), (workspace, ()))
-        self.flags.setVisible(bool(lines))
+        self._warnings[workspace] = lines
+        workspace, lines = next((item for item in self._warnings.items() if item[1]), (workspace, ()))
+        self.warnings.setVisible(bool(lines))
         self._make_room()
-        more = [f"and {len(lines) - MOST_FLAGS} more"] if len(lines) > MOST_FLAGS else []
-        self.flags.setToolTip("\n".join([f"{workspace}:", *lines[:MOST_FLAGS], *more]))
-        self.flags.setAccessibleName(f"{workspace}: {len(lines)} warnings")
-        self.flags.setAccessibleDescription("; ".join(lines))
+        more = [f"and {len(lines) - MAX_WARNINGS} more"] if len(lines) > MAX_WARNINGS else []
+        self.warnings.setToolTip("\n".join([f"{workspace}:", *lines[:MAX_WARNINGS], *more]))
+        self.warnings.setAccessibleName(f"{workspace}: {len(lines)} warnings")
+        self.warnings.setAccessibleDescription("; ".join(lines))
 
-    def _click_flags(self) -> None:
-        self.flags_clicked.emit(next(workspace for workspace, lines in self._flagged.items() if lines))
+    def _click_warnings(self) -> None:
+        self.warnings_clicked.emit(next(workspace for workspace, lines in self._warnings.items() if lines))
 
     def set_playing(self, playing: bool) -> None:
         """Whether sound is on."""
@@ -159,7 +159,9 @@ class TransportBar(QWidget):
         """How the engine is, and how many of `tiles` are asleep."""
         self.level.show_peak(health.peak if health.running else 0.0)
         running = health.running
-        self.engine.show_value(f"{100 * health.load:.0f} %" if running else "off", alarm=running and health.load > BUSY)
+        self.engine.show_value(
+            f"{100 * health.load:.0f} %" if running else "off", alarm=running and health.load > BUSY_LOAD
+        )
         self.engine.setToolTip(
             f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
@@ -198,9 +200,9 @@ class TransportBar(QWidget):
         figures = list(dict.fromkeys((*losses, *others)))
         for figure in figures:
             figure.show()
-        for named in (list(self.tabs), [name for name, tab in self.tabs.items() if tab.isChecked()], []):
-            self._show_tabs(named)
-            if self._has_room(but=self.asleep):
+        for with_names in (list(self.tabs), [name for name, tab in self.tabs.items() if tab.isChecked()], []):
+            self._show_tabs(with_names)
+            if self._has_room(hidden=self.asleep):
                 break
         for figure in reversed(figures):
             if self._has_room():
@@ -210,20 +212,20 @@ class TransportBar(QWidget):
         self._layout.invalidate()
         self._layout.activate()
 
-    def _has_room(self, but: "Figure | None" = None) -> bool:
-        """Whether all that is shown has room, `but` one."""
+    def _has_room(self, hidden: "Readout | None" = None) -> bool:
+        """Whether all that is shown has room, `hidden` one."""
         for layout in (self._tab_line, self._layout):
             layout.invalidate()  # or it has the size of before what was just hidden
-        wide = self._layout.minimumSize().width() - (but.width() + self._layout.spacing() if but else 0)
-        return wide + READ_PX <= self.width()
+        wide = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
+        return wide + READABLE_PX <= self.width()
 
-    def _show_tabs(self, named: Sequence[str]) -> None:
+    def _show_tabs(self, with_names: Sequence[str]) -> None:
         """Write names on these tabs, and draw pictures on the others."""
         for name, tab in self.tabs.items():
-            tab.setText(name if name in named else "")
-            tab.setIcon(QIcon() if name in named else self._tab_icons[name])
+            tab.setText(name if name in with_names else "")
+            tab.setIcon(QIcon() if name in with_names else self._tab_icons[name])
             tab.ensurePolished()
-            tab.setFixedWidth(tab.sizeHint().width() if name in named else TAB_PX)
+            tab.setFixedWidth(tab.sizeHint().width() if name in with_names else TAB_PX)
 
     def _add_menu(self, menu: QMenu) -> None:
         self.menu = QToolButton()
@@ -258,28 +260,28 @@ class TransportBar(QWidget):
         )
         self._layout.addWidget(self.target, 100)  # it takes what room there is, up to its most, before the level does
 
-    def _add_flags(self) -> None:
-        self.flags = QToolButton()
-        self.flags.setProperty("role", "flat")
-        self.flags.setIcon(theme.icon("alert", theme.FORCE))
-        self.flags.clicked.connect(self._click_flags)
-        self.flags.hide()
-        self._layout.addWidget(self.flags)
+    def _add_warnings(self) -> None:
+        self.warnings = QToolButton()
+        self.warnings.setProperty("role", "flat")
+        self.warnings.setIcon(theme.icon("alert", theme.FORCE))
+        self.warnings.clicked.connect(self._click_warnings)
+        self.warnings.hide()
+        self._layout.addWidget(self.warnings)
 
     def _add_buttons(self) -> None:
         self.play = self._button("play", theme.VIBRATION, "Play (Space)")
-        self.play.clicked.connect(self.play_wanted)
+        self.play.clicked.connect(self.play_requested)
         self.stop = self._button("stop", theme.TEXT, "Stop: fade the sound out; forces are still measured (Space)")
-        self.stop.clicked.connect(self.stop_wanted)
+        self.stop.clicked.connect(self.stop_requested)
         self.record = self._button("record", theme.ALARM, "")
         self.record.setCheckable(True)
-        self.record.clicked.connect(self.record_wanted)
+        self.record.clicked.connect(self.record_requested)
         self.panic = QPushButton("Panic")
         self.panic.setProperty("role", "alarm")
         self.panic.setToolTip(
             "Silence at once, and discard sound that is already buffered (F12; Esc, where nothing is open)"
         )
-        self.panic.clicked.connect(self.panic_wanted)
+        self.panic.clicked.connect(self.panic_requested)
         self._layout.addWidget(self.panic)
 
     def _button(self, icon: str, colour: str, tip: str) -> QPushButton:
@@ -310,15 +312,15 @@ class TransportBar(QWidget):
     def _show_level(self, tenths: int) -> None:
         self.level_text.setText(f"{tenths / 10:.1f} dB".replace("-", "−"))
 
-    def _add_figures(self) -> None:
-        self.engine = Figure("Engine", "100 %")
-        self.asleep = Figure("Asleep", "196 of 196 tiles")
+    def _add_readouts(self) -> None:
+        self.engine = Readout("Engine", "100 %")
+        self.asleep = Readout("Asleep", "196 of 196 tiles")
         self.asleep.setToolTip("Tiles for which nothing has to be computed now: they take no time of the engine")
-        self.xruns = Figure("Xruns", "000")
+        self.xruns = Readout("Xruns", "000")
         self.xruns.setToolTip(_XRUNS)
-        self.lost = Figure("Lost", "0000")
+        self.lost = Readout("Lost", "0000")
         self.lost.setToolTip("Force samples that were sent and did not arrive")
-        self.latency = Figure("Latency", "00.0 + 00.0 ms")
+        self.latency = Readout("Latency", "00.0 + 00.0 ms")
         for figure in (self.engine, self.asleep, self.xruns, self.lost, self.latency):
             self._layout.addWidget(figure)
         audio = QToolButton()
@@ -326,15 +328,15 @@ class TransportBar(QWidget):
         audio.setIcon(theme.icon("speaker", theme.MUTED))
         audio.setToolTip("Audio: device, rate, block, which tile is which (Ctrl+,)")
         audio.setAccessibleName("Audio")
-        audio.clicked.connect(self.audio_wanted)
+        audio.clicked.connect(self.audio_requested)
         self.audio = audio
         self._layout.addWidget(audio)
 
 
-class Figure(QFrame):
+class Readout(QFrame):
     """A name over a value with its unit, as wide as its widest value."""
 
-    def __init__(self, name: str, widest: str) -> None:
+    def __init__(self, name: str, widest_text: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
         self._count, self._red_until = 0, 0.0
@@ -348,7 +350,7 @@ class Figure(QFrame):
         layout.addWidget(self._value)
         layout.addStretch(1)
         metrics = self._value.fontMetrics()
-        self.setFixedWidth(max(metrics.horizontalAdvance(text) for text in (widest, name)) + 2)
+        self.setFixedWidth(max(metrics.horizontalAdvance(text) for text in (widest_text, name)) + 2)
 
     def show_value(self, text: str, *, alarm: bool = False) -> None:
         """A value with its unit, in red as an alarm."""

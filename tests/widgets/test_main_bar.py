@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
 from underfoot.engine.reports import Health
-from underfoot.widgets.transport import TransportBar
+from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.workspace import discover
 
 WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25, 1)
@@ -17,7 +17,7 @@ WELL = Health(True, 0.114, 0.6, 0, 0, 0.0033, 0.0006, 0.0107, 0.0, 96_000, 0.25,
 
 @pytest.fixture
 def bar(qtbot):
-    made = TransportBar(QMenu())
+    made = MainBar(QMenu())
     qtbot.addWidget(made)
     for name, key in (("Design", "Ctrl+1"), ("Monitor", "Ctrl+2"), ("Calibrate", "Ctrl+3")):
         made.add_workspace(name, key, name.lower())
@@ -28,13 +28,13 @@ def bar(qtbot):
 
 
 def test_every_button_says_what_was_asked_for(bar, qtbot):
-    for button, signal in ((bar.play, "play_wanted"), (bar.stop, "stop_wanted"), (bar.panic, "panic_wanted")):
+    for button, signal in ((bar.play, "play_requested"), (bar.stop, "stop_requested"), (bar.panic, "panic_requested")):
         with qtbot.waitSignal(getattr(bar, signal)):
             qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    with qtbot.waitSignal(bar.record_wanted) as asked:
+    with qtbot.waitSignal(bar.record_requested) as asked:
         qtbot.mouseClick(bar.record, Qt.MouseButton.LeftButton)
     assert asked.args == [True]
-    with qtbot.waitSignal(bar.audio_wanted):
+    with qtbot.waitSignal(bar.audio_requested):
         qtbot.mouseClick(bar.audio, Qt.MouseButton.LeftButton)
 
 
@@ -103,7 +103,7 @@ def test_an_engine_that_is_off_has_no_figures(bar):
 
 def test_a_new_loss_is_an_alarm_and_an_old_one_is_not(bar, monkeypatch):
     now = 100.0
-    monkeypatch.setattr("underfoot.widgets.transport.time.monotonic", lambda: now)
+    monkeypatch.setattr("underfoot.widgets.main_bar.time.monotonic", lambda: now)
     bar.xruns.show_count(2)
     assert bar.xruns.is_alarm
     now = 111.0
@@ -125,16 +125,16 @@ def test_the_meter_rises_at_once_and_falls_slowly(bar):
 
 
 def test_flags_are_seen_only_where_there_are_any(bar, qtbot):
-    assert not bar.flags.isVisible()
-    bar.set_flags("Monitor", [])
-    bar.set_flags("Calibrate", [f"t{i} is too old" for i in range(12)])
-    assert bar.flags.isVisible()
-    assert bar.flags.toolTip().splitlines()[1::8] == ["t0 is too old", "and 4 more"]
-    with qtbot.waitSignal(bar.flags_clicked) as clicked:
-        qtbot.mouseClick(bar.flags, Qt.MouseButton.LeftButton)
+    assert not bar.warnings.isVisible()
+    bar.set_warnings("Monitor", [])
+    bar.set_warnings("Calibrate", [f"t{i} is too old" for i in range(12)])
+    assert bar.warnings.isVisible()
+    assert bar.warnings.toolTip().splitlines()[1::8] == ["t0 is too old", "and 4 more"]
+    with qtbot.waitSignal(bar.warnings_clicked) as clicked:
+        qtbot.mouseClick(bar.warnings, Qt.MouseButton.LeftButton)
     assert clicked.args == ["Calibrate"]
-    bar.set_flags("Calibrate", [])
-    assert not bar.flags.isVisible()
+    bar.set_warnings("Calibrate", [])
+    assert not bar.warnings.isVisible()
 
 
 def test_recording_and_playing_are_seen(bar):
@@ -154,7 +154,7 @@ def test_nothing_overlaps_at_the_smallest_width(bar, qtbot):
     qtbot.waitExposed(bar)
     bar.set_health(WELL, 196)
     bar.set_target("Simulated floor  14 × 14")
-    bar.set_flags("Calibrate", ["too old"])
+    bar.set_warnings("Calibrate", ["too old"])
     places = [w.geometry() for w in bar.children() if hasattr(w, "isVisible") and w.isVisible()]
     assert not [pair for pair in itertools.combinations(places, 2) if pair[0].intersects(pair[1])]
     assert all(bar.rect().contains(place) for place in places)
@@ -183,7 +183,7 @@ def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
 
 @pytest.mark.parametrize(("wide", "named"), [(1440, 6), (1100, 1), (1024, 1), (984, 0)])
 def test_with_six_workspaces_a_narrow_bar_has_pictures_for_tabs_and_all_that_matters(qtbot, wide, named):
-    bar = TransportBar(QMenu())
+    bar = MainBar(QMenu())
     qtbot.addWidget(bar)
     for declared in discover():
         bar.add_workspace(declared.name, declared.key, declared.icon)

@@ -59,11 +59,11 @@ def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, P
         end = max(far.values())
         moved = {id: end - sizes[id][axis] for id in places}
     else:
-        moved = _spread(near, {id: sizes[id][axis] for id in places})
+        moved = _evenly_spaced(near, {id: sizes[id][axis] for id in places})
     return {id: snapped(*((moved[id], at[1]) if axis == 0 else (at[0], moved[id]))) for id, at in places.items()}
 
 
-def _spread(near: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str, float]:
+def _evenly_spaced(near: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str, float]:
     order = sorted(near, key=near.__getitem__)
     room = near[order[-1]] - near[order[0]] - sum(lengths[id] for id in order[:-1])
     gap = max(room / (len(order) - 1), 2.0 * GRID)
@@ -74,7 +74,7 @@ def _spread(near: Mapping[str, float], lengths: Mapping[str, float]) -> dict[str
     return moved
 
 
-def may_fit(source: Port, target: Port) -> bool:
+def can_connect(source: Port, target: Port) -> bool:
     """Whether two ports look as if a wire fits; `Patch.connect` has the last word."""
     return source.kind == target.kind and (not source.unit or not target.unit or source.unit == target.unit)
 
@@ -134,7 +134,7 @@ def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
         for node in patch.nodes
         if node.id not in behind
         for name, target in registry[node.type].input_ports.items()
-        if may_fit(output, target)
+        if can_connect(output, target)
     ]
     return sorted(found, key=wired.__contains__)
 

@@ -7,10 +7,10 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from underfoot.widgets.recordings.reader import RecordingReader
 from underfoot.widgets.session.controller import SessionController
 
-LOOK_MS = 1000
+POLL_MS = 1000
 
 
-class Growing(QObject):
+class RecordingFollower(QObject):
     """Lets the reader look again while the file that is open is the one that the session records to."""
 
     ended = Signal(object)
@@ -22,10 +22,10 @@ class Growing(QObject):
         self._controller: SessionController | None = None
         self._path: Path | None = None
         self._timer = QTimer(self)
-        self._timer.setInterval(LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.setInterval(POLL_MS)
+        self._timer.timeout.connect(self._poll)
 
-    def listen(self, controller: SessionController) -> None:
+    def attach(self, controller: SessionController) -> None:
         """Follow what this controller records."""
         self._controller = controller
 
@@ -42,10 +42,10 @@ class Growing(QObject):
         else:
             self._timer.stop()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         path = self._path
         if path is not None and self.is_written(path):
-            self._reader.look_on()
+            self._reader.read_new()
         elif path is not None:
             self.follow(path)
             self.ended.emit(path)

@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QMainWindow, QSplitter, QStyle, QWidget
 
 from underfoot.widgets.session.settings import Settings
 
-LEAST = QSize(1024, 640)
+MINIMUM_SIZE = QSize(1024, 640)
 """The window is no smaller than this where the screen is not."""
-FIRST = QSize(1440, 900)
+DEFAULT_SIZE = QSize(1440, 900)
 _BORDER_PX = 4
 
 
@@ -21,9 +21,9 @@ def restore_window(window: QMainWindow, settings: Settings) -> None:
     screen = window.screen().availableGeometry()
     title_px = window.style().pixelMetric(QStyle.PixelMetric.PM_TitleBarHeight)
     room = screen.size() - QSize(2 * _BORDER_PX, title_px + _BORDER_PX)
-    window.setMinimumSize(LEAST.boundedTo(room))
+    window.setMinimumSize(MINIMUM_SIZE.boundedTo(room))
     if not window.restoreGeometry(settings.window_bytes):
-        window.resize(FIRST.boundedTo(room))
+        window.resize(DEFAULT_SIZE.boundedTo(room))
         return
     if not window.isMaximized() and not window.isFullScreen():
         window.resize(window.size().boundedTo(room))
@@ -31,25 +31,25 @@ def restore_window(window: QMainWindow, settings: Settings) -> None:
         window.move(screen.topLeft())
 
 
-def keep_window(window: QMainWindow, settings: Settings) -> None:
+def save_window(window: QMainWindow, settings: Settings) -> None:
     """Remember size and place of the window."""
     settings.window_bytes = bytes(window.saveGeometry().data())
 
 
 def restore_splitters(widget: QWidget, settings: Settings) -> None:
     """Put the splitters of a workspace where they were."""
-    for splitter in _named(widget):
+    for splitter in _named_splitters(widget):
         try:
             splitter.restoreState(b64decode(settings.splitters.get(splitter.objectName(), ""), validate=True))
         except ValueError:
             continue
 
 
-def keep_splitters(widget: QWidget, settings: Settings) -> None:
+def save_splitters(widget: QWidget, settings: Settings) -> None:
     """Remember where the splitters of a workspace are."""
-    for splitter in _named(widget):
+    for splitter in _named_splitters(widget):
         settings.splitters[splitter.objectName()] = b64encode(bytes(splitter.saveState().data())).decode()
 
 
-def _named(widget: QWidget) -> list[QSplitter]:
+def _named_splitters(widget: QWidget) -> list[QSplitter]:
     return [splitter for splitter in widget.findChildren(QSplitter) if splitter.objectName()]

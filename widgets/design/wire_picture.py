@@ -9,15 +9,15 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from underfoot.patch.patch import Wire
 from underfoot.widgets.design.items import WireItem
 
-SETTLE_MS = 250
+STILL_MS = 250
 """A wire that has not moved for so long is drawn into the picture."""
-FEW = 12
+MAX_AREAS = 12
 """With more changed wires than these, all is drawn anew: that is quicker than a region of many rectangles."""
 EDGE_PX = 2
 """How far antialiasing reaches beyond a wire's bounds."""
 
 
-class RestingWires(QGraphicsItem):
+class WirePicture(QGraphicsItem):
     """Paints the wires of a scene that do not move. A wire that is dragged along, or lit up, paints itself."""
 
     def __init__(self, wires: Mapping[Wire, WireItem], area: QRectF) -> None:
@@ -25,37 +25,37 @@ class RestingWires(QGraphicsItem):
         self._wires, self._area = wires, area
         self._moving: set[WireItem] = set()
         self._picture = QPixmap()
-        self._seen = QTransform()
+        self._transform = QTransform()
         self._changed: list[QRectF] = []
-        self._settling = QTimer(interval=SETTLE_MS, singleShot=True)
-        self._settling.timeout.connect(self.settle)
+        self._still_timer = QTimer(interval=STILL_MS, singleShot=True)
+        self._still_timer.timeout.connect(self.put_back_still)
         self.setZValue(-1.0)
         self.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
         self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
-    def lift(self, wire: WireItem) -> None:
+    def take_out(self, wire: WireItem) -> None:
         """The wire begins to move: it paints itself from now on, until it rests again."""
         if wire not in self._moving:
             self._moving.add(wire)
-            self.renew(wire.boundingRect())
-            wire.set_resting(False)
-        self._settling.start()
+            self.redraw(wire.boundingRect())
+            wire.set_in_picture(False)
+        self._still_timer.start()
 
-    def settle(self) -> None:
+    def put_back_still(self) -> None:
         """Take in the wires that were lifted."""
         for wire in self._moving:
             if wire.scene() is not None:
-                wire.set_resting(True)
-                self.renew(wire.boundingRect())
+                wire.set_in_picture(True)
+                self.redraw(wire.boundingRect())
         self._moving.clear()
 
-    def renew(self, area: QRectF) -> None:
+    def redraw(self, area: QRectF) -> None:
         """Draw what lies in this part of the scene anew."""
-        if len(self._changed) <= FEW:
+        if len(self._changed) <= MAX_AREAS:
             self._changed.append(area)
         self.update(area)
 
-    def forget(self) -> None:
+    def redraw_all(self) -> None:
         """Draw all anew."""
         self._picture = QPixmap()
         self.update()
@@ -74,22 +74,22 @@ class RestingWires(QGraphicsItem):
         if widget is None:
             self._draw(painter, [self._area])
             return
-        self._redraw(self._stale(seen, widget.size(), widget.devicePixelRatioF()))
+        self._draw_areas(self._stale_region(seen, widget.size(), widget.devicePixelRatioF()))
         ratio = widget.devicePixelRatioF()
         part = seen.mapRect(option.exposedRect).toAlignedRect() & widget.rect()
         painter.setWorldTransform(QTransform())
         painter.drawPixmap(QRectF(part), self._picture, QRectF(part.topLeft() * ratio, part.size() * ratio))
 
-    def _stale(self, seen: QTransform, size: QSize, ratio: float) -> QRegion:
+    def _stale_region(self, seen: QTransform, size: QSize, ratio: float) -> QRegion:
         """What of the picture is not as it is to be seen, in the view's pixels; what only went aside is moved there."""
         all_of_it = QRect(0, 0, size.width(), size.height())
         is_same = self._picture.size() == size * ratio and self._picture.devicePixelRatio() == ratio
-        before, self._seen = self._seen, seen
+        before, self._transform = self._transform, seen
         aside = QPointF(seen.dx() - before.dx(), seen.dy() - before.dy()) * ratio
         by = aside.toPoint()
         is_moved_only = (before.m11(), before.m22()) == (seen.m11(), seen.m22()) and QPointF(by) == aside
         changed, self._changed = self._changed, []
-        if not is_same or not is_moved_only or len(changed) > FEW:
+        if not is_same or not is_moved_only or len(changed) > MAX_AREAS:
             if not is_same:
                 self._picture = QPixmap(size * ratio)
                 self._picture.setDevicePixelRatio(ratio)
@@ -103,7 +103,7 @@ class RestingWires(QGraphicsItem):
             stale += seen.mapRect(area).toAlignedRect().adjusted(-EDGE_PX, -EDGE_PX, EDGE_PX, EDGE_PX)
         return stale & all_of_it
 
-    def _redraw(self, stale: QRegion) -> None:
+    def _draw_areas(self, stale: QRegion) -> None:
         if stale.isEmpty():
             return
         parts: list[QRect] = list(stale)  # type: ignore[call-overload]
@@ -117,12 +117,12 @@ class RestingWires(QGraphicsItem):
             painter.fillRect(stale.boundingRect(), Qt.GlobalColor.transparent)
             painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setWorldTransform(self._seen)
-        back = self._seen.inverted()[0]
+        painter.setWorldTransform(self._transform)
+        back = self._transform.inverted()[0]
         self._draw(painter, [back.mapRect(QRectF(part)) for part in parts])
         painter.end()
 
     def _draw(self, painter: QPainter, areas: list[QRectF]) -> None:
         for wire in self._wires.values():
-            if wire.is_resting and wire.isVisible() and any(map(wire.boundingRect().intersects, areas)):
+            if wire.is_in_picture and wire.isVisible() and any(map(wire.boundingRect().intersects, areas)):
                 wire.paint_line(painter)

@@ -8,16 +8,16 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QWidget
 from underfoot.widgets import theme
 
 
-class Crumbs(QFrame):
-    """Shown while one looks into a group. `wanted` gives the id of the group to go to, "" for the whole patch."""
+class Breadcrumbs(QFrame):
+    """Shown while one looks into a group. `group_requested` gives the group's id, "" for the whole patch."""
 
-    wanted = Signal(str)
+    group_requested = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.buttons: list[QPushButton] = []
         self._parts: list[QWidget] = []
-        self._way: list[tuple[str, str]] = []
+        self._path: list[tuple[str, str]] = []
         self.setObjectName("crumbs")
         self.setStyleSheet(
             f"#crumbs {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
@@ -28,17 +28,17 @@ class Crumbs(QFrame):
         self.move(8, 8)
         self.hide()
 
-    def show_way(self, way: Sequence[tuple[str, str]]) -> None:
+    def show_path(self, path: Sequence[tuple[str, str]]) -> None:
         """Ids and names of the groups, the outermost first; none hides it."""
-        if way == self._way:
+        if path == self._path:
             return
-        self._way = list(way)
+        self._path = list(path)
         for old in self._parts:
             old.hide()
             self._row.removeWidget(old)
             old.deleteLater()
         self.buttons, self._parts = [], []
-        steps = [("", "Patch"), *way]
+        steps = [("", "Patch"), *path]
         for i, (id, name) in enumerate(steps):
             if i:
                 self._parts.append(theme.label("›", "muted"))
@@ -47,10 +47,10 @@ class Crumbs(QFrame):
             button.setProperty("role", "tab")
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             button.setEnabled(i < len(steps) - 1)
-            button.clicked.connect(lambda _=False, id=id: self.wanted.emit(id))
+            button.clicked.connect(lambda _=False, id=id: self.group_requested.emit(id))
             self._row.addWidget(button)
             self.buttons.append(button)
             self._parts.append(button)
-        self.setVisible(bool(way))
+        self.setVisible(bool(path))
         self.adjustSize()
         self.raise_()

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.controls.step_table import StepTable
-from underfoot.widgets.monitor.past import ForcePast
+from underfoot.widgets.monitor.force_history import ForceHistory
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 
@@ -49,12 +49,12 @@ def shown(monitor):
 
 def test_what_was_measured_minutes_ago_is_scrolled_to_while_the_session_goes_on(monitor, qtbot):
     for begin_s in range(0, 120, 4):
-        monitor.take_forces(update_of(begin_s, begin_s + 4))
+        monitor.add_forces(update_of(begin_s, begin_s + 4))
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(120.0), abs=0.1)
     monitor.back.setValue(600)
     assert shown(monitor) == pytest.approx(force_at(60.0), abs=0.1)
-    monitor.take_forces(update_of(120, 124))
+    monitor.add_forces(update_of(120, 124))
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(60.0), abs=0.1)
     assert monitor.back.maximum() == 1240
@@ -75,8 +75,8 @@ def test_the_spectrogram_goes_back_with_it(monitor):
     for first in range(0, len(time_s), 24_000):
         loud = 0.5 * ((time_s[first] >= 2.0) & (time_s[first] < 4.0))
         tone = loud * np.sin(2.0 * np.pi * 200.0 * time_s[first : first + 24_000])
-        monitor.take_vibration(first, np.tile(tone[:, None], (1, 4)).astype(np.float32))
-    monitor.take_forces(update_of(0, 20))
+        monitor.add_vibration(first, np.tile(tone[:, None], (1, 4)).astype(np.float32))
+    monitor.add_forces(update_of(0, 20))
     monitor.draw()
     assert monitor.spectrogram.drawing.heat.levels.max() == 0
     monitor.scroll_to(6.0)
@@ -89,18 +89,18 @@ def test_the_spectrogram_goes_back_with_it(monitor):
 
 
 def test_memory_of_the_past_is_bounded_and_pieces_do_not_matter():
-    whole, pieces = ForcePast(2, 1.0, 1000.0), ForcePast(2, 1.0, 1000.0)
+    whole, pieces = ForceHistory(2, 1.0, 1000.0), ForceHistory(2, 1.0, 1000.0)
     update = update_of(0, 4, 2)
     whole.append(update.time_s, update.force_n)
     for begin in range(0, 4000, 7):
         part = slice(begin, begin + 7)
         pieces.append(update.time_s[part], update.force_n[part])
-    for one, other in zip(whole.until(2.5, 2.0, 1), pieces.until(2.5, 2.0, 1), strict=True):
+    for one, other in zip(whole.samples_before(2.5, 2.0, 1), pieces.samples_before(2.5, 2.0, 1), strict=True):
         np.testing.assert_allclose(one, other)
         assert len(one) == 200
-    times, forces = whole.until(2.5, 2.0, 1)
+    times, forces = whole.samples_before(2.5, 2.0, 1)
     np.testing.assert_allclose(forces.sum(axis=1), force_at(times - 0.0005), rtol=1e-5)
-    large = ForcePast(900, 0.1, 1000.0)
+    large = ForceHistory(900, 0.1, 1000.0)
     assert large._means._rows.nbytes <= 2 * (64 << 20)
 
 
@@ -125,15 +125,15 @@ def test_the_table_follows_also_when_it_is_made_smaller_or_was_not_to_be_seen(qt
 
 def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tmp_path):
     said = []
-    monitor.said.connect(said.append)
-    monitor.take_steps([STEP, STEP])
+    monitor.notified.connect(said.append)
+    monitor.add_steps([STEP, STEP])
     monitor.set_session(default_floor(1, 2), RATE, True)
     (file,) = (tmp_path / "footsteps").iterdir()
     with file.open() as kept:
         assert [row["tile"] for row in csv.DictReader(kept)] == [STEP.tile] * 2
     assert str(file) in said[-1]
     assert monitor.table.steps.rowCount() == 0
-    monitor.take_steps([STEP])
+    monitor.add_steps([STEP])
     monitor.steps.export(str(tmp_path / "saved.csv"))
     monitor.set_session(default_floor(), RATE, True)
     monitor.close_down()

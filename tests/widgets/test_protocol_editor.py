@@ -38,21 +38,21 @@ class Hand:
     def opened(self):
         workspace = ExperimentWorkspace(REGISTRY, *(self.folder / name for name in ("studies", "protocols", "presets")))
         self.qtbot.addWidget(workspace, before_close_func=lambda w: w.background.join())
-        workspace.said.connect(self.said.append)
+        workspace.notified.connect(self.said.append)
         workspace.resize(1280, 740)
         show(self.qtbot, workspace)
         return workspace
 
     @property
-    def maker(self):
-        return self.workspace.maker
+    def protocol_editor(self):
+        return self.workspace.protocol_editor
 
     def click(self, button):
         assert button.isEnabled()
         self.qtbot.mouseClick(button, LEFT)
 
     def page(self, place):
-        self.click(self.maker.tabs.button(place))
+        self.click(self.protocol_editor.tabs.button(place))
 
     def type(self, field, text):
         field.selectAll()
@@ -65,8 +65,8 @@ class Hand:
         box.activated.emit(box.currentIndex())
 
     def keep(self):
-        self.qtbot.waitUntil(self.maker.save.isEnabled)
-        self.qtbot.keyClick(self.maker, Qt.Key.Key_S, CTRL)
+        self.qtbot.waitUntil(self.protocol_editor.save_button.isEnabled)
+        self.qtbot.keyClick(self.protocol_editor, Qt.Key.Key_S, CTRL)
 
     def protocols(self):
         return sorted(path.name for path in (self.folder / "protocols").glob("*.json"))
@@ -79,7 +79,7 @@ class Hand:
 def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_presets(made):
     count = len(made.workspace.studies)
     made.click(made.workspace.list.new)
-    made.type(made.maker.rows["study"].controls["title"], "Gravel or sand?")
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Gravel or sand?")
     made.keep()
     assert made.protocols() == ["gravel-or-sand.json"]
     assert len(made.workspace.studies) == count + 1
@@ -92,17 +92,17 @@ def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_pres
 def test_a_mistake_is_said_as_the_file_would_and_cannot_be_saved(made):
     made.click(made.workspace.list.new)
     made.page(3)
-    made.type(made.maker.stages.form.parameters.controls["blocks"], "0")
-    made.qtbot.waitUntil(lambda: bool(made.maker.trouble.text()))
+    made.type(made.protocol_editor.stages.form.parameters.controls["blocks"], "0")
+    made.qtbot.waitUntil(lambda: bool(made.protocol_editor.problem.text()))
     said = "$.stages[0].method.parameters.blocks is 0; allowed: whole numbers 1 to 1000"
-    assert made.maker.trouble.text() == said
-    assert not made.maker.save.isEnabled()
-    assert "•" in made.maker.tabs.button(3).text()
-    made.type(made.maker.stages.form.parameters.controls["blocks"], "many")
-    made.qtbot.waitUntil(lambda: "'many'" in made.maker.trouble.text())
-    made.type(made.maker.stages.form.parameters.controls["blocks"], "4")
-    made.qtbot.waitUntil(lambda: not made.maker.trouble.text())
-    assert made.maker.facts.text() == "rating: 8 trials, begun by key  ·  less than a minute"
+    assert made.protocol_editor.problem.text() == said
+    assert not made.protocol_editor.save_button.isEnabled()
+    assert "•" in made.protocol_editor.tabs.button(3).text()
+    made.type(made.protocol_editor.stages.form.parameters.controls["blocks"], "many")
+    made.qtbot.waitUntil(lambda: "'many'" in made.protocol_editor.problem.text())
+    made.type(made.protocol_editor.stages.form.parameters.controls["blocks"], "4")
+    made.qtbot.waitUntil(lambda: not made.protocol_editor.problem.text())
+    assert made.protocol_editor.facts.text() == "rating: 8 trials, begun by key  ·  less than a minute"
 
 
 @pytest.mark.parametrize("name", preset_files.protocols())
@@ -110,13 +110,13 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
     row = [study.name for study in made.workspace.studies].index(name)
     made.workspace.list.list.setCurrentRow(row)
     preset = made.workspace.study.protocol
-    made.click(made.workspace.list.own)
+    made.click(made.workspace.list.copy_button)
     for at in range(5):
         made.page(at)
-    for page in (made.maker.stimuli, made.maker.stages):
+    for page in (made.protocol_editor.stimuli, made.protocol_editor.stages):
         for place in range(page.list.count()):
             page.list.setCurrentRow(place)
-    assert not made.maker.is_changed
+    assert not made.protocol_editor.is_changed
     made.keep()
     mine = made.workspace.study.protocol
     assert mine.title == f"{preset.title}, my own"
@@ -127,12 +127,12 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
 def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     made.click(made.workspace.list.new)
     made.page(1)
-    made.click(made.maker.questions.add)
-    made.maker.questions.table.item(0, 0).setText("age")
-    made.maker.questions.table.item(0, 1).setText("How old are you?")
-    made.choose(made.maker.questions.table.cellWidget(0, 2), "count")
+    made.click(made.protocol_editor.questions.add)
+    made.protocol_editor.questions.table.item(0, 0).setText("age")
+    made.protocol_editor.questions.table.item(0, 1).setText("How old are you?")
+    made.choose(made.protocol_editor.questions.table.cellWidget(0, 2), "count")
     made.page(3)
-    stages = made.maker.stages
+    stages = made.protocol_editor.stages
     made.click(stages.add)
     made.type(stages.form.rows.controls["id"], "hello")
     made.click(stages.up)
@@ -149,7 +149,7 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     made.type(stages.form.foot_rows.controls["tiles"], "t3")
     assert stages.form.fields.text() == "yes: left half  ·  no: right half"
     made.page(4)
-    made.choose(made.maker.rows["sounds"].controls["noise"], "pink")
+    made.choose(made.protocol_editor.rows["sounds"].controls["noise"], "pink")
     made.keep()
     protocol = made.workspace.study.protocol
     assert [(one.name, one.kind) for one in protocol.participant] == [("age", "count")]
@@ -164,7 +164,7 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
 def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
     made.click(made.workspace.list.new)
     made.page(3)
-    stages = made.maker.stages
+    stages = made.protocol_editor.stages
     for name in ("bye", "hello"):  # each comes behind the one that is chosen
         stages.list.setCurrentRow(0)
         made.click(stages.add)
@@ -182,20 +182,26 @@ def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
 
 def controls_of(made):
     """The fields that the form shows of each document, over all stages and stimuli of what is edited."""
-    maker = made.maker
-    found = {"Protocol": {*maker.rows["study"].controls, "participant", "sounds", "stimuli", "stages"},
-             "Sounds": {*maker.rows["sounds"].controls}, "Question": set(question_table.COLUMNS),
+    protocol_editor = made.protocol_editor
+    found = {"Protocol": {*protocol_editor.rows["study"].controls, "participant", "sounds", "stimuli", "stages"},
+             "Sounds": {*protocol_editor.rows["sounds"].controls}, "Question": set(question_table.COLUMNS),
              "Stage": set(), "FootAnswer": set(), "Stimulus": set()}  # fmt: skip
-    for place in range(maker.stages.list.count()):
-        maker.stages.list.setCurrentRow(place)
-        form = maker.stages.form
+    for place in range(protocol_editor.stages.list.count()):
+        protocol_editor.stages.list.setCurrentRow(place)
+        form = protocol_editor.stages.form
         for rows in (form.rows, form.further, form.order):
             found["Stage"] |= set(rows.controls)
         found["Stage"] |= {name for name in ("method", "foot", "questions") if getattr(form, name) is not None}
         found["FootAnswer"] |= set(form.foot_rows.controls if form.foot_rows else ())
-    for place in range(maker.stimuli.list.count()):
-        maker.stimuli.list.setCurrentRow(place)
-        found["Stimulus"] |= {*maker.stimuli.form.levels.controls, "patch", "settings", "scaled_by", "factors"}
+    for place in range(protocol_editor.stimuli.list.count()):
+        protocol_editor.stimuli.list.setCurrentRow(place)
+        found["Stimulus"] |= {
+            *protocol_editor.stimuli.form.levels.controls,
+            "patch",
+            "settings",
+            "scaled_by",
+            "factors",
+        }
     return found
 
 
@@ -207,7 +213,7 @@ def test_the_form_can_set_every_field_that_a_protocol_has(made):
     path = made.folder / "made.json"
     path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[foot, *others]))
     made.workspace.open_protocol(path)
-    made.click(made.workspace.list.own)
+    made.click(made.workspace.list.copy_button)
     found = controls_of(made)
     for document in (Protocol, Sounds, Question, Stage, FootAnswer, Stimulus):
         assert found[document.__name__] >= set(document.__struct_fields__) - {"format", "version"}, document
@@ -219,7 +225,7 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     Patch.load(preset_files.patches()["stimulus-td"], REGISTRY).save(own / "mine.json")
     made.click(made.workspace.list.new)
     made.page(2)
-    stimuli = made.maker.stimuli
+    stimuli = made.protocol_editor.stimuli
     made.type(stimuli.form.name, "B")
     words = next(stimuli.form.patch.itemText(k) for k in range(stimuli.form.patch.count())
                  if stimuli.form.patch.itemText(k).startswith("My presets"))  # fmt: skip
@@ -231,10 +237,10 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     assert stimuli.form.measure.text() == "Measuring… Stop"
     made.click(stimuli.form.measure)
     assert stimuli.form.measure.text() == "Measure the level"
-    assert made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"] == 0.0
+    assert made.protocol_editor.draft.raw["stimuli"]["B"]["measured_m_s2"] == 0.0
     made.click(stimuli.form.measure)
     made.qtbot.waitUntil(lambda: stimuli.form.measure.text() == "Measure the level", timeout=120_000)
-    measured = made.maker.draft.raw["stimuli"]["B"]["measured_m_s2"]
+    measured = made.protocol_editor.draft.raw["stimuli"]["B"]["measured_m_s2"]
     assert 0.1 < measured < 20.0
     made.keep()
     stimulus = made.workspace.study.protocol.stimuli["B"]
@@ -247,9 +253,9 @@ def test_a_stimulus_keeps_its_place_in_the_stages_under_another_name(made):
     stage = {"id": "main", "kind": "trials", "method": {"kind": "constant-stimuli", "parameters": {"standard": "TD"}}}
     path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[stage]))
     made.workspace.open_protocol(path)
-    made.click(made.workspace.list.own)
+    made.click(made.workspace.list.copy_button)
     made.page(2)
-    made.type(made.maker.stimuli.form.name, "loud")
+    made.type(made.protocol_editor.stimuli.form.name, "loud")
     made.keep()
     protocol = made.workspace.study.protocol
     assert list(protocol.stimuli) == ["loud", "X"]
@@ -265,8 +271,8 @@ def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
     sessions.mkdir(parents=True)
     SessionFile.create(sessions / "P1.session", made.workspace.study.protocol, "P1").close()
     made.click(made.workspace.list.edit)
-    assert made.maker.note.text().startswith("1 session was begun with it")
-    made.type(made.maker.rows["study"].controls["present_s"], "0.2")
+    assert made.protocol_editor.note.text().startswith("1 session was begun with it")
+    made.type(made.protocol_editor.rows["study"].controls["present_s"], "0.2")
     made.keep()
     assert made.protocols() == [path.name]
     assert Protocol.load(path, REGISTRY).present_s == 0.2
@@ -286,34 +292,34 @@ def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
 
 def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     made.click(made.workspace.list.new)
-    made.type(made.maker.rows["study"].controls["title"], "Half done")
-    made.qtbot.keyClick(made.maker, Qt.Key.Key_Escape)
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
+    made.qtbot.keyClick(made.protocol_editor, Qt.Key.Key_Escape)
     made.answer("Go on with it")
-    assert made.maker.draft is not None
+    assert made.protocol_editor.draft is not None
     made.workspace.close_down()
     kept = made.folder / "protocols" / UNSAVED
     assert json.loads(kept.read_bytes())["protocol"]["title"] == "Half done"
     again = made.opened()
-    again.go_on_making()
-    assert again.maker.draft.raw["title"] == "Half done"
-    assert again.maker.is_changed
-    made.qtbot.keyClick(again.maker, Qt.Key.Key_S, CTRL)
+    again.restore_unsaved()
+    assert again.protocol_editor.draft.raw["title"] == "Half done"
+    assert again.protocol_editor.is_changed
+    made.qtbot.keyClick(again.protocol_editor, Qt.Key.Key_S, CTRL)
     assert made.protocols() == ["half-done.json"]
     assert not kept.exists()
 
 
 def test_stimuli_come_from_a_table_after_asking(made):
-    workspace, maker = made.workspace, made.maker
+    workspace, protocol_editor = made.workspace, made.protocol_editor
     made.click(workspace.list.new)
     made.page(2)
     table = made.folder / "trials.csv"
     table.write_text("stimulus,like,level_m_s2,place\nheel,A,2,back\ntoe,A,1,front\n")
-    choose_file(workspace, table, lambda: made.click(maker.stimuli.table))
+    choose_file(workspace, table, lambda: made.click(protocol_editor.stimuli.table))
     box = dialog_of(workspace, QMessageBox)
     assert box.text().startswith("Present the 2 lines of trials.csv in the place of A, nothing?")
     made.click(next(button for button in box.buttons() if button.text() == "Present them"))
     made.page(3)
-    made.click(maker.save)
+    made.click(protocol_editor.save_button)
     saved = workspace.study.protocol
     assert {name: (one.level_m_s2, one.factors) for name, one in saved.stimuli.items()} == {
         "heel": (2.0, {"place": "back"}),
@@ -323,6 +329,6 @@ def test_stimuli_come_from_a_table_after_asking(made):
     made.click(workspace.list.new)
     made.page(2)
     table.write_text("stimulus,like\nheel,B\n")
-    maker.stimuli.take_table(table)
+    protocol_editor.stimuli.import_table(table)
     assert made.said[-1] == f"{table}, line 2: like is 'B'; allowed: a stimulus of the protocol (A, nothing)"
-    assert list(maker.draft.raw["stimuli"]) == ["A", "nothing"]
+    assert list(protocol_editor.draft.raw["stimuli"]) == ["A", "nothing"]

@@ -5,7 +5,7 @@ from design_samples import REGISTRY, sample
 
 from underfoot.errors import BadFile
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
+from underfoot.widgets.design.patch_editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
 from underfoot.widgets.design.undo import Document
 
 

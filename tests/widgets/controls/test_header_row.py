@@ -6,7 +6,7 @@ from PySide6.QtCore import QCoreApplication, Qt
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.head_line import HeadLine
+from underfoot.widgets.controls.header_row import HeaderRow
 from underfoot.widgets.controls.panels import tool_button
 
 
@@ -18,7 +18,7 @@ def parts():
 
 def test_words_of_buttons_go_before_figures_and_all_come_back(qtbot, parts):
     title, button, figures = parts
-    line = HeadLine([title, None, *figures, button], [[button], figures[1:], figures[:1]])
+    line = HeaderRow([title, None, *figures, button], [[button], figures[1:], figures[:1]])
     qtbot.addWidget(line)
     seen = []
     for wide in (600, 250, 200, 130, 600):
@@ -36,7 +36,7 @@ def test_words_of_buttons_go_before_figures_and_all_come_back(qtbot, parts):
 
 def test_a_button_that_is_not_there_takes_no_room(qtbot, parts):
     title, button, figures = parts
-    line = HeadLine([title, None, *figures, button], [[button], figures])
+    line = HeaderRow([title, None, *figures, button], [[button], figures])
     qtbot.addWidget(line)
     line.setFixedWidth(210)
     button.hide()

@@ -26,10 +26,10 @@ Quantities = Sequence[tuple[str, float, str]]
 ROW_PX = 24
 
 
-def part_in_words(part: Part | None) -> str:
+def part_text(part: Part | None) -> str:
     """Describe a part of a profile in one line.
 
-    >>> part_in_words(None), part_in_words(Part(made="2026-03-04", error=1.25, error_unit="mm"))
+    >>> part_text(None), part_text(Part(made="2026-03-04", error=1.25, error_unit="mm"))
     ('not calibrated yet', '2026-03-04 · errs by 1.25 mm')
     """
     if part is None:
@@ -38,10 +38,10 @@ def part_in_words(part: Part | None) -> str:
     return f"{part.made}{error}"
 
 
-class FigureRow(QWidget):
+class QuantityRow(QWidget):
     """A few figures side by side, each under its name."""
 
-    MOST = 6
+    MAX_QUANTITIES = 6
 
     def __init__(self) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class FigureRow(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2 * theme.GRID)
         self._pairs: list[tuple[QLabel, QLabel]] = []
-        for _ in range(self.MOST):
+        for _ in range(self.MAX_QUANTITIES):
             name, value = theme.label("", "small"), theme.label("")
             cell = QVBoxLayout()
             cell.setSpacing(0)
@@ -60,7 +60,7 @@ class FigureRow(QWidget):
             self._pairs.append((name, value))
         self.setFixedHeight(4 * theme.GRID + 4)
 
-    def show_figures(self, quantities: Quantities) -> None:
+    def show_quantities(self, quantities: Quantities) -> None:
         """Show the first of these figures."""
         for place, (name, value) in enumerate(self._pairs):
             what, amount, unit = quantities[place] if place < len(quantities) else ("", math.nan, "")
@@ -73,7 +73,7 @@ class FigureRow(QWidget):
         return [f"{name.text()} {value.text()}" for name, value in self._pairs if name.text()]
 
 
-class FigureTable(QTableWidget):
+class QuantityTable(QTableWidget):
     """Figures with up to two values each: now, and before."""
 
     def __init__(self, name: str) -> None:
@@ -94,7 +94,7 @@ class FigureTable(QTableWidget):
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
-    def show_figures(
+    def show_quantities(
         self, quantities: Quantities, now: str, before: Mapping[str, float] | None = None, then: str = ""
     ) -> None:
         """Show figures under the heading `now`, and their values `before`, if known, under `then`."""

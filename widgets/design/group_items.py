@@ -9,27 +9,27 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from underfoot.patch.groups import Group, Note
 from underfoot.patch.patch import PlacedNode, Wire
 from underfoot.widgets import theme
+from underfoot.widgets.design.group_view import COLOURS
 from underfoot.widgets.design.items import NodeItem, WireItem
-from underfoot.widgets.design.levels import COLOURS
-from underfoot.widgets.design.shape import PAD, TITLE, Face, PlacedPort
+from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, PlacedPort
 
 FRAME_PAD = 2.0 * theme.GRID
 STUB = 40.0
 """Pixels of a wire that leads out of the group that one looks into."""
 
 
-class BlockItem(NodeItem):
+class GroupNodeItem(NodeItem):
     """A collapsed group, drawn as one node."""
 
-    def __init__(self, group: Group, node: PlacedNode, face: Face) -> None:
-        super().__init__(node, face)
-        self.group_now = group
+    def __init__(self, group: Group, node: PlacedNode, description: NodeDescription) -> None:
+        super().__init__(node, description)
+        self.shown_group = group
 
-    def set_group(self, group: Group, node: PlacedNode, face: Face) -> None:
+    def set_group(self, group: Group, node: PlacedNode, description: NodeDescription) -> None:
         """Show the group, and the node that stands for it, as they are now."""
-        self.group_now, self.node = group, node
+        self.shown_group, self.node = group, node
         self.setPos(*group.at)
-        self.set_face(face)
+        self.set_description(description)
         self.update()
         for wire in self.wires:
             wire.follow()
@@ -42,30 +42,30 @@ class BlockItem(NodeItem):
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         super().paint(painter, option, widget)
-        inner = self.shape_now.rect.adjusted(3.5, 3.5, -3.5, -3.5)
-        painter.setPen(QPen(QColor(theme.mixed(self.face.colour, theme.RAISED, 0.5)), 1.0))
+        inner = self.geometry.rect.adjusted(3.5, 3.5, -3.5, -3.5)
+        painter.setPen(QPen(QColor(theme.mixed(self.description.colour, theme.RAISED, 0.5)), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(inner, 4.0, 4.0)
         # Three little boxes say that there is more inside.
-        plot = self.shape_now.plot
+        plot = self.geometry.plot
         for i in range(3):
             box = QRectF(plot.center().x() - 26 + 18 * i, plot.center().y() - 6 + 4 * (i % 2), 14, 9)
             painter.drawRoundedRect(box, 2.0, 2.0)
 
 
-class FrameItem(QGraphicsItem):
+class GroupFrameItem(QGraphicsItem):
     """The frame around a group that is open; it goes where what is in it goes."""
 
     def __init__(self, group: Group) -> None:
         super().__init__()
-        self.group_now = group
+        self.shown_group = group
         self._items: Sequence[QGraphicsItem] = ()
         self._rect = QRectF()
         self.setZValue(-3.0)
 
     def follow(self, group: Group, items: Sequence[QGraphicsItem], depth: int) -> None:
         """Stand around these items; `depth` groups lie around this one."""
-        self.group_now, self._items = group, items
+        self.shown_group, self._items = group, items
         self.setZValue(-3.0 - 1.0 / (depth + 1.0))
         self.adjust()
 
@@ -73,7 +73,7 @@ class FrameItem(QGraphicsItem):
         """Stand around the items where they are now."""
         rect = QRectF()
         for item in self._items:
-            rect = rect.united(item.frame_rect() if isinstance(item, FrameItem) else item_rect(item))
+            rect = rect.united(item.frame_rect() if isinstance(item, GroupFrameItem) else item_rect(item))
         rect = rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
         if rect != self._rect:
             self.prepareGeometryChange()
@@ -92,7 +92,7 @@ class FrameItem(QGraphicsItem):
         return self._rect.adjusted(-1, -1, 1, 1)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        colour = theme.PALETTE[COLOURS[self.group_now.colour]]
+        colour = theme.PALETTE[COLOURS[self.shown_group.colour]]
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, 0.55)), 1.0))
         painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, 0.08)))
@@ -101,7 +101,7 @@ class FrameItem(QGraphicsItem):
         painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))
         room = self.title_rect().adjusted(PAD + 4, 0, -PAD, 0)
         text = painter.fontMetrics().elidedText(
-            self.group_now.title or "Group", Qt.TextElideMode.ElideRight, int(room.width())
+            self.shown_group.title or "Group", Qt.TextElideMode.ElideRight, int(room.width())
         )
         painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
 
@@ -161,7 +161,7 @@ class StubItem(WireItem):
         if item is not None:
             place = item.wire_place(self._side, self.wire[0 if self._side == "out" else 1])
             away = QPointF(STUB if self._side == "out" else -STUB, 0.0)
-            self.lay(*((place, place + away) if self._side == "out" else (place + away, place)))
+            self.set_ends(*((place, place + away) if self._side == "out" else (place + away, place)))
             self._away = place + away
 
     def boundingRect(self) -> QRectF:

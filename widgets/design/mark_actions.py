@@ -12,14 +12,14 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
 
-DONE = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
+MARK_NAMES = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
 """What setting a mark is called, and taking it away."""
 
 
-class Hearing(QObject):
+class MarkActions(QObject):
     """Adds its actions to a canvas, and edits the marks of the nodes that are selected there."""
 
-    audition_wanted = Signal(str, bool)
+    audition_requested = Signal(str, bool)
     """The node that is to be heard alone, and whether on all tiles. The same one again: no more."""
 
     def __init__(self, canvas: Canvas, registry: Registry) -> None:
@@ -36,23 +36,23 @@ class Hearing(QObject):
         }
         canvas.actions_by_name |= made
         canvas.addActions(list(made.values()))
-        canvas.audition_wanted.connect(lambda node: self.audition_wanted.emit(node, False))
+        canvas.audition_requested.connect(lambda node: self.audition_requested.emit(node, False))
 
     def toggle(self, mark: str) -> None:
         """Set a mark on the selected nodes, or remove it where all have it."""
         document, ids = self._canvas.document, self._canvas.selected_ids()
         after, what = toggled(document.patch, self._registry, ids, mark)
         if after == document.patch:
-            self._canvas.say(what)
+            self._canvas.show_message(what)
         else:
             document.edit(after, what)
 
     def _audition(self, everywhere: bool) -> None:
         ids = self._canvas.selected_ids()
         if len(ids) == 1:
-            self.audition_wanted.emit(ids[0], everywhere)
+            self.audition_requested.emit(ids[0], everywhere)
         else:
-            self._canvas.say("Select the one node that is to be heard alone")
+            self._canvas.show_message("Select one node to audition")
 
 
 def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> tuple[Patch, str]:
@@ -61,15 +61,15 @@ def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> 
     The same patch, and why, where there is nothing to mark.
     """
     if not ids:
-        return patch, f"Select the nodes first, then {DONE[mark][0].lower()}"
+        return patch, f"Select the nodes first, then {MARK_NAMES[mark][0].lower()}"
     if mark == "bypassed":
-        past = [id for id in ids if can_be_bypassed(registry[patch.node(id).type])]
-        if not past:
+        can_bypass = [id for id in ids if can_be_bypassed(registry[patch.node(id).type])]
+        if not can_bypass:
             label = registry[patch.node(ids[0]).type].label
             return patch, f"{label} cannot be bypassed: nothing that comes in could go out in its place; mute it"
-        ids = past
+        ids = can_bypass
     on = not all(mark in patch.node(id).marks for id in ids)
-    return patch.mark(ids, mark, on), DONE[mark][0 if on else 1]
+    return patch.mark(ids, mark, on), MARK_NAMES[mark][0 if on else 1]
 
 
 def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:

@@ -7,7 +7,7 @@ from underfoot.patch.groups import Group, innermost, parents
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.widgets import theme
-from underfoot.widgets.design.shape import Face, Row, shown
+from underfoot.widgets.design.node_geometry import NodeDescription, PortRow, display_name
 
 _OPEN, _OUTSIDE = "", "."
 """What a group's members are at a level, when they are not drawn as a block; no id has a dot."""
@@ -24,30 +24,30 @@ COLOURS = {
 
 
 @dataclass(frozen=True)
-class Level:
+class GroupView:
     """What is drawn when one looks into a group, or at the whole patch."""
 
-    stands: Mapping[str, str]
+    shown_as: Mapping[str, str]
     """For each node and note that is seen: itself, or the collapsed group that stands for it."""
-    blocks: tuple[Group, ...]
+    collapsed: tuple[Group, ...]
     """Collapsed groups that are drawn as one node."""
-    frames: tuple[Group, ...]
+    opened: tuple[Group, ...]
     """Groups that are drawn as a frame, the outer ones first."""
 
     def ends(self, wire: Wire) -> tuple[str, str]:
         """What a wire is drawn between; "" for an end that is outside; twice "" where it is not drawn."""
-        source, target = (self.stands.get(end.partition(".")[0], "") for end in wire)
+        source, target = (self.shown_as.get(end.partition(".")[0], "") for end in wire)
         return ("", "") if source == target else (source, target)
 
 
-def level_of(patch: Patch, inside: str = "") -> Level:
+def group_view_of(patch: Patch, inside: str = "") -> GroupView:
     """What is seen of a patch in the group `inside`, or of the whole."""
     ids = [one.id for one in patch.canvas_items()]
     if not patch.groups:
-        return Level({id: id for id in ids}, (), ())
+        return GroupView({id: id for id in ids}, (), ())
     above, inner = parents(patch.groups), innermost(patch.groups)
     state = {"": _OUTSIDE if inside else _OPEN}
-    blocks, frames = [], []
+    collapsed, opened = [], []
     for group in patch.groups:
         around = state[above[group.id]]
         if group.id == inside:
@@ -56,19 +56,19 @@ def level_of(patch: Patch, inside: str = "") -> Level:
             state[group.id] = around
         elif group.collapsed:
             state[group.id] = group.id
-            blocks.append(group)
+            collapsed.append(group)
         else:
             state[group.id] = _OPEN
-            frames.append(group)
-    stands = {}
+            opened.append(group)
+    shown_as = {}
     for id in ids:
         what = state[inner.get(id, "")]
         if what != _OUTSIDE:
-            stands[id] = what or id
-    return Level(stands, tuple(blocks), tuple(frames))
+            shown_as[id] = what or id
+    return GroupView(shown_as, tuple(collapsed), tuple(opened))
 
 
-def face_of_group(patch: Patch, registry: Registry, group: Group) -> Face:
+def description_of_group(patch: Patch, registry: Registry, group: Group) -> NodeDescription:
     """What a collapsed group shows: a port for each wire across its border, and for what has no wire at all."""
     inside = set(group.members)
     nodes = sorted((n for n in patch.nodes if n.id in inside), key=lambda node: (node.at[1], node.at[0]))
@@ -85,11 +85,13 @@ def face_of_group(patch: Patch, registry: Registry, group: Group) -> Face:
         plain = {port.name for port in type.inputs}
         into = [p for n, p in type.input_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, n in plain)]
         out = [p for n, p in type.output_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, True)]
-        inputs += [Row(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(into))) for p in into]
-        outputs += [Row(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
+        inputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(into))) for p in into]
+        outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
     names = ", ".join(node.label or registry[node.type].label for node in nodes)
-    return Face(title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs))
+    return NodeDescription(
+        title, f"Sub-patch of {names}", theme.PALETTE[COLOURS[group.colour]], tuple(inputs), tuple(outputs)
+    )
 
 
 def node_of_group(patch: Patch, group: Group) -> PlacedNode:
@@ -107,4 +109,4 @@ def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool
 def _text(node: PlacedNode, registry: Registry, port: str, ports: int) -> str:
     """A port of a group by its node's name, and by its own where that node has several."""
     name = node.label or registry[node.type].label
-    return name if ports == 1 else f"{name} {shown(port)}"
+    return name if ports == 1 else f"{name} {display_name(port)}"

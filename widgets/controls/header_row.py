@@ -1,0 +1,82 @@
+"""The line of widgets over a panel's body, in which some give way where it is narrow."""
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QToolButton, QWidget
+
+from underfoot.widgets import theme
+
+_ICON_PX = 4 * theme.GRID
+"""About how wide a button is without its words."""
+_WITH_TEXT, _ICON_ONLY = Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyle.ToolButtonIconOnly
+
+
+class HeaderRow(QWidget):
+    """Widgets beside one another; None is a stretch. Where there is no room for all, those of `shrinking` give way, the
+    first group of them first: a button with a picture goes without its words, anything else is hidden.
+    """
+
+    def __init__(self, widgets: Sequence[QWidget | None], shrinking: Sequence[Sequence[QWidget]] = ()) -> None:
+        super().__init__()
+        self._widgets, self._shrinking = widgets, shrinking
+        self._full_widths_px: dict[QWidget, int] = {}
+        self._line = line = QHBoxLayout(self)
+        line.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, 0)
+        line.setSpacing(theme.GRID)
+        for widget in widgets:
+            if widget is None:
+                line.addStretch(1)
+            else:
+                line.addWidget(widget)
+        self.setFixedHeight(4 * theme.GRID + 4)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._fit()
+        return super().event(event)
+
+    def _fit(self) -> None:
+        margins = self._line.contentsMargins()
+        room = self.width() - margins.left() - margins.right()
+        gap = self._line.spacing()
+        shrinkable = [widget for group in self._shrinking for widget in group]
+        visible = [
+            widget for widget in self._widgets if widget is not None and (widget in shrinkable or not widget.isHidden())
+        ]
+        room -= sum(self._full_width_px(widget) + gap for widget in visible) - gap
+        for group in self._shrinking:
+            shrinks = room < 0
+            for widget in group:
+                if isinstance(widget, QToolButton) and not widget.icon().isNull():
+                    is_there = not widget.isHidden()
+                    room += (
+                        self._full_width_px(widget) + gap
+                        if not is_there
+                        else self._full_width_px(widget) - _ICON_PX
+                        if shrinks
+                        else 0
+                    )
+                    widget.setToolButtonStyle(_ICON_ONLY if shrinks else _WITH_TEXT)
+                else:
+                    room += self._full_width_px(widget) + gap if shrinks else 0
+                    widget.setHidden(shrinks)
+
+    def _full_width_px(self, widget: QWidget) -> int:
+        """How wide a widget is with all its words; one that shows what there is room for asks for none."""
+        if widget.sizePolicy().horizontalPolicy() == QSizePolicy.Policy.Ignored:
+            return 0
+        if (
+            isinstance(widget, QToolButton)
+            and widget.toolButtonStyle() == _ICON_ONLY
+            and widget in self._full_widths_px
+        ):
+            return self._full_widths_px[widget]
+        width_px = min(max(widget.sizeHint().width(), widget.minimumWidth()), widget.maximumWidth())
+        self._full_widths_px[widget] = width_px
+        return width_px
