@@ -140,8 +140,9 @@ def test_only_ones_own_can_be_deleted_and_only_after_a_question(panel, qtbot, ow
 
 def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
     path = preset_files.patches()["stimulus-wc"]
-    with qtbot.waitSignal(panel.pictures.arrived, timeout=60_000):
-        pass
+    came = []
+    panel.pictures.arrived.connect(lambda *picture: came.append(picture))  # a waiter would be gone before the next one
+    qtbot.waitUntil(lambda: bool(came))
     from underfoot.engine.preset_pictures import picture_of
 
     levels = levels_of(Patch.load(path, REGISTRY))
