@@ -10,13 +10,13 @@ from click.testing import CliRunner
 
 from underfoot.__main__ import cli
 from underfoot.bench import figures
-from underfoot.bench.figures import Compared, Readout
+from underfoot.bench.figures import Compared, Figure
 from underfoot.bench.figures.figure import density, slope
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.svg import svg
 from underfoot.errors import BadFile
 
-DRAWN = Readout("9.9", "A < B", (Drawing("one", "x", "y", (series("", [0.0, 1.0], [0.0, 2.0]),)),), (), "Because.")
+DRAWN = Figure("9.9", "A < B", (Drawing("one", "x", "y", (series("", [0.0, 1.0], [0.0, 2.0]),)),), (), "Because.")
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_friction_has_the_corrected_numbers(drawn):
 
 
 def test_a_page_holds_every_drawing_and_number(tmp_path):
-    figure = Readout("9.9", "A < B", DRAWN.drawings * 2, (Compared("slope", "-2", "-2.1 & less"),), "Because.")
+    figure = Figure("9.9", "A < B", DRAWN.drawings * 2, (Compared("slope", "-2", "-2.1 & less"),), "Because.")
     figures.write([figure], tmp_path / "new")
     page = (tmp_path / "new" / "index.html").read_text()
     assert page.count("<svg") == 2

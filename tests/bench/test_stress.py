@@ -37,7 +37,7 @@ def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
 
     kind = Kind(lambda path: path.write_bytes(bytes(80)), careless, None)
     monkeypatch.setattr(damage, "KINDS", {"patch": kind})
-    monkeypatch.setattr(damage, "of_database", lambda path, draw: path.write_bytes(b"seven b"))
+    monkeypatch.setattr(damage, "corrupt_database", lambda path, draw: path.write_bytes(b"seven b"))
     lines = []
     (outcomes,) = damage.run(Effort(times=5), lines.append)
     assert not outcomes.passed
@@ -121,7 +121,7 @@ def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
 
     monkeypatch.setattr(stress, "run", run)
     done = CliRunner().invoke(cli, ["bench", "--stress", "damage", "--times", "3"])
-    assert asked == {"row": "damage", "scale": Effort(3, None, 1)}
+    assert asked == {"row": "damage", "effort": Effort(3, None, 1)}
     assert "a traceback   FAILED" in done.stdout
     assert isinstance(done.exception, UnderfootError)
     CliRunner().invoke(cli, ["bench", "--stress", "--json"])

@@ -30,7 +30,7 @@ import numpy as np
 from underfoot.calibration.rig import Sound
 from underfoot.engine.shaker_rigs import SoundCard
 from underfoot.errors import BadMeasurement
-card = SoundCard(channel=1, heard_on=1)
+card = SoundCard(channel=1, input_channel=1)
 for _ in range(8):
     try:
         np.save("heard.npy", card.play(Sound(np.load("sweep.npy"), {RATE}, "none")))
@@ -127,7 +127,7 @@ else:
 
 
 def test_channels_that_cannot_be_are_refused():
-    for channels in ({"channel": -1}, {"heard_on": 99}):
+    for channels in ({"channel": -1}, {"input_channel": 99}):
         with pytest.raises(BadValue):
             SoundCard(**channels)
 

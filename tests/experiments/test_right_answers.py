@@ -8,7 +8,7 @@ from underfoot.errors import BadFile
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.conditions import with_conditions
-from underfoot.experiments.simulation import Conditions, jobs_of, simulate, simulated_rows, summaries
+from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
 from underfoot.experiments.study import Study
 from underfoot.experiments.table import rows_of
 from underfoot.nodes import REGISTRY
@@ -107,7 +107,7 @@ def test_a_right_answer_that_cannot_be_given_is_one_line():
 
 
 def test_simulated_people_choose_words_at_their_rate(words, tmp_path):
-    found = [one for job in jobs_of(words, tmp_path, 80, Conditions(), 80) for one in simulate(job)]
+    found = [one for job in jobs_of(words, tmp_path, 80, SimulationSettings(), 80) for one in simulate(job)]
     (rate,) = [one for one in summaries(found) if one.name == "rate" and one.share == 1.0]
     assert abs(rate.bias) < 4.0 * rate.spread / 80**0.5
     rows = [row for k in range(4) for row in simulated_rows(words, k, 1, {})[0]]

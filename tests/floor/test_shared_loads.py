@@ -6,7 +6,7 @@ import pytest
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
-from underfoot.floor.shared_loads import relief_time_s, shared
+from underfoot.floor.shared_loads import jump_time_s, relief_time_s, shared
 from underfoot.floor.simulated_loads import feet_down
 from underfoot.floor.simulated_people import drawn_people
 
@@ -27,6 +27,12 @@ def test_two_feet_whose_load_is_one_are_known_again():
     np.testing.assert_allclose(share * force_n[together], second_n[together], atol=3.0)
     np.testing.assert_allclose(one_m, first_m[together], atol=0.005)
     np.testing.assert_allclose(other_m, second_m[together], atol=0.005)
+
+
+def test_a_light_load_that_was_lost_for_a_while_has_not_jumped():
+    time_s = np.append(np.arange(100) * 0.01, 3.0)  # lost for two seconds
+    track = np.column_stack([time_s, 0.0 * time_s, 0.0 * time_s, 20.0 + 0.0 * time_s])
+    assert jump_time_s(track, 0.0, np.zeros(2)) is None
 
 
 def test_the_forces_of_people_who_cross_sum_to_what_their_tiles_bear():

@@ -158,8 +158,8 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats) -> float | N
     moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, 1:3], towards))
     risen = length_m >= RISEN_JUMP_M and track[end, 3] >= RISE_FACTOR * track[begin, 3]
     # Part of a foot that lies beside a tile may press on it so lightly until another foot comes.
-    light = track[begin:, 3].min() < LOADED_N
-    if light and not (track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= LOADED_N and length_m >= JUMP_M):
+    on_both = length_m >= JUMP_M and track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= LOADED_N
+    if track[begin:, 3].min() < LOADED_N and not on_both:
         return None
     if not (moved or (risen and _is_aside(place_m - touchdown_m, towards))):
         return None
