@@ -140,10 +140,11 @@ class MainWindow(QMainWindow):
             self._make_workspace(declared.name)
 
     def make_next_workspace(self) -> None:
-        """Make one that is not there yet, and the next one when all that waits has been done."""
-        missing = [name for name in self.workspace_names if name not in self.workspaces]
+        """Load or make one that is not there yet, and go on when all that waits has been done."""
+        missing = [declared for declared in self._declarations if declared.name not in self.workspaces]
         if missing and not self._is_leaving:
-            self._make_workspace(missing[0])
+            if not missing[0].load():
+                self._make_workspace(missing[0].name)
             QTimer.singleShot(0, self.make_next_workspace)
 
     def _make_workspace(self, name: str) -> None:

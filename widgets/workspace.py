@@ -6,6 +6,7 @@ menu, the tabs, the sheet of shortcuts and the pictures of `--screenshot` follow
 
 import importlib
 import pkgutil
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,6 +79,7 @@ class Workspace(QWidget):
 class WorkspaceDeclaration:
     """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
 
+    Most of that is `workspace.py` in the folder, which is the package `package`: `load` imports it beforehand.
     `suffixes` are those of files that it opens: dropped on the window, or named on the command line. `name` is on its
     tab, or in a narrow window the picture `icon`; `key` brings it to the screen; tabs are in the order of their keys.
     `focus` says where the focus must be for its shortcuts, if that is not the whole workspace.
@@ -89,6 +91,15 @@ class WorkspaceDeclaration:
     focus: str = ""
     suffixes: tuple[str, ...] = ()
     icon: str = "list"
+    package: str = ""
+
+    def load(self) -> bool:
+        """Import the workspace's code; return whether it was not imported before."""
+        name = f"{self.package}.workspace"
+        if not self.package or name in sys.modules:
+            return False
+        importlib.import_module(name)
+        return True
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:

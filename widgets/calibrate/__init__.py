@@ -10,4 +10,4 @@ def _make(context: WorkspaceContext) -> Workspace:
     return CalibrateWorkspace(context.folder / "profiles", context.settings, KINDS)
 
 
-WORKSPACE = WorkspaceDeclaration(name="Calibrate", key="Ctrl+3", icon="calibrate", make=_make)
+WORKSPACE = WorkspaceDeclaration(name="Calibrate", key="Ctrl+3", icon="calibrate", package=__name__, make=_make)

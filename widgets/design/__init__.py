@@ -9,4 +9,6 @@ def _make(context: WorkspaceContext) -> Workspace:
     return DesignWorkspace(context.registry)
 
 
-WORKSPACE = WorkspaceDeclaration(name="Design", key="Ctrl+1", icon="design", make=_make, focus="canvas")
+WORKSPACE = WorkspaceDeclaration(
+    name="Design", key="Ctrl+1", icon="design", package=__name__, make=_make, focus="canvas"
+)

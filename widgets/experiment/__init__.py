@@ -10,4 +10,4 @@ def _make(context: WorkspaceContext) -> Workspace:
     return ExperimentWorkspace(context.registry, folder / "studies", folder / "protocols", folder / "presets")
 
 
-WORKSPACE = WorkspaceDeclaration(name="Experiment", key="Ctrl+4", icon="experiment", make=_make)
+WORKSPACE = WorkspaceDeclaration(name="Experiment", key="Ctrl+4", icon="experiment", package=__name__, make=_make)

@@ -9,4 +9,4 @@ def _make(context: WorkspaceContext) -> Workspace:
     return MonitorWorkspace()
 
 
-WORKSPACE = WorkspaceDeclaration(name="Monitor", key="Ctrl+2", icon="monitor", make=_make)
+WORKSPACE = WorkspaceDeclaration(name="Monitor", key="Ctrl+2", icon="monitor", package=__name__, make=_make)

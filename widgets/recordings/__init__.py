@@ -10,5 +10,5 @@ def _make(context: WorkspaceContext) -> Workspace:
 
 
 WORKSPACE = WorkspaceDeclaration(
-    name="Recordings", key="Ctrl+5", icon="recordings", make=_make, suffixes=(".underfoot", ".uf")
+    name="Recordings", key="Ctrl+5", icon="recordings", package=__name__, make=_make, suffixes=(".underfoot", ".uf")
 )

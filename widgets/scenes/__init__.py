@@ -9,4 +9,4 @@ def _make(context: WorkspaceContext) -> Workspace:
     return ScenesWorkspace()
 
 
-WORKSPACE = WorkspaceDeclaration(name="Scenes", key="Ctrl+6", icon="scenes", make=_make)
+WORKSPACE = WorkspaceDeclaration(name="Scenes", key="Ctrl+6", icon="scenes", package=__name__, make=_make)
