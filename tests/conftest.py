@@ -10,12 +10,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-gc.disable()  # what is collected stays: to look for rubbish in it takes a third of the collection's time
+gc.disable()  # collected between tests, in the main thread: Qt crashes where another one deletes a widget
 
 
 def pytest_collection_finish(session):
     gc.freeze()
-    gc.enable()
 
 
 pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "own_nodes")
@@ -23,6 +22,7 @@ pytest_plugins = ("polling", "null_sink", "command_line", "calibrated_tile", "ow
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
 
+_TESTS_PER_FULL_COLLECTION = 200
 _BLOCKS = Path("/dev/shm")
 _OURS = f"underfoot_{os.getpid()}_"
 
@@ -38,5 +38,6 @@ def _nothing_left_behind():
     """A process, thread or block of shared memory that a test leaves behind fails it."""
     before = _alive()
     yield
+    gc.collect(2 if gc.get_count()[2] > _TESTS_PER_FULL_COLLECTION else 1)
     left = _alive() - before
     assert not left, f"left behind: {', '.join(left)}"

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
-from underfoot.widgets.garbage_collection import freeze_loaded
+from underfoot.widgets.garbage_collection import collect_in_this_thread, freeze_loaded
 from underfoot.widgets.recolour import choose_colours
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
@@ -48,6 +48,7 @@ def run(
         window.show()
         if file is not None:
             window.open_file(file)
+        collect_in_this_thread(window)
         freeze_loaded(window.bridge.started, window.loaded)
         window.painted.connect(window.start)
         window.controller.opened.connect(window.make_next_workspace)
