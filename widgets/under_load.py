@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Floor
 from underfoot.widgets import theme
+from underfoot.widgets.garbage_collection import collect_in_this_thread, freeze_loaded
 from underfoot.widgets.window import MainWindow
 
 REPORT_MS = 1000
@@ -32,6 +33,8 @@ def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> N
         signal.signal(number, lambda *_: window.leave())
     window.resize(1280, 800)
     window.show()
+    collect_in_this_thread(window)
+    freeze_loaded(window.bridge.started, window.loaded)
     window.show_workspace("Monitor")
     reporter = TickReporter(window)
     window.bridge.started.connect(reporter.begin)
