@@ -1,5 +1,7 @@
 """What the Calibrate workspace does with results: profiles, reports, and the tile shown on the floor."""
 
+import math
+
 import pytest
 from calibrate_driver import LEFT
 from calibrate_samples import MIDDLE
@@ -147,6 +149,10 @@ def test_the_projection_is_true_to_scale_and_closes_by_escape(driver):
     assert driver.settings.projector_scale == pytest.approx(1.01)
     assert driver.settings.projector_at == pytest.approx((0.001, 0.005))
     assert view.place((0.0, 0.0)).y() < before.y()
+    QTest.keyClick(view, Qt.Key.Key_Comma)
+    assert driver.settings.projector_turn == 1.0
+    along = view.place((0.1, 0.0)) - view.place((0.0, 0.0))
+    assert math.degrees(math.atan2(-along.y(), along.x())) == pytest.approx(1.0)
     QTest.keyClick(view, Qt.Key.Key_Return)
     driver.wait(lambda: driver.wizard.snapshot.page.questions == () or driver.page != "weigh")
     QTest.keyClick(view, Qt.Key.Key_Escape)

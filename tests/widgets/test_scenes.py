@@ -117,6 +117,10 @@ def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scene
     scaled, _ = places()
     assert scaled != left
     assert scenes._settings.projector_scale == pytest.approx(1.01)
+    for _ in range(90):
+        qtbot.keyClick(view, Qt.Key.Key_Period)
+    upper, lower = places()
+    assert (lower.x() - upper.x(), lower.y() - upper.y()) == pytest.approx((0.0, 0.2 * 1.01 * px_per_m), abs=1e-6)
     qtbot.keyClick(view, Qt.Key.Key_0)
     assert places() == (left, right)
     corners = np.concatenate([tile.corners_m() for tile in scene.floor.tiles])

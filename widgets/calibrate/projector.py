@@ -1,7 +1,7 @@
 """A tile at its true size for a projector above the floor: dark, with a mark where to press."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPaintEvent, QPen, QPolygonF
 
 from underfoot.calibration.procedure import Page
 from underfoot.drawing import look
@@ -9,7 +9,7 @@ from underfoot.floor.layout import Tile
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
 from underfoot.widgets.calibrate.tile_picture import place_number
-from underfoot.widgets.controls.true_scale import TrueScaleWindow
+from underfoot.widgets.controls.true_scale import Placement, TrueScaleWindow
 
 RULE_M = 0.1
 _LIT = look.palette("dark")
@@ -18,15 +18,15 @@ _DIM = "#4a5462"
 
 
 class FloorProjection(TrueScaleWindow):
-    """A full-screen window. Plus and minus scale it, arrow keys move it, Return continues, Escape closes it.
+    """A full-screen window, scaled, moved and turned by keys. Return continues, Escape closes it.
 
     Escape means panic in the main window only: here, a person on the floor uses it to leave the view.
     """
 
     continue_requested = Signal()
 
-    def __init__(self, tile: Tile, scale: float = 1.0, at_m: tuple[float, float] = (0.0, 0.0)) -> None:
-        super().__init__(scale, at_m)
+    def __init__(self, tile: Tile, placement: Placement) -> None:
+        super().__init__(placement)
         self.setWindowTitle(f"Tile {tile.id} on the floor – Underfoot")
         self.setAccessibleName("Tile at its true size")
         self._tile, self.page, self._ready = tile, Page("", "", ""), 0.0
@@ -49,15 +49,15 @@ class FloorProjection(TrueScaleWindow):
         painter.fillRect(self.rect(), QColor("black"))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         width_m, height_m = self._tile.size_m
-        corner = self.place((-width_m / 2, height_m / 2))
         painter.setPen(QPen(QColor(_DIM), 1.0))
-        area = QRectF(corner, self.place((width_m / 2, -height_m / 2)))
-        painter.drawRect(area)
+        plate = QRectF(-width_m / 2, -height_m / 2, width_m, height_m)
+        outline = self.to_pixels().map(QPolygonF(plate))
+        painter.drawPolygon(outline)
         for at_m in self._tile.sensors_m:
             painter.drawEllipse(self.place(at_m), 4, 4)
         self._paint_places(painter)
         self._paint_press(painter)
-        self._paint_rule(painter, area)
+        self._paint_rule(painter, outline.boundingRect())
         self._paint_words(painter)
 
     def _paint_places(self, painter: QPainter) -> None:

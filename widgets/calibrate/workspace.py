@@ -22,6 +22,7 @@ from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.true_scale import Placement
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
@@ -292,8 +293,7 @@ class CalibrateWorkspace(Workspace):
     def project(self) -> None:
         """Show the tile at its true size on the last screen, which is the projector's if there are several."""
         if self.projection is None:
-            right_m, up_m = self._settings.projector_at
-            projection = FloorProjection(self.tile, self._settings.projector_scale, (right_m, up_m))
+            projection = FloorProjection(self.tile, self._settings.placement)
             projection.adjusted.connect(self._save_projection)
             projection.continue_requested.connect(self.wizard.go_on)
             projection.closed.connect(self._projection_closed)
@@ -306,8 +306,8 @@ class CalibrateWorkspace(Workspace):
         if self.projection is not None:
             self.projection.show_page(snapshot.page, snapshot.live.ready)
 
-    def _save_projection(self, scale: float, right_m: float, up_m: float) -> None:
-        self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
+    def _save_projection(self, placement: Placement) -> None:
+        self._settings.placement = placement
 
     def _projection_closed(self) -> None:
         self.projection = None

@@ -1,9 +1,10 @@
 """A window that fills a screen with the floor at its true size: for a projector above it."""
 
 import math
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QScreen
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QScreen, QTransform
 from PySide6.QtWidgets import QWidget
 
 from underfoot import quantities
@@ -11,6 +12,7 @@ from underfoot.quantities import quantity
 
 SCALE_STEP, FINE_STEP = 1.01, 1.001
 MOVE_M, FINE_M = 0.005, 0.001
+TURN_DEG, FINE_DEG = 1.0, 0.1
 MIN_SCALE, MAX_SCALE = 0.05, 20.0
 _DIRECTIONS = {
     Qt.Key.Key_Left: (-1, 0),
@@ -18,22 +20,42 @@ _DIRECTIONS = {
     Qt.Key.Key_Up: (0, 1),
     Qt.Key.Key_Down: (0, -1),
 }
+_TURNS = {Qt.Key.Key_Comma: 1, Qt.Key.Key_Period: -1}
 _DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
-class TrueScaleWindow(QWidget):
-    """Plus and minus scale what is shown, arrow keys move it, with Ctrl finer; 0 resets, Escape closes."""
+@dataclass(frozen=True)
+class Placement:
+    """How a picture lies on the screen: scale, middle in metres right of and above the screen's, degrees turned left.
 
-    adjusted = Signal(float, float, float)
-    """The scale, and where the middle is, in metres right of and above the screen's."""
+    >>> Placement(scale=100.0).limited().scale, Placement(turn_deg=181.0).limited().turn_deg
+    (20.0, -179.0)
+    """
+
+    scale: float = 1.0
+    at_m: tuple[float, float] = (0.0, 0.0)
+    turn_deg: float = 0.0
+
+    def limited(self) -> "Placement":
+        """Return it with the nearest allowed scale, turned by at most half a turn."""
+        scale, turn_deg = min(max(self.scale, MIN_SCALE), MAX_SCALE), math.remainder(self.turn_deg, 360.0)
+        return replace(self, scale=scale, turn_deg=round(turn_deg, 3))
+
+
+class TrueScaleWindow(QWidget):
+    """Plus and minus scale what is shown, arrows move it, comma and period turn it, with Ctrl finer; 0 resets, Escape
+    closes."""
+
+    adjusted = Signal(object)
+    """The new `Placement`."""
     closed = Signal()
 
-    def __init__(self, scale: float = 1.0, at_m: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(self, placement: Placement) -> None:
         super().__init__(None, Qt.WindowType.Window)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.BlankCursor)
-        self.scale, self.at_m = min(max(scale, MIN_SCALE), MAX_SCALE), at_m
+        self.placement = placement.limited()
 
     def show_on(self, screen: QScreen) -> None:
         """Fill this screen."""
@@ -47,38 +69,47 @@ class TrueScaleWindow(QWidget):
         """Pixels a metre of the floor, from the size that the screen says it has, and the scale."""
         screen = self.screen()
         per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width() if screen.physicalSize().width() else 0
-        return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.scale
+        return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.placement.scale
+
+    def to_pixels(self) -> QTransform:
+        """From metres around what is in the middle, y upwards, to the view's pixels."""
+        moved = QTransform.fromTranslate(self.width() / 2, self.height() / 2).scale(self.px_per_m, -self.px_per_m)
+        return moved.translate(*self.placement.at_m).rotate(self.placement.turn_deg)
 
     def place(self, at_m: tuple[float, float]) -> QPointF:
         """A place around what is in the middle, y upwards, in the view's pixels."""
-        middle = QPointF(self.width() / 2, self.height() / 2)
-        x, y = (part + moved for part, moved in zip(at_m, self.at_m, strict=True))
-        return middle + QPointF(x, -y) * self.px_per_m
+        return self.to_pixels().map(QPointF(*at_m))
 
     def hint(self, more: str) -> str:
-        """How it is scaled and moved, and the keys for that; `more` are keys besides."""
-        right, up = (quantity(part, "m") if part else "0 mm" for part in self.at_m)
+        """How it is scaled, moved and turned, and the keys for that; `more` are keys besides."""
+        right, up = (quantity(part, "m") if part else "0 mm" for part in self.placement.at_m)
         return (
-            f"Scale {quantities.number(100 * self.scale, 4)} %  (+ and −; with Ctrl finer)      "
-            f"Moved {right} right, {up} up  (arrows)      0: reset      {more}      Esc: close"
+            f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)      "
+            f"Moved {right} right, {up} up  (arrows)      "
+            f"Turned {quantities.number(self.placement.turn_deg, 4)}°  (, and .)      "
+            f"0: reset      {more}      Esc: close"
         )
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
         step = FINE_STEP if fine else SCALE_STEP
+        now = self.placement
         match event.key():
             case Qt.Key.Key_Escape:
                 self.close()
             case Qt.Key.Key_Plus | Qt.Key.Key_Equal:
-                self._adjust(self.scale * step, self.at_m)
+                self._adjust(replace(now, scale=now.scale * step))
             case Qt.Key.Key_Minus:
-                self._adjust(self.scale / step, self.at_m)
+                self._adjust(replace(now, scale=now.scale / step))
             case Qt.Key.Key_0:
-                self._adjust(1.0, (0.0, 0.0))
+                self._adjust(Placement())
             case Qt.Key.Key_Left | Qt.Key.Key_Right | Qt.Key.Key_Up | Qt.Key.Key_Down:
                 move = FINE_M if fine else MOVE_M
                 right, up = _DIRECTIONS[Qt.Key(event.key())]
-                self._adjust(self.scale, (self.at_m[0] + right * move, self.at_m[1] + up * move))
+                self._adjust(replace(now, at_m=(now.at_m[0] + right * move, now.at_m[1] + up * move)))
+            case Qt.Key.Key_Comma | Qt.Key.Key_Period:
+                turn_deg = _TURNS[Qt.Key(event.key())] * (FINE_DEG if fine else TURN_DEG)
+                self._adjust(replace(now, turn_deg=now.turn_deg + turn_deg))
             case _:
                 super().keyPressEvent(event)
 
@@ -86,7 +117,7 @@ class TrueScaleWindow(QWidget):
         super().closeEvent(event)
         self.closed.emit()
 
-    def _adjust(self, scale: float, at_m: tuple[float, float]) -> None:
-        self.scale, self.at_m = min(max(scale, MIN_SCALE), MAX_SCALE), at_m
-        self.adjusted.emit(self.scale, *self.at_m)
+    def _adjust(self, placement: Placement) -> None:
+        self.placement = placement.limited()
+        self.adjusted.emit(self.placement)
         self.update()

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from underfoot.floor.layout import Floor
 from underfoot.scenes.scene import Scene
 from underfoot.widgets import theme
-from underfoot.widgets.controls.true_scale import TrueScaleWindow
+from underfoot.widgets.controls.true_scale import Placement, TrueScaleWindow
 from underfoot.widgets.floor_map import DEFAULT_PRESS_N
 from underfoot.widgets.scenes.painting import paint_shapes
 
@@ -149,10 +149,10 @@ class SceneView(QWidget):
 
 
 class SceneProjection(TrueScaleWindow):
-    """A scene alone on a screen, at true scale: the floor's middle in the screen's, moved as the keys say."""
+    """A scene alone on a screen, at true scale: the floor's middle in the screen's, placed by keys."""
 
-    def __init__(self, scene: Scene, scale: float = 1.0, at_m: tuple[float, float] = (0.0, 0.0)) -> None:
-        super().__init__(scale, at_m)
+    def __init__(self, scene: Scene, placement: Placement) -> None:
+        super().__init__(placement)
         self.setWindowTitle(f"{scene.title} on the floor – Underfoot")
         self.setAccessibleName("Scene at true size")
         self.times = PaintTimes()
@@ -169,9 +169,7 @@ class SceneProjection(TrueScaleWindow):
 
     def to_pixels(self) -> QTransform:
         """From the floor's frame to the screen's pixels."""
-        middle = self.place((0.0, 0.0))
-        moved = QTransform.fromTranslate(middle.x(), middle.y()).scale(self.px_per_m, -self.px_per_m)
-        return moved.translate(-self._middle_m[0], -self._middle_m[1])
+        return super().to_pixels().translate(-self._middle_m[0], -self._middle_m[1])
 
     def paintEvent(self, event: QPaintEvent) -> None:
         began = time.perf_counter()

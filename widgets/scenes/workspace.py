@@ -16,6 +16,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage
+from underfoot.widgets.controls.true_scale import Placement
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
 from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
@@ -26,7 +27,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 SHORTCUTS = (
     ("Start or stop the scene", "Return, with the focus on the list"),
     ("Press with a foot, on a simulated floor", "Mouse button"),
-    ("On the projector: scale, move, reset, close", "+ −, arrows, 0, Esc"),
+    ("On the projector: scale, move, turn, reset, close", "+ −, arrows, comma and period, 0, Esc"),
 )
 POLL_MS = 5
 """A scene looks for force samples so often: what it answers with is felt, and need not wait for a picture."""
@@ -161,9 +162,7 @@ class ScenesWorkspace(Workspace):
         if self.stage is None:
             return
         if self.projection is None:
-            self.projection = SceneProjection(
-                self.stage.scene, self._settings.projector_scale, self._settings.projector_at
-            )
+            self.projection = SceneProjection(self.stage.scene, self._settings.placement)
             self.projection.times.clock = self._session_s
             self.projection.adjusted.connect(self._save_projection)
             self.projection.closed.connect(self._projection_closed)
@@ -263,8 +262,8 @@ class ScenesWorkspace(Workspace):
         if session is not None:
             session.send(command)
 
-    def _save_projection(self, scale: float, right_m: float, up_m: float) -> None:
-        self._settings.projector_scale, self._settings.projector_at = scale, (right_m, up_m)
+    def _save_projection(self, placement: Placement) -> None:
+        self._settings.placement = placement
 
     def _projection_closed(self) -> None:
         self.projection = None

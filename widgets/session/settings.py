@@ -8,6 +8,7 @@ import msgspec
 from underfoot.errors import UnderfootError
 from underfoot.files import read_file, write_file
 from underfoot.network.plan import LISTEN_PORT, SEND_PORT, TUIO_PORT, loopback
+from underfoot.widgets.controls.true_scale import Placement
 
 DEFAULT_ADDRESSES = {
     "tuio": loopback(TUIO_PORT),
@@ -34,14 +35,13 @@ class Settings(msgspec.Struct):
     `simulation` is the file of the simulated tiles' parameters, "" for ideal ones. `sound` is "" for the default
     device, None for no sound, else a device's name; `accelerometers` are on its inputs. `references` are the
     calibrations' references on hardware. `projector_at` is the position of a tile's centre on the floor, in metres
-    right of and above the screen's. `stars` are the files of starred presets. `network_addresses` are the chosen ones
-    of `DEFAULT_ADDRESSES`, and `network_on` the active ones, also of `plan.FLAGS`. `recordings` are files and folders
-    of recordings besides the folder recorded to. `outside_files` are files that the user allowed patches in other
-    folders to read.
-    `run_code` has the SHA-256 of each custom node's file that the user has agreed to run. `study_equipment` is the
-    equipment of studies besides the floor, by the fields of `studies.equipment.EquipmentChoice`. `theme` is one of
-    `THEMES`, `text_size` one of `TEXT_SIZES`, in percent; `splitters` are splitter positions by name, and `workspace`
-    is the one last shown.
+    right of and above the screen's, `projector_turn` degrees to the left. `stars` are the files of starred presets.
+    `network_addresses` are the chosen ones of `DEFAULT_ADDRESSES`, and `network_on` the active ones, also of
+    `plan.FLAGS`. `recordings` are files and folders of recordings besides the folder recorded to. `outside_files`
+    are files that the user allowed patches in other folders to read. `run_code` has the SHA-256 of each custom
+    node's file that the user has agreed to run. `study_equipment` is the equipment of studies besides the floor, by
+    the fields of `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`,
+    in percent; `splitters` are splitter positions by name, and `workspace` is the one last shown.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -68,6 +68,7 @@ class Settings(msgspec.Struct):
     references: dict[str, str] = {}
     projector_scale: float = 1.0
     projector_at: tuple[float, float] = (0.0, 0.0)
+    projector_turn: float = 0.0
     network_addresses: dict[str, str] = {}
     network_on: list[str] = []
     study_equipment: dict[str, str | bool | None] = {}
@@ -100,6 +101,17 @@ class Settings(msgspec.Struct):
         """Put a file at the head of the recent ones."""
         self.folder = str(path.parent)
         self.recent = [str(path), *(known for known in self.recent if known != str(path))][:8]
+
+    @property
+    def placement(self) -> Placement:
+        """How a projector's picture lies."""
+        return Placement(self.projector_scale, self.projector_at, self.projector_turn)
+
+    @placement.setter
+    def placement(self, placement: Placement) -> None:
+        self.projector_scale, self.projector_at, self.projector_turn = (
+            placement.scale, placement.at_m, placement.turn_deg,
+        )  # fmt: skip
 
     @property
     def window_bytes(self) -> bytes:
