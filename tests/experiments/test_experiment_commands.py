@@ -1,6 +1,7 @@
 """`underfoot experiment` and `underfoot analyse`, as they are typed."""
 
 import json
+import resource
 import subprocess
 import sys
 
@@ -30,7 +31,10 @@ def said(*arguments):
 
 
 def in_terminal(command, typed, folder=None):
-    """The exit status of a command, each of whose lines is `typed` once what it waits for was printed."""
+    """The exit status of a command, each of whose lines is `typed` once what it waits for was printed.
+
+    A line may be a function of the process that returns it.
+    """
     left = iter(typed)
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "underfoot", *command],
@@ -42,7 +46,7 @@ def in_terminal(command, typed, folder=None):
         waits, line = next(left)
         for text in child.stdout:
             if waits and waits in text:
-                child.stdin.write(f"{line}\n")
+                child.stdin.write(f"{line(child) if callable(line) else line}\n")
                 child.stdin.flush()
                 waits, line = next(left, ("", ""))
     return child.returncode
@@ -123,6 +127,34 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     file = SessionFile.open(tmp_path / "a-pilot" / "1.session")
     assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     assert all(entry.facts["most_force_n"] > 300.0 for entry in file.entries())
+    file.close()
+
+
+def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_path):
+    def fill_disk(child):  # no file of the process can grow
+        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+        return "40"
+
+    def make_room(child):
+        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        return ""
+
+    protocol = tmp_path / "a.json"
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    protocol.write_text(protocol_text(stages=[stage], present_s=0.1))
+    session = tmp_path / "p.session"
+    typed = (
+        ("press Enter to begin", ""),
+        ("How was it", fill_disk),
+        ("Make room", ""),
+        ("Make room", make_room),
+        ("press Enter to begin", ""),
+        ("How was it", "60"),
+    )
+    command = ["experiment", str(protocol), "--participant", "P", "--session", str(session)]
+    assert in_terminal(command, typed, tmp_path) == 0
+    file = SessionFile.open(session)
+    assert [entry.answers for entry in file.entries()][:2] == [{"rating": 40.0}, {"rating": 60.0}]
     file.close()
 
 

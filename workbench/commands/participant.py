@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
 from underfoot.files import make_folder
 
@@ -100,6 +100,7 @@ class _Terminal:
         self._runner, self._lines, self._foot = runner, lines, SimulatedFoot()
         self._shown = _Shown()
         self._printed_messages = 0
+        self._disk_refused = False
 
     def run(self) -> None:
         from underfoot.studies.runner import Phase
@@ -121,7 +122,12 @@ class _Terminal:
             except BadValue as error:
                 _say(str(error))
                 self._shown.key = ""
-            if self._runner.phase is Phase.STOPPED:
+            except BadFile as error:
+                self._disk_refused = True
+                _say(
+                    f"{error}. Make room and press Enter, which writes the answer first; type stop to stop without it."
+                )
+            if self._runner.phase is Phase.STOPPED and not self._disk_refused:
                 _say(f"{self._runner.hint} Start again to go on; what was answered is kept.")
                 return
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
@@ -132,7 +138,11 @@ class _Terminal:
 
         runner = self._runner
         word, _, rest = line.partition(" ")
-        if line == "stop":
+        if self._disk_refused:
+            if line != "stop":
+                runner.go_on()
+            self._disk_refused = False
+        elif line == "stop":
             runner.stop("by the participant")
         elif word == "note":
             runner.note(rest)
