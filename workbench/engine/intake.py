@@ -136,8 +136,7 @@ class Intake:
                 if self.tracker.opening:
                     self._open(count)
                 else:
-                    _conceal(self._where, count)
-                    _follow(self._where, 0, count)
+                    _take(self._where, 0, count)
 
     def fill(self, frame: int, n: int) -> None:
         """Write `n` frames into `signals`, from session frame `frame` on."""
@@ -156,7 +155,7 @@ class Intake:
         while self.tracker.opening and begin < count:
             self.tracker.feed(seconds[begin : begin + 1], forces[begin : begin + 1])
             begin += 1
-        _follow(self._where, begin, count)
+        _take(self._where, begin, count)
 
 
 _FARTHEST = 1 << 52  # frames: beyond this, float64 has no halves, and nearby sums are equal
@@ -173,18 +172,16 @@ def _memory_at(context: Any, where: Any) -> Any:
 
 
 @kernel
-def _conceal(where: NDArray[np.int64], count: int) -> None:
-    """Write the stamps of the source's `count` samples in seconds, and conceal lost samples."""
-    m = _memory_at(where)
-    for i in range(count):
-        m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
-    conceal(m.seconds, m.forces, count, m.tiles, m.stream, m.last, m.absent)
+def _take(where: NDArray[np.int64], begin: int, count: int) -> None:
+    """Track contacts through the source's samples `begin` to `count`, and queue each tile's samples.
 
-
-@kernel
-def _follow(where: NDArray[np.int64], begin: int, count: int) -> None:
-    """Track contacts through samples `begin` to `count`, and queue each tile's samples."""
+    With `begin` 0, lost samples are concealed first.
+    """
     m = _memory_at(where)
+    if begin == 0:
+        for i in range(count):
+            m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
+        conceal(m.seconds, m.forces, count, m.tiles, m.stream, m.last, m.absent)
     tracked = tracking.TrackerMemory(m.plates, m.tiles, m.stream, m.ring, m.window, m.middles, m.work, m.rows, m.events)
     for i in range(begin, count):
         tracking.follow(m.seconds[i : i + 1], m.forces[i : i + 1], tracked)
