@@ -40,12 +40,9 @@ def _two_roots(number: float) -> float:
     return 2.0 * _root(number)
 
 
-def test_a_part_has_code_only_in_its_kernel_and_may_raise_there(monkeypatch, tmp_path):
+def test_a_part_is_cached_only_within_its_kernel_and_may_raise_there(monkeypatch, tmp_path):
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
     assert _two_roots(9.0) == 6.0
     with pytest.raises(ValueError, match="no root of a negative number"):
         _two_roots(-9.0)
     assert not [path for path in tmp_path.rglob("*.nbi") if "_root-" in path.name]
-    compiled = _root.compiled.overloads[_root.compiled.signatures[0]]
-    with pytest.raises(RuntimeError, match="no compiled object"):
-        compiled.library.serialize_using_object_code()

@@ -463,8 +463,7 @@ class MainWindow(QMainWindow):
     # --- connections ---
 
     def _connect(self) -> None:
-        main_bar, bridge, open_patch = self.main_bar, self.bridge, self.open_patch
-        controller = self.controller
+        main_bar, bridge, open_patch, controller = self.main_bar, self.bridge, self.open_patch, self.controller
         self.view_menu.notified.connect(self.show_message)
         self.view_menu.restart_requested.connect(self.restart)
         self.view_menu.theme_chosen.connect(self._update_colours)
