@@ -59,6 +59,20 @@ def truth_db(tile, sections, level, frequencies_hz, rate=RATE, load="none"):
     return 20.0 * np.log10(np.abs(tile.transfer(frequencies_hz, load) * gain) / level)
 
 
+def skip_what_may_be(procedure, rig):
+    """Go through to the last page, skipping where that is allowed; the key of each page, and whether it was."""
+    seen = []
+    while not procedure.page.last:
+        seen.append((procedure.page.key, procedure.page.may_skip))
+        if procedure.page.may_skip:
+            procedure.skip()
+        elif procedure.page.sound is not None:
+            procedure.take_recording(rig.play(procedure.page.sound))
+        else:
+            procedure.answer({})
+    return seen
+
+
 @pytest.mark.parametrize(("seed", "order"), [(1, 14), (2, 14), (3, 10), (4, 10)])
 def test_what_it_corrects_is_truly_flat_and_truly_as_loud_as_it_says(seed, order):
     """Against the model's transfer function, not against the measurement that the equaliser was made from."""
@@ -122,15 +136,7 @@ def test_a_tile_calibrated_under_a_load_is_flat_under_that_load_and_says_how_far
 def test_the_load_that_the_equaliser_is_for_cannot_be_left_out():
     procedure, rig = ResponseProcedure(TILE, RATE), Listening()
     procedure.answer(QUICK | {"load": "standing"})
-    seen = []
-    while not procedure.page.last:
-        seen.append((procedure.page.key, procedure.page.may_skip))
-        if procedure.page.may_skip:
-            procedure.skip()
-        elif procedure.page.sound is not None:
-            procedure.take_recording(rig.play(procedure.page.sound))
-        else:
-            procedure.answer({})
+    seen = skip_what_may_be(procedure, rig)
     place = ("standing-place", False)
     skipped = ("corner-place", True)
     assert seen[2:] == [
@@ -203,13 +209,7 @@ def test_the_pages_come_in_order_and_back_forgets():
 def test_loads_may_be_left_out():
     procedure, rig = ResponseProcedure(TILE, RATE), Listening()
     procedure.answer(QUICK | {"passes": 1})
-    while not procedure.page.last:
-        if procedure.page.may_skip:
-            procedure.skip()
-        elif procedure.page.sound is not None:
-            procedure.take_recording(rig.play(procedure.page.sound))
-        else:
-            procedure.answer({})
+    skip_what_may_be(procedure, rig)
     names = [name for name, _, _ in procedure.result.raw]
     assert "standing" not in names
     assert "one pass only: the spread of the response is not known" in procedure.result.warnings

@@ -80,7 +80,6 @@ class PreviewPanel(QWidget):
         self.node = self._why_silent = ""
         self.title = ElidedLabel("title")
         self.short_title = theme.label("", "heading")
-        self.short_title.hide()
         self.note = ElidedLabel("small")
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
@@ -218,8 +217,10 @@ class PreviewPanel(QWidget):
         self._draw()
 
     def _name(self, name: str) -> None:
+        is_narrow = self.width() < NARROW_PX
         self.short_title.setText(name)
-        self.title.set_full_text("" if self.width() < NARROW_PX else name)
+        self.short_title.setVisible(is_narrow)
+        self.title.set_full_text("" if is_narrow else name)
 
     def show_preview(self, preview: Preview) -> None:
         """Show what came."""
@@ -382,9 +383,7 @@ class PreviewPanel(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        is_narrow = self.width() < NARROW_PX
-        self.short_title.setVisible(is_narrow)
-        self.title.set_full_text("" if is_narrow else self.short_title.text())
+        self._name(self.short_title.text())
         if (event.oldSize().height() < LOW_PX) != (self.height() < LOW_PX):
             self._draw()
 

@@ -28,6 +28,7 @@ from underfoot.engine.commands import (
     equalisers_of,
     to_text,
 )
+from underfoot.engine.compile_progress import CompileProgress
 from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
@@ -107,7 +108,7 @@ class Session:
         self._is_compiled = True  # whether that is the present patch; the engine compiles the first one by itself
         self._ticket = self._compile_ticket = 0
         self._preview_request: PreviewRequest | None = None
-        self._parts_ready = {"engine": 0, "compiler": 0}
+        self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
         self._closed = False
         self.repeats = Repeats(self, target.rate)
@@ -353,7 +354,7 @@ class Session:
         if self._setup is not None:
             self._ticket += 1
             self._compile_ticket, self._is_compiled = self._ticket, False
-            self._parts_ready["compiler"] = 0
+            self._compile_progress.forget("compiler")
             self._start_compiler(self._compile_request(self._ticket))
 
     def _compile_request(self, ticket: int, from_end: bool = False) -> CompileRequest:
@@ -364,8 +365,7 @@ class Session:
         for message in self._compiler.receive() if self._compiler is not None else []:
             match message:
                 case Compiled(ticket, error) if ticket == self._compile_ticket:
-                    if self._parts_ready["compiler"]:
-                        self._parts_ready["compiler"] = 0
+                    if self._compile_progress.forget("compiler"):
                         self._reports.append(Compiling(1, 1))
                     if error:
                         self._reports.append(Notice(f"the patch is not played: {error}"))
@@ -380,7 +380,7 @@ class Session:
                     pass  # of a patch that was edited since, or that the engine loads by itself
                 case Compiling():
                     if not (self._started and self._is_compiled):
-                        self._report_compiling("compiler", message)
+                        self._reports += self._compile_progress.take("compiler", message)
                 case _:
                     awaited = self._preview_request
                     if isinstance(message, Preview) and awaited is not None and message.ticket == awaited.ticket:
@@ -395,13 +395,6 @@ class Session:
         self._compiler = None
         if self._may_restart("compiler", compiler_process.end(END_S)):
             self._request_compile()
-
-    def _report_compiling(self, process: str, message: Compiling) -> None:
-        """How many parts are ready: the engine and the compiler go through the same ones from both ends."""
-        before, self._parts_ready[process] = sum(self._parts_ready.values()), message.ready
-        ready = min(sum(self._parts_ready.values()), message.total - 1)
-        if ready > before or not before:
-            self._reports.append(Compiling(ready, message.total))
 
     # --- the engine ---
 
@@ -430,7 +423,7 @@ class Session:
     def _catch_up(self, setup: Setup, started: Started) -> None:
         """Send the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
         self._started = True
-        self._parts_ready = dict.fromkeys(self._parts_ready, 0)
+        self._compile_progress.clear()
         if self.level_db != started.level_db:
             self._engine.send(Level(self.level_db))
         if self.playing != started.playing:
@@ -453,7 +446,7 @@ class Session:
                 case Compiling():
                     if self._compiler is None:
                         self._start_compiler(self._compile_request(_SHARED, from_end=True))
-                    self._report_compiling("engine", message)
+                    self._reports += self._compile_progress.take("engine", message)
                     continue
                 case Started(channels=channels) as started:
                     self._tell_recorder("channels", json.dumps(channels))

@@ -1,0 +1,34 @@
+"""Progress of two processes that compile the same kernels, each from another end of the list."""
+
+from dataclasses import dataclass, field
+
+from underfoot.engine.reports import Compiling
+
+
+@dataclass
+class CompileProgress:
+    """How many parts the engine and the compiler have ready, as one number that only grows.
+
+    >>> progress = CompileProgress()
+    >>> progress.take("engine", Compiling(2, 9)), progress.take("compiler", Compiling(1, 9))
+    ([Compiling(ready=2, total=9)], [Compiling(ready=3, total=9)])
+    >>> progress.take("engine", Compiling(2, 9)), progress.take("engine", Compiling(9, 9))
+    ([], [Compiling(ready=8, total=9)])
+    """
+
+    _ready: dict[str, int] = field(default_factory=dict)
+
+    def take(self, process: str, report: Compiling) -> list[Compiling]:
+        """Return what is to be shown after a report of one process, if it is more than before."""
+        before = sum(self._ready.values())
+        self._ready[process] = report.ready
+        ready = min(sum(self._ready.values()), report.total - 1)  # the last one is ready when it is said
+        return [Compiling(ready, report.total)] if ready > before or not before else []
+
+    def forget(self, process: str) -> bool:
+        """Forget what a process has ready; return whether that was anything."""
+        return self._ready.pop(process, 0) > 0
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._ready.clear()
