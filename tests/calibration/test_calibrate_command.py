@@ -21,7 +21,7 @@ def measured(folder):
     rows = made_sensors.pairs_rows("straight, with an offset", gains=(1.0,) * 4)
     rows[:, 1] += 1.0
     write_table("pairs.csv", PAIR_HEADER, rows, "t1")
-    at, load, forces = made_sensors.robot(np.array(TILE.sensors_m), moved_m=0.008, loads=(60.0, 120.0, 180.0))
+    at, load, forces = made_sensors.Robot(np.array(TILE.sensors_m), moved_m=0.008, loads=(60.0, 120.0, 180.0)).presses()
     write_table("presses.csv", PRESS_HEADER, np.column_stack([at, load, 32768.0 + 60.0 * forces]), "t1")
     return folder
 

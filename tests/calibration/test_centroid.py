@@ -19,7 +19,7 @@ SENSORS = np.array(TILE.sensors_m)
 
 
 def presses(**errors):
-    at, load, forces = made_sensors.robot(SENSORS, **errors)
+    at, load, forces = made_sensors.Robot(SENSORS, **errors).presses()
     return Presses("t1", at, load, forces)
 
 
@@ -55,7 +55,7 @@ def test_curves_that_are_wrong_of_light_loads_are_bent_right():
     assert found.errors_mm(found.after_m).max() < 0.2 * found.errors_mm(found.before_m).max()
     profile = Profile(tile="t1").with_part(part_of(found, "a robot"))
     again = Profile.loads(profile.dumps())
-    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004)
+    fresh_at, _, fresh = made_sensors.Robot(SENSORS, rows=6, inset_m=0.03, moved_m=0.004).presses()
     off = again.position(misread(fresh)) - fresh_at
     assert 1e3 * np.hypot(*off.T).mean() < 1.5 * found.errors_mm(found.after_m).mean() + 0.2
 
@@ -78,7 +78,7 @@ def test_misplaced_sensors_and_a_warped_plate_are_corrected_on_places_left_out(e
     before, after = found.errors_mm(found.before_m), found.errors_mm(found.after_m)
     assert after.mean() < 0.2 * before.mean()
     assert after.max() < 5.0
-    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, inset_m=0.03, noise_n=0.1, seed=0, **errors)
+    fresh_at, _, fresh = made_sensors.Robot(SENSORS, rows=6, inset_m=0.03, noise_n=0.1, seed=0, **errors).presses()
     place = found.correction.position(fresh, SENSORS, 0.0)
     assert 1e3 * np.hypot(*(place - fresh_at).T).mean() < 1.5 * after.mean() + 0.2
 
@@ -178,7 +178,7 @@ def test_the_hull_holds_every_point():
 
 
 def test_gains_are_the_same_from_any_units():
-    at, _, forces = made_sensors.robot(SENSORS, gains=np.array([1.1, 0.9, 1.0, 1.0]))
+    at, _, forces = made_sensors.Robot(SENSORS, gains=np.array([1.1, 0.9, 1.0, 1.0])).presses()
     once, thousand = (fit_correction(scale * forces, at, SENSORS, "gains", 0).gains for scale in (1.0, 1000.0))
     assert once == pytest.approx(thousand, rel=1e-9)
 
@@ -231,7 +231,7 @@ def test_dead_sensors_and_lines_out_of_order_are_refused():
 def test_a_corner_says_nothing_of_the_rest_and_the_middle_only_of_the_sensors():
     errors = {"gains": np.array([1.1, 0.92, 1.0, 1.05]), "twist": 0.02, "bias_n": 2.0, "noise_n": 0.3}
     table = presses(rows=9, **errors)
-    fresh_at, _, fresh = made_sensors.robot(SENSORS, rows=6, seed=9, **errors)
+    fresh_at, _, fresh = made_sensors.Robot(SENSORS, rows=6, seed=9, **errors).presses()
     before = np.hypot(*(centroid(fresh, SENSORS) - fresh_at).T)
     for chosen, form in ((table.at_m.min(axis=1) > 0.02, "none"), (np.abs(table.at_m).max(axis=1) < 0.05, "gains")):
         found = assess(Presses("t1", table.at_m[chosen], table.force_n[chosen], table.readings[chosen]), TILE)

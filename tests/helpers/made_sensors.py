@@ -1,5 +1,8 @@
 """Sensors and presses independent of the program: laws in closed form, hysteresis, a press robot."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 FULL_N = 200.0
@@ -50,25 +53,37 @@ def pairs_rows(law, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count
     return np.concatenate(found)
 
 
-def robot(sensors_m, gains=(1.0, 1.0, 1.0, 1.0), moved_m=0.0, twist=0.0, bias_n=0.0, noise_n=0.0, inset_m=0.02,
-          side_m=0.305, rows=7, loads=(100.0, 200.0, 400.0), seed=0):  # fmt: skip
-    """Return presses on a grid: positions, loads and corner forces of a plate with a bilinear split and these errors.
+@dataclass(frozen=True)
+class Robot:
+    """A robot that presses a plate with a bilinear split at `rows` by `rows` places, with these loads, and its errors.
 
     Sensors are `moved_m` from their nominal positions, each reads `gains` times its force, the plate twists by a share
     `twist` of the load, and each force is off by `bias_n`.
     """
-    draws = np.random.default_rng(seed)
-    true_m = sensors_m + draws.uniform(-moved_m, moved_m, sensors_m.shape)
-    line = np.linspace(inset_m - side_m / 2.0, side_m / 2.0 - inset_m, rows)
-    at = np.array([(x, y) for x in line for y in line])
-    at = np.repeat(at, len(loads), axis=0)
-    load = np.tile(loads, rows * rows)
-    forces = np.empty((len(at), 4))
-    for k, (place, force) in enumerate(zip(at, load, strict=True)):
+
+    sensors_m: np.ndarray
+    gains: Sequence[float] = (1.0, 1.0, 1.0, 1.0)
+    moved_m: float = 0.0
+    twist: float = 0.0
+    bias_n: float = 0.0
+    noise_n: float = 0.0
+    inset_m: float = 0.02
+    side_m: float = 0.305
+    rows: int = 7
+    loads: Sequence[float] = (100.0, 200.0, 400.0)
+    seed: int = 0
+
+    def presses(self):
+        """Return positions, loads and corner forces."""
+        draws = np.random.default_rng(self.seed)
+        true_m = self.sensors_m + draws.uniform(-self.moved_m, self.moved_m, self.sensors_m.shape)
+        line = np.linspace(self.inset_m - self.side_m / 2.0, self.side_m / 2.0 - self.inset_m, self.rows)
+        at = np.repeat([(x, y) for x in line for y in line], len(self.loads), axis=0)
+        load = np.tile(self.loads, self.rows**2)
         # The only split without twist: sum and both moments are right, and forces are linear in the sensor's x, y, xy.
-        signs = np.sign(sensors_m[:, 0] * sensors_m[:, 1])
-        equations = np.vstack([np.ones(4), true_m.T, signs])
-        wanted = [force, *(force * place), force * (np.prod(place) / 0.1335**2 + twist)]
-        forces[k] = np.linalg.solve(equations, wanted)
-    forces = forces * gains + bias_n * np.array([1.0, -1.0, 0.5, 0.0]) + noise_n * draws.standard_normal(forces.shape)
-    return at, load, forces
+        equations = np.vstack([np.ones(4), true_m.T, np.sign(self.sensors_m.prod(axis=1))])
+        warp = at.prod(axis=1) / 0.1335**2 + self.twist
+        wanted = load * np.stack([np.ones(len(at)), *at.T, warp])
+        forces = np.linalg.solve(equations, wanted).T * self.gains
+        noise = self.noise_n * draws.standard_normal(forces.shape)
+        return at, load, forces + self.bias_n * np.array([1.0, -1.0, 0.5, 0.0]) + noise
