@@ -204,9 +204,7 @@ class Builder:
     # --- all together ---
 
     def _tables(self) -> Tables:
-        nodes, rows, count = self.nodes, len(self.tiles), len(self.parts)
-        for size, at in (("state_size", "state_at"), ("coefficients_size", "coefficients_at")):
-            nodes[at] = np.concatenate([[0], np.cumsum(nodes[size])[:-1]]) * rows if count else 0
+        nodes, rows, count = self._placed_nodes(), len(self.tiles), len(self.parts)
         starts, buffers = self._places()
         room = EVENTS.size({"room": self.block})
         played, zero_rows = np.zeros((rows + 1, self.block)), np.repeat([0, 1], [rows, 1]).astype(np.uint8)
@@ -264,6 +262,12 @@ class Builder:
             pointers=np.zeros(1 + self._most_pointers(), np.int64),
             settings=np.array([float(self.rate)]),
         )
+
+    def _placed_nodes(self) -> NDArray[np.void]:
+        """Return the nodes with the places of their states and coefficients, one after the other."""
+        for size, at in (("state_size", "state_at"), ("coefficients_size", "coefficients_at")):
+            self.nodes[at] = (np.cumsum(self.nodes[size]) - self.nodes[size]) * len(self.tiles)
+        return self.nodes
 
     def _sinks(self, to_sound: bool) -> NDArray[np.int64]:
         """Return the buffers that tiles play, or those of the sound output."""
