@@ -11,7 +11,8 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from wired import EVERY_TRANSPORT, ends, free_port
+from free_ports import free_port
+from wired import EVERY_TRANSPORT, ends
 
 from underfoot.devices.conversion import nominal_readings
 from underfoot.devices.emulation.emulator import Emulator, TileClock

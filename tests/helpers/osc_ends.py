@@ -1,7 +1,6 @@
 """The other end of the network: a socket that sends and receives OSC, encoded and decoded by python-osc."""
 
 import socket
-from contextlib import closing
 
 from pythonosc.osc_message_builder import build_msg
 from pythonosc.osc_packet import OscPacket
@@ -48,12 +47,6 @@ class OscEnd:
         """Return the arguments of all messages to an address so far."""
         self.messages += [message for datagram in self.datagrams() for message in datagram]
         return [arguments for to, arguments in self.messages if to == address]
-
-
-def free_port():
-    """Return a free UDP port."""
-    with closing(OscEnd()) as end:
-        return end.port
 
 
 class CursorDecoder:

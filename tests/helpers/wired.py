@@ -1,9 +1,9 @@
 """Both ends of a transport, on this machine."""
 
-import socket
 import sys
 
 import pytest
+from free_ports import free_port
 
 from underfoot.devices.transports import TRANSPORTS
 
@@ -16,14 +16,6 @@ EVERY_TRANSPORT = pytest.mark.parametrize(
         for scheme in TRANSPORTS
     ],
 )
-
-
-def free_port():
-    """Return a free port of this machine."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one, socket.socket() as other:
-        one.bind(("127.0.0.1", 0))
-        other.bind(one.getsockname())
-        return one.getsockname()[1]
 
 
 def ends(scheme):

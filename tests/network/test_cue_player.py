@@ -4,8 +4,9 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from free_ports import free_port
 from live import live
-from osc_ends import LOOPBACK, OscEnd, free_port
+from osc_ends import LOOPBACK, OscEnd
 
 from underfoot.engine.commands import Level, Mark, Panic, Set, Strike, Swap
 from underfoot.engine.reports import CommandApplied

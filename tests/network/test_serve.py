@@ -11,7 +11,8 @@ import time
 from pathlib import Path
 
 import pytest
-from osc_ends import LOOPBACK, free_port
+from free_ports import free_port
+from osc_ends import LOOPBACK
 
 from underfoot.records.recording import Recording
 

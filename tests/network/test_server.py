@@ -10,7 +10,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from osc_ends import LOOPBACK, CursorDecoder, OscEnd, free_port
+from free_ports import free_port
+from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from pythonosc.osc_message_builder import build_msg
 
 from underfoot import __version__

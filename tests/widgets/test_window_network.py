@@ -3,7 +3,8 @@
 from contextlib import closing
 
 import pytest
-from osc_ends import LOOPBACK, CursorDecoder, OscEnd, free_port
+from free_ports import free_port
+from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from PySide6.QtCore import Qt
 from windows import dialog_of
 

@@ -4,8 +4,8 @@ import socket
 import time
 
 import pytest
+from free_ports import free_port
 from made_frames import rows
-from wired import free_port
 
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.transport_reader import TransportReader

@@ -3,7 +3,7 @@
 import socket
 
 import pytest
-from wired import free_port
+from free_ports import free_port
 
 from underfoot.devices.framing.parser import HELD_S, Parser
 from underfoot.devices.framing.wire_format import encode
