@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedW
 from underfoot.engine.card_search import CardSearch
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
-from underfoot.engine.reports import Health, Started
+from underfoot.engine.reports import Health, OutputChanged, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
@@ -44,8 +44,6 @@ FIRST_PRESET = "gravel"
 
 STARTING = "Starting the engine…"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
-SILENT_NOTICE = "going on without sound"
-"""How a notice ends of a sound card that does not play."""
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
@@ -204,12 +202,10 @@ class MainWindow(QMainWindow):
         self._output_text, self._silence_reason = f"Playing on: {report.where}", report.notice
         self._show_compiling(1, 1)
 
-    def _show_notice(self, text: str) -> None:
-        """Say it; why there is no sound stays, at the right, when the line has gone."""
-        self.show_message(text)
-        if text.endswith(SILENT_NOTICE):
-            self._silence_reason = text
-            self._show_compiling(1, 1)
+    def _show_output(self, report: OutputChanged) -> None:
+        """Why there is no sound stays, at the right, when the line that said it has gone."""
+        self._output_text, self._silence_reason = f"Playing on: {report.where}", report.silence
+        self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:
         is_busy = ready < total
@@ -484,7 +480,8 @@ class MainWindow(QMainWindow):
         controller.recording_changed.connect(self._show_recording)
         controller.target_locked.connect(main_bar.target.setDisabled)
         bridge.started.connect(self._show_start)
-        bridge.notified.connect(self._show_notice)
+        bridge.notified.connect(self.show_message)
+        bridge.output_changed.connect(self._show_output)
         bridge.compile_progressed.connect(self._show_compiling)
         bridge.health_reported.connect(self._show_health)
         self.listening.notified.connect(self.show_message)

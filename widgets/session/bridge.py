@@ -12,6 +12,7 @@ from underfoot.engine.reports import (
     Fault,
     Notice,
     Outlines,
+    OutputChanged,
     Preview,
     ProcessDied,
     Started,
@@ -33,6 +34,8 @@ class Bridge(QObject):
     """`Started`: the engine is running."""
     notified = Signal(str)
     """A line for the user."""
+    output_changed = Signal(object)
+    """`OutputChanged`: a sound card went away or came back; its line is emitted by `notified`, too."""
     compile_progressed = Signal(int, int)
     """Kernels ready, of how many."""
     costs_measured = Signal(object)
@@ -159,7 +162,11 @@ class Bridge(QObject):
             case ErrorCurveDrawn():
                 self.errors_measured.emit(report)
             case Notice(text):
-                self._notify_once(text)
+                if isinstance(report, OutputChanged):
+                    self.output_changed.emit(report)
+                    text = f"{text[:1].upper()}{text[1:]}."
+                if text:
+                    self.notified.emit(text)
             case ProcessDied(process, reason):
                 self.notified.emit(
                     f"The {process} stopped ({reason}) and was started again; the patch goes on playing."

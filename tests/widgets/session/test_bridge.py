@@ -10,7 +10,7 @@ import pytest
 from live import live
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Notice
+from underfoot.engine.reports import Fault, Notice, OutputChanged
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -115,16 +115,20 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
         pass
 
 
-def test_what_is_said_is_said_once(qtbot):
+def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     nothing = np.zeros(0), np.zeros((0, 4, 4))
-    notices = [Notice(text) for text in ("no card", "no card", "", "no channel")]
+    gone, back = OutputChanged("a card has gone", "udp, without sound", "no card"), OutputChanged("it is back", "")
+    reports = [Fault("noise", "t1", 0), Notice("udp is back"), Notice(""), gone, back]
     session = SimpleNamespace(
-        poll=lambda: notices, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
+        poll=lambda: reports, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
     )
-    made, said = Bridge(), []
+    made, said, outputs = Bridge(), [], []
     made.notified.connect(said.append)
+    made.output_changed.connect(outputs.append)
     made.attach(session, default_floor(), 48_000.0)
     made.tick()
     made.tick()
     made.detach()
-    assert said == ["no card", "no channel"]
+    assert said[0].startswith("noise produced a value that is not finite on tile t1")
+    assert said[1:] == ["udp is back", "A card has gone.", "It is back."] * 2
+    assert outputs == [gone, back] * 2
