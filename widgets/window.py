@@ -482,6 +482,7 @@ class MainWindow(QMainWindow):
         bridge.started.connect(self._show_start)
         bridge.notified.connect(self.show_message)
         bridge.output_changed.connect(self._show_output)
+        bridge.floor_silent.connect(self.status.show_floor)
         bridge.compile_progressed.connect(self._show_compiling)
         bridge.health_reported.connect(self._show_health)
         self.listening.notified.connect(self.show_message)

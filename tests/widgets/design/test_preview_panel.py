@@ -102,12 +102,15 @@ def test_a_node_that_is_not_built_yet_is_not_called_unused(workspace):
     assert states == {"push": "unused", "step": "unused", "hum": "", "shaker": ""}
 
 
-def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
+def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     window.bridge.output_changed.emit(OutputChanged("", "the simulator, without sound", "the card is not there"))
     window.show_message("Something else")
     assert window.status.session == "Playing on: the simulator, without sound (the card is not there)"
     window.bridge.output_changed.emit(OutputChanged("", "sound card"))
+    window.bridge.floor_silent.emit(True)
+    assert window.status.session == "Playing on: sound card (no force comes from the floor)"
+    window.bridge.floor_silent.emit(False)
     assert window.status.session == "Playing on: sound card"
 
 

@@ -97,6 +97,31 @@ def test_health_and_costs_come_a_few_times_a_second(followed, qtbot):
     assert health.args[0].frame > 0
 
 
+def test_a_floor_is_silent_while_nothing_comes_from_it_and_the_engine_runs(qtbot):
+    floor = default_floor()
+    quiet, some = (np.zeros(0), np.zeros((0, 4, 4))), (np.arange(16.0) * 48.0, np.zeros((16, 4, 4)))
+    session = SimpleNamespace(poll=list, force=SimpleNamespace(read=lambda: quiet), force_rate_hz=1000.0)
+    made, told = Bridge(), []
+    made.floor_silent.connect(told.append)
+    made.attach(session, floor, 48_000.0)
+    assert made.wait_for_kernels(LONG_MS / 1000)
+
+    def second(read, running):
+        session.force.read, session.health = lambda: read, SimpleNamespace(running=running)
+        for _ in range(62):
+            made.tick()
+
+    second(quiet, running=False)
+    assert told == []
+    second(quiet, running=True)
+    assert told == [True]
+    second(some, running=True)
+    assert told == [True, False]
+    second(quiet, running=True)
+    made.detach()
+    assert told == [True, False, True, False]
+
+
 def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
     followed.detach()
     with qtbot.assertNotEmitted(followed.ticked, wait=200):
