@@ -77,7 +77,7 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._was_painted = False
         self.is_restarting = False
         """Whether it was closed to be opened anew."""
-        self._output_text, self._silence_reason = STARTING, ""
+        self._output, self._silence_reason = "", ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
         self.open_patch.nodes.consent_given.connect(self._save_settings)
@@ -199,12 +199,12 @@ class MainWindow(QMainWindow):
         self.main_bar.set_target(target_text(target))
 
     def _show_start(self, report: Started) -> None:
-        self._output_text, self._silence_reason = f"Playing on: {report.where}", report.notice
+        self._output, self._silence_reason = report.where, report.notice
         self._show_compiling(1, 1)
 
     def _show_output(self, report: OutputChanged) -> None:
         """Why there is no sound stays, at the right, when the line that said it has gone."""
-        self._output_text, self._silence_reason = f"Playing on: {report.where}", report.silence
+        self._output, self._silence_reason = report.where, report.silence
         self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:
@@ -214,7 +214,8 @@ class MainWindow(QMainWindow):
         if is_busy:
             self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
         else:
-            self.status.show_session(self._output_text, self._silence_reason)
+            words = "Playing on" if self.controller.is_playing else "Silent until played on"
+            self.status.show_session(f"{words}: {self._output}" if self._output else STARTING, self._silence_reason)
 
     def _show_health(self, health: Health) -> None:
         self.main_bar.set_health(health, len(self.controller.target.floor.tiles))
@@ -477,6 +478,7 @@ class MainWindow(QMainWindow):
         controller.notified.connect(self.show_message)
         controller.opened.connect(self._show_target)
         controller.playing_changed.connect(main_bar.set_playing)
+        controller.playing_changed.connect(lambda: self._show_compiling(1, 1))
         controller.recording_changed.connect(self._show_recording)
         controller.target_locked.connect(main_bar.target.setDisabled)
         bridge.started.connect(self._show_start)

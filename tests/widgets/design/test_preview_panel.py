@@ -107,6 +107,9 @@ def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     window.bridge.output_changed.emit(OutputChanged("", "the simulator, without sound", "the card is not there"))
     window.show_message("Something else")
     assert window.status.session == "Playing on: the simulator, without sound (the card is not there)"
+    window.controller.stop()
+    assert window.status.session.startswith("Silent until played on: the simulator")
+    window.controller.play()
     window.bridge.output_changed.emit(OutputChanged("", "sound card"))
     window.bridge.floor_silent.emit(True)
     assert window.status.session == "Playing on: sound card (no force comes from the floor)"
