@@ -242,16 +242,16 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
             person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")
-            person.until(lambda: not emulated.is_moving, "the plate has heard it")
-            held = emulated.position
+            person.until(lambda: not emulated.servo.is_moving, "the plate has heard it")
+            held = emulated.servo.position
             person.wait(0.4)
-            assert (len(emulated.moves), emulated.position) == (1, held)
+            assert (len(emulated.servo.moves), emulated.servo.position) == (1, held)
             person.press(0.0)
             person.finish_study()
         wanted = [plate.calibration.position(stimuli[e.trial.intervals[0].stimulus]["stiffness_n_mm"])
                   for e in person.runner.study.entries]  # fmt: skip
-        assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
-        assert {move[2] for move in emulated.moves} == {1.0}
+        assert [move[1] for move in emulated.servo.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
+        assert {move[2] for move in emulated.servo.moves} == {1.0}
     finally:
         emulated.close()
 

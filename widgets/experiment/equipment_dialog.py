@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.devices.plate import split_plate
+from underfoot.devices.plate import SIMULATED, split_plate
 from underfoot.devices.sound import devices
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.experiments.protocol import Sounds
@@ -47,9 +47,9 @@ class EquipmentDialog(QDialog):
             "trigger": QCheckBox("T&rigger at"),
             "lsl": QCheckBox("&LSL streams"),
         }
-        self.plate, self.trigger, self.masking = _ports(), _ports(), QComboBox()
+        self.plate, self.trigger, self.masking = _ports(SIMULATED), _ports(), QComboBox()
         self.calibration = QLineEdit()
-        self.calibration.setPlaceholderText("its calibration, plate.json")
+        self.calibration.setPlaceholderText(f"its calibration, plate.json; a {SIMULATED} one needs none")
         self.calibration.setAccessibleName("Calibration of the plate")
         self.look = QPushButton("Look…")
         self.look.clicked.connect(self._look)
@@ -73,7 +73,8 @@ class EquipmentDialog(QDialog):
         """What is chosen; `BadValue` where something is missing."""
         plate = trigger = ""
         if self.check_boxes["plate"].isChecked():
-            plate = f"{self.plate.currentText().strip()}:{self.calibration.text().strip()}"
+            port, calibration = self.plate.currentText().strip(), self.calibration.text().strip()
+            plate = f"{port}:{calibration}" if calibration else port
             split_plate(plate)
         if self.check_boxes["trigger"].isChecked():
             trigger = self.trigger.currentText().strip()
@@ -190,12 +191,12 @@ def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice
     return found
 
 
-def _ports() -> QComboBox:
+def _ports(*others: str) -> QComboBox:
     from serial.tools.list_ports import comports
 
     box = QComboBox()
     box.setEditable(True)
-    box.addItems(sorted(port.device for port in comports()))
+    box.addItems([*others, *sorted(port.device for port in comports())])
     box.setCurrentText("")
     line = box.lineEdit()
     if line is not None:
