@@ -49,7 +49,7 @@ class EquipmentDialog(QDialog):
         }
         self.plate, self.trigger, self.masking = _ports(SIMULATED), _ports(), QComboBox()
         self.calibration = QLineEdit()
-        self.calibration.setPlaceholderText(f"its calibration, plate.json; a {SIMULATED} one needs none")
+        self.calibration.setPlaceholderText("its calibration, plate.json")
         self.calibration.setAccessibleName("Calibration of the plate")
         self.look = QPushButton("Look…")
         self.look.clicked.connect(self._look)
@@ -143,7 +143,8 @@ class EquipmentDialog(QDialog):
         grid.setColumnStretch(1, 1)
         controls = {"plate": self.plate, "masking": self.masking, "trigger": self.trigger}
         helps = {
-            "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load.",
+            "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load. A simulated one has "
+            "40 to 160 N/mm, and needs no calibration.",
             "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
             "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
             "lsl": "Markers and forces as streams of the Lab Streaming Layer."
