@@ -221,8 +221,8 @@ def drawing(found: SearchResult) -> Drawing:
 
 
 def _beyond(ends: tuple[float, float]) -> tuple[float, float]:
-    """Leave room for a dot at the edge of the grid."""
-    return ends[0] / _EDGE, ends[1] * _EDGE
+    """Leave room for a dot at the far edge of the grid."""
+    return ends[0], ends[1] * _EDGE
 
 
 def write(found: list[SearchResult], folder: Path) -> None:
