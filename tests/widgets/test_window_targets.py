@@ -78,8 +78,9 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
     bad = tmp_path / "bad.json"
     bad.write_text('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}')
     TileParameters().save(tmp_path / "mine.json")
+    target = window.main_bar.target
     for name in ("bad.json", "mine.json"):
-        choose_file(window, tmp_path / name, lambda: choose(window.main_bar.target, "Simulated tile or people", "Open…"))
+        choose_file(window, tmp_path / name, lambda: choose(target, "Simulated tile or people", "Open…"))
         if name == "bad.json":
             assert "sensors, creep is 2" in window.status.message
             dialog_of(window, FileErrorDialog).close()
