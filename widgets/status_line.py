@@ -9,6 +9,7 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 MESSAGE_MS = 20_000
 MAX_REASON_LETTERS = 64
 """So many letters of a reason are shown."""
+NO_FORCE = "no force comes from the floor"
 
 
 class StatusLine(QWidget):
@@ -22,6 +23,7 @@ class StatusLine(QWidget):
         self._message = ElidedLabel()
         self._message.setAccessibleName("Message")
         self._session = theme.label("", "small")
+        self._text, self._reason, self._is_floor_silent = "", "", False
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
         layout.addWidget(self._message, 1)
@@ -38,8 +40,18 @@ class StatusLine(QWidget):
 
     def show_session(self, text: str, reason: str = "") -> None:
         """What the session does or plays on, and why it is not what was asked for; in full in the tooltip."""
+        self._text, self._reason = text, reason
+        self._show()
+
+    def show_floor(self, silent: bool) -> None:
+        """Whether no force comes from the floor."""
+        self._is_floor_silent = silent
+        self._show()
+
+    def _show(self) -> None:
+        reason = "; ".join(filter(None, (NO_FORCE if self._is_floor_silent else "", self._reason)))
         short = f"{reason[:MAX_REASON_LETTERS]}…" if len(reason) > MAX_REASON_LETTERS else reason
-        self._session.setText(f"{text} ({short})" if reason else text)
+        self._session.setText(f"{self._text} ({short})" if reason else self._text)
         self._session.setToolTip(reason)
 
     @property

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QProgressBar, QStackedW
 from underfoot.engine.card_search import CardSearch
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
-from underfoot.engine.reports import Health, Started
+from underfoot.engine.reports import Health, OutputChanged, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
@@ -44,8 +44,6 @@ FIRST_PRESET = "gravel"
 
 STARTING = "Starting the engine…"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
-SILENT_NOTICE = "going on without sound"
-"""How a notice ends of a sound card that does not play."""
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
@@ -79,7 +77,7 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._was_painted = False
         self.is_restarting = False
         """Whether it was closed to be opened anew."""
-        self._output_text, self._silence_reason = STARTING, ""
+        self._output, self._silence_reason = "", ""
         self.settings = Settings.load(folder)
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
         self.open_patch.nodes.consent_given.connect(self._save_settings)
@@ -201,15 +199,13 @@ class MainWindow(QMainWindow):
         self.main_bar.set_target(target_text(target))
 
     def _show_start(self, report: Started) -> None:
-        self._output_text, self._silence_reason = f"Playing on: {report.where}", report.notice
+        self._output, self._silence_reason = report.where, report.notice
         self._show_compiling(1, 1)
 
-    def _show_notice(self, text: str) -> None:
-        """Say it; why there is no sound stays, at the right, when the line has gone."""
-        self.show_message(text)
-        if text.endswith(SILENT_NOTICE):
-            self._silence_reason = text
-            self._show_compiling(1, 1)
+    def _show_output(self, report: OutputChanged) -> None:
+        """Why there is no sound stays, at the right, when the line that said it has gone."""
+        self._output, self._silence_reason = report.where, report.silence
+        self._show_compiling(1, 1)
 
     def _show_compiling(self, ready: int, total: int) -> None:
         is_busy = ready < total
@@ -218,7 +214,8 @@ class MainWindow(QMainWindow):
         if is_busy:
             self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
         else:
-            self.status.show_session(self._output_text, self._silence_reason)
+            words = "Playing on" if self.controller.is_playing else "Silent until played on"
+            self.status.show_session(f"{words}: {self._output}" if self._output else STARTING, self._silence_reason)
 
     def _show_health(self, health: Health) -> None:
         self.main_bar.set_health(health, len(self.controller.target.floor.tiles))
@@ -481,10 +478,13 @@ class MainWindow(QMainWindow):
         controller.notified.connect(self.show_message)
         controller.opened.connect(self._show_target)
         controller.playing_changed.connect(main_bar.set_playing)
+        controller.playing_changed.connect(lambda: self._show_compiling(1, 1))
         controller.recording_changed.connect(self._show_recording)
         controller.target_locked.connect(main_bar.target.setDisabled)
         bridge.started.connect(self._show_start)
-        bridge.notified.connect(self._show_notice)
+        bridge.notified.connect(self.show_message)
+        bridge.output_changed.connect(self._show_output)
+        bridge.floor_silent.connect(self.status.show_floor)
         bridge.compile_progressed.connect(self._show_compiling)
         bridge.health_reported.connect(self._show_health)
         self.listening.notified.connect(self.show_message)

@@ -16,7 +16,7 @@ from underfoot.clock import FADE
 from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.sound import PlayRecord, Stream, max_channels
 from underfoot.engine.commands import Level, Panic
-from underfoot.engine.reports import Notice, Started
+from underfoot.engine.reports import Notice, OutputChanged, Started
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session_replay import replay
 from underfoot.errors import DeviceError
@@ -129,10 +129,35 @@ def test_a_sound_card_that_goes_away_does_not_end_the_session(null_sink, until):
         playing.play(9_600)
         null_sink.stop()
         playing.until(lambda: playing.of(Notice), "it is told")
-        assert "without sound" in playing.of(Notice)[0].text
+        gone = "the default sound device has gone; going on without sound until it is back"
+        where = "the simulator, without sound"
+        assert playing.of(Notice) == [OutputChanged(gone, where, "the default sound device is not there")]
         playing.play(24_000)
         assert len(playing.of(Started)) == 1
         assert len(playing.of(Notice)) == 1
+        assert playing.session.health.stream_latency_s == 0.0
+
+
+def test_a_sound_card_that_comes_back_is_heard_again_in_a_ramp(null_sink, until):
+    """And when it goes away once more, that is told once more."""
+    with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+        settled(playing)
+        null_sink.stop()
+        playing.until(lambda: len(playing.of(OutputChanged)) == 1, "it is told")
+        known = null_sink.socket
+        null_sink.socket = known.with_name("beside")
+        null_sink.start()
+        with listening(null_sink) as heard:
+            null_sink.socket = null_sink.socket.rename(known)  # from now on the session can find it
+            until(lambda: (playing.poll(), np.count_nonzero(heard()[:, 0]) > 2_400)[1], "it is heard again")
+            arrived = heard()[:, 0]
+        begin = np.flatnonzero(arrived)[0] - 1  # the ramp's first frame is silent
+        period = arrived[begin + FADE : begin + 2 * FADE]  # the ramp is as long as the period
+        assert np.abs(period).max() > 0.1
+        np.testing.assert_allclose(arrived[begin : begin + FADE], period * np.linspace(0.0, 1.0, FADE), atol=0.003)
+        assert playing.of(OutputChanged)[1:] == [OutputChanged("the default sound device is back", "sound card")]
+        null_sink.stop()
+        playing.until(lambda: len(playing.of(OutputChanged)) == 3, "it is told again")
 
 
 def test_a_tile_without_a_channel_is_named(null_sink, until):

@@ -4,7 +4,7 @@ import pytest
 import serial
 
 from underfoot.devices.emulation.plate import EmulatedPlate
-from underfoot.devices.plate import Plate, PlateCalibration, plate_of
+from underfoot.devices.plate import Plate, PlateCalibration, calibration_of, plate_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 
 CALIBRATION = PlateCalibration(positions=(0.0, 0.5, 1.0), stiffness_n_mm=(40.0, 90.0, 160.0))
@@ -29,25 +29,29 @@ def test_it_goes_where_it_is_wanted_in_the_same_time_for_every_distance(plate, e
         plate.request_stiffness(stiffness)
         assert not plate.poll(is_loaded=False)
         until(lambda: plate.poll(is_loaded=False), "it is there")
-    assert [(round(to, 4), seconds) for _, to, seconds in emulated.moves] == [(0.5, 0.15), (0.5, 0.15), (1.0, 0.15)]
-    assert emulated.position == 1.0
+    assert [(round(to, 4), seconds) for _, to, seconds in emulated.servo.moves] == [
+        (0.5, 0.15),
+        (0.5, 0.15),
+        (1.0, 0.15),
+    ]
+    assert emulated.servo.position == 1.0
 
 
 def test_it_waits_for_a_foot_to_leave_and_stops_where_it_is_when_one_comes(plate, emulated, until):
     plate.request_stiffness(160.0)
     for _ in range(5):
         assert not plate.poll(is_loaded=True)
-    assert emulated.moves == []
+    assert emulated.servo.moves == []
     plate.poll(is_loaded=False)
-    until(lambda: emulated.position > 0.05, "it moves")
-    assert len(emulated.moves) == 1
+    until(lambda: emulated.servo.position > 0.05, "it moves")
+    assert len(emulated.servo.moves) == 1
     plate.poll(is_loaded=True)
-    until(lambda: not emulated.is_moving, "it stops")
-    held = emulated.position
+    until(lambda: not emulated.servo.is_moving, "it stops")
+    held = emulated.servo.position
     assert 0.0 < held < 1.0
     until(lambda: plate.poll(is_loaded=False), "it is there")
-    assert emulated.position == 1.0
-    assert len(emulated.moves) == 2
+    assert emulated.servo.position == 1.0
+    assert len(emulated.servo.moves) == 2
 
 
 def test_a_plate_that_never_arrives_is_lost(emulated):
@@ -75,6 +79,20 @@ def test_what_the_plate_refuses_is_said(emulated, until):
 
     assert "says: DANCE" in until(refused, "it says so")
     plate.close()
+
+
+def test_a_simulated_plate_needs_neither_port_nor_file_and_never_moves_under_a_load(until):
+    plate = Plate("simulated", calibration_of("simulated"), move_s=0.2)
+    plate.request_stiffness(80.0)
+    assert not any(plate.poll(is_loaded=True) for _ in range(5))
+    assert not plate.poll(is_loaded=False)
+    until(lambda: plate.poll(is_loaded=False), "it arrives")
+    plate.request_stiffness(40.0)
+    assert not plate.poll(is_loaded=False)
+    assert not plate.poll(is_loaded=True)  # held
+    until(lambda: plate.poll(is_loaded=False), "it arrives after all")
+    plate.close()
+    plate_of("simulated").close()
 
 
 def test_calibrations_are_checked_and_go_through_a_file(tmp_path):

@@ -72,4 +72,4 @@ def test_the_command_prints_a_table_and_draws(tmp_path):
 
 def test_the_picture_has_an_edge_for_each_condition():
     names = [line.name for line in drawing(found_of()).series]
-    assert names == ["0.6 kg", "0.2 mm", "1000 Hz", "lightest"]
+    assert names == ["mass 0.6 kg", "sag 0.2 mm", "first mode 1000 Hz", "lightest"]

@@ -19,6 +19,7 @@ from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import Plate, PlateCalibration
 from underfoot.devices.replay import Replay
+from underfoot.engine.reports import OutputChanged
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.protocol import Protocol
@@ -241,16 +242,16 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
             person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")
-            person.until(lambda: not emulated.is_moving, "the plate has heard it")
-            held = emulated.position
+            person.until(lambda: not emulated.servo.is_moving, "the plate has heard it")
+            held = emulated.servo.position
             person.wait(0.4)
-            assert (len(emulated.moves), emulated.position) == (1, held)
+            assert (len(emulated.servo.moves), emulated.servo.position) == (1, held)
             person.press(0.0)
             person.finish_study()
         wanted = [plate.calibration.position(stimuli[e.trial.intervals[0].stimulus]["stiffness_n_mm"])
                   for e in person.runner.study.entries]  # fmt: skip
-        assert [move[1] for move in emulated.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
-        assert {move[2] for move in emulated.moves} == {1.0}
+        assert [move[1] for move in emulated.servo.moves] == pytest.approx([wanted[0], *wanted], abs=1e-4)
+        assert {move[2] for move in emulated.servo.moves} == {1.0}
     finally:
         emulated.close()
 
@@ -316,6 +317,24 @@ def test_a_floor_that_is_unplugged_in_a_presentation_stops_it(until, tmp_path):
             assert runner.file.entries() == []
     finally:
         emulator.close()
+
+
+def test_a_sound_card_that_goes_away_stops_a_study_until_it_is_back(session, until, tmp_path):
+    """What was not felt is no trial."""
+    gone = OutputChanged("the card has gone", "the simulator, without sound", "the card is not there")
+    with taking_part(session, rated("key"), tmp_path / "a", until) as person:
+        runner = person.runner
+        person.until_phase(Phase.READY)
+        runner.start()
+        runner.poll([gone])
+        assert runner.phase is Phase.STOPPED
+        runner.go_on()
+        person.until_phase(Phase.STOPPED)
+        assert runner.messages[-1] == "the card is not there"
+        runner.poll([OutputChanged("the card is back", "sound card")])
+        runner.go_on()
+        person.until_phase(Phase.READY)
+        assert runner.file.entries() == []
 
 
 def test_those_who_want_marks_get_them(session, until, tmp_path):

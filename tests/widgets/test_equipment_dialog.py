@@ -92,6 +92,16 @@ def test_what_is_wrong_is_one_line_and_nothing_is_used(hand, tmp_path):
     assert hand.used == []
 
 
+def test_a_simulated_plate_needs_no_calibration(hand):
+    dialog = hand.opened()
+    hand.switch("plate")
+    dialog.plate.setCurrentIndex(dialog.plate.findText("simulated"))
+    hand.click(dialog.try_out)
+    assert dialog.note.text() == "Opened: plate."
+    hand.click(dialog.use_button)
+    assert hand.used == [EquipmentChoice(plate="simulated")]
+
+
 def test_the_window_remembers_and_forgives(tmp_path):
     settings = Settings(study_equipment={"trigger": "COM3", "masking": ""})
     settings.save(tmp_path)

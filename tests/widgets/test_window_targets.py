@@ -56,7 +56,7 @@ def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(window, qtbot):
     """Its sensors err, and its profiles are its own."""
     ideal = calibrate(window).profiles.folder
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        choose(window.main_bar.target, "Simulated tile", "Plywood tile")
+        choose(window.main_bar.target, "Simulated tile or people", "Plywood tile")
     target = window.controller.target
     assert TileParameters.load(target.simulation).title.startswith("A tile of plywood")
     assert target.floor == default_floor()
@@ -68,7 +68,7 @@ def test_a_simulated_tile_is_chosen_by_clicks_and_remembered(window, qtbot):
     assert np.nanstd(np.concatenate(loads)[:200, -1]) > 0.0
     assert remembered_target(window.settings).simulation == target.simulation
     with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
-        choose(window.main_bar.target, "Simulated tile", "Ideal sensors")
+        choose(window.main_bar.target, "Simulated tile or people", "Ideal sensors")
     assert window.controller.target.simulation == ""
     assert calibrate(window).profiles.folder == ideal
 
@@ -78,8 +78,9 @@ def test_a_simulated_tile_from_a_file_is_looked_at_first(qtbot, tmp_path):
     bad = tmp_path / "bad.json"
     bad.write_text('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}')
     TileParameters().save(tmp_path / "mine.json")
+    target = window.main_bar.target
     for name in ("bad.json", "mine.json"):
-        choose_file(window, tmp_path / name, lambda: choose(window.main_bar.target, "Simulated tile", "Open…"))
+        choose_file(window, tmp_path / name, lambda: choose(target, "Simulated tile or people", "Open…"))
         if name == "bad.json":
             assert "sensors, creep is 2" in window.status.message
             dialog_of(window, FileErrorDialog).close()

@@ -84,6 +84,7 @@ class PreviewPanel(QWidget):
         self.output = QComboBox(self)
         self.output.setAccessibleName("Output")
         self.output.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.output.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.output.hide()
         self.range = QComboBox(self)
         self.range.addItems([f"{db} dB" for db in RANGES_DB])

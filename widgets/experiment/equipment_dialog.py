@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.devices.plate import split_plate
+from underfoot.devices.plate import SIMULATED, split_plate
 from underfoot.devices.sound import devices
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.experiments.protocol import Sounds
@@ -47,7 +47,7 @@ class EquipmentDialog(QDialog):
             "trigger": QCheckBox("T&rigger at"),
             "lsl": QCheckBox("&LSL streams"),
         }
-        self.plate, self.trigger, self.masking = _ports(), _ports(), QComboBox()
+        self.plate, self.trigger, self.masking = _ports(SIMULATED), _ports(), QComboBox()
         self.calibration = QLineEdit()
         self.calibration.setPlaceholderText("its calibration, plate.json")
         self.calibration.setAccessibleName("Calibration of the plate")
@@ -73,7 +73,8 @@ class EquipmentDialog(QDialog):
         """What is chosen; `BadValue` where something is missing."""
         plate = trigger = ""
         if self.check_boxes["plate"].isChecked():
-            plate = f"{self.plate.currentText().strip()}:{self.calibration.text().strip()}"
+            port, calibration = self.plate.currentText().strip(), self.calibration.text().strip()
+            plate = f"{port}:{calibration}" if calibration else port
             split_plate(plate)
         if self.check_boxes["trigger"].isChecked():
             trigger = self.trigger.currentText().strip()
@@ -142,7 +143,8 @@ class EquipmentDialog(QDialog):
         grid.setColumnStretch(1, 1)
         controls = {"plate": self.plate, "masking": self.masking, "trigger": self.trigger}
         helps = {
-            "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load.",
+            "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load. A simulated one has "
+            "40 to 160 N/mm, and needs no calibration.",
             "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
             "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
             "lsl": "Markers and forces as streams of the Lab Streaming Layer."
@@ -190,12 +192,12 @@ def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice
     return found
 
 
-def _ports() -> QComboBox:
+def _ports(*others: str) -> QComboBox:
     from serial.tools.list_ports import comports
 
     box = QComboBox()
     box.setEditable(True)
-    box.addItems(sorted(port.device for port in comports()))
+    box.addItems([*others, *sorted(port.device for port in comports())])
     box.setCurrentText("")
     line = box.lineEdit()
     if line is not None:

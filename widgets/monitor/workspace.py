@@ -92,6 +92,7 @@ class MonitorWorkspace(Workspace):
         self._marks: deque[tuple[float, str]] = deque(maxlen=256)
         self._duration_s = DURATIONS_S[0]
         self._ticks = 0
+        self._latest: ForceUpdate | None = None
         self._paused_s = self._hover_s = math.nan
         self._back_to_s = math.nan
         """What is at the right edge, where somebody has scrolled back."""
@@ -119,6 +120,7 @@ class MonitorWorkspace(Workspace):
             self._set_target(controller.target)
         self.steps.folder = context.folder / "footsteps"
         bridge.forces_tracked.connect(self.add_forces)
+        bridge.floor_silent.connect(self.empty_floor)
         bridge.vibration_read.connect(self.add_vibration)
         bridge.response_read.connect(self.add_response)
         bridge.steps_found.connect(self.add_steps)
@@ -158,7 +160,7 @@ class MonitorWorkspace(Workspace):
         self._now_frame = 0.0
         self._row = 0
         self._peak = np.zeros(count)
-        self._latest: ForceUpdate | None = None
+        self._latest = None
         self._newest_contact = 0
         self.map.can_press = simulated
         self.map.set_floor(floor)
@@ -192,6 +194,10 @@ class MonitorWorkspace(Workspace):
         if self.following.isChecked():
             self._show_latest(update)
         self._now_frame = max(self._now_frame, float(update.time_s[-1]) * self._rate_hz)
+
+    def empty_floor(self, silent: bool) -> None:
+        """Show nobody where no force comes any more."""
+        self._latest = self._latest.emptied() if silent and self._latest is not None else self._latest
 
     def add_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
         """Vibration of all tiles (n, tiles) from session frame `first` on."""

@@ -12,6 +12,7 @@ from underfoot.engine.reports import (
     Fault,
     Notice,
     Outlines,
+    OutputChanged,
     Preview,
     ProcessDied,
     Started,
@@ -22,6 +23,8 @@ from underfoot.widgets.session.footstep_tracker import FootstepTracker
 
 TICK_MS = 16
 HEALTH_TICKS = 6
+SILENT_TICKS = 60
+"""Ticks without a force sample after which the floor is silent: its line is gone, or nothing sends."""
 TRACKING_BUDGET_S = 0.006
 """Seconds per tick available to footstep tracking; the rest waits for the next tick."""
 
@@ -33,6 +36,8 @@ class Bridge(QObject):
     """`Started`: the engine is running."""
     notified = Signal(str)
     """A line for the user."""
+    output_changed = Signal(object)
+    """`OutputChanged`: a sound card went away or came back; its line is emitted by `notified`, too."""
     compile_progressed = Signal(int, int)
     """Kernels ready, of how many."""
     costs_measured = Signal(object)
@@ -51,6 +56,8 @@ class Bridge(QObject):
     """`Health`, ten times a second."""
     forces_tracked = Signal(object)
     """`ForceUpdate`, once per tick with force samples."""
+    floor_silent = Signal(bool)
+    """Whether no force has come for a second."""
     vibration_read = Signal(int, object)
     """First session frame, and samples (n, tiles), relative to full scale."""
     response_read = Signal(int, object, object)
@@ -69,7 +76,7 @@ class Bridge(QObject):
         self.wants_vibration = False
         self._session: Session | None = None
         self._tracker: FootstepTracker | None = None
-        self._ticks = 0
+        self._ticks = self._quiet_ticks = 0
         self._notices: set[str] = set()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -87,6 +94,7 @@ class Bridge(QObject):
         """Stop polling."""
         self._timer.stop()
         self._session = self._tracker = None
+        self._watch_floor(False)
 
     def want_vibration(self, wanted: bool) -> None:
         """Set whether `vibration_read` and `response_read` are emitted."""
@@ -122,7 +130,9 @@ class Bridge(QObject):
 
     def _read(self, session: Session, tracker: FootstepTracker) -> None:
         """Read what is new in the rings, which hold it for seconds."""
-        tracker.add(*session.force.read())
+        frames, force_n = session.force.read()
+        self._watch_floor(len(frames) == 0 and session.health.running)
+        tracker.add(frames, force_n)
         update, steps = tracker.track(TRACKING_BUDGET_S)
         if update is not None:
             self.forces_tracked.emit(update)
@@ -135,6 +145,12 @@ class Bridge(QObject):
             first, asked, done = session.response.read()
             if len(done):
                 self.response_read.emit(first, asked, done)
+
+    def _watch_floor(self, is_quiet: bool) -> None:
+        was_silent = self._quiet_ticks >= SILENT_TICKS
+        self._quiet_ticks = self._quiet_ticks + 1 if is_quiet else 0
+        if (self._quiet_ticks >= SILENT_TICKS) != was_silent:
+            self.floor_silent.emit(not was_silent)
 
     def _emit(self, report: object) -> None:
         match report:
@@ -159,7 +175,11 @@ class Bridge(QObject):
             case ErrorCurveDrawn():
                 self.errors_measured.emit(report)
             case Notice(text):
-                self._notify_once(text)
+                if isinstance(report, OutputChanged):
+                    self.output_changed.emit(report)
+                    text = f"{text[:1].upper()}{text[1:]}."
+                if text:
+                    self.notified.emit(text)
             case ProcessDied(process, reason):
                 self.notified.emit(
                     f"The {process} stopped ({reason}) and was started again; the patch goes on playing."

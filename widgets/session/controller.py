@@ -405,7 +405,8 @@ class SessionController(QObject):
             self.play()
         elif self._is_silent_start:
             self._is_silent_start = False
-            self.notified.emit(f"The output is silent. Space plays, at {self._settings.level_db:.0f} dB.")
+            level = f"{self._settings.level_db:.0f} dB".replace("-", "−")
+            self.notified.emit(f"The output is silent. Space plays, at {level}.")
 
     def _set_locked(self, locked: bool) -> None:
         self.target_is_locked = locked

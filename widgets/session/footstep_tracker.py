@@ -36,6 +36,10 @@ class ForceUpdate:
     contacts: tuple[OngoingContact, ...]
     contact_rows: tuple[ContactRows, ...]
 
+    def emptied(self) -> "ForceUpdate":
+        """Return the same with nobody on the floor any more."""
+        return replace(self, load_n=np.zeros_like(self.load_n), contacts=())
+
 
 @dataclass
 class FootstepTracker:

@@ -20,7 +20,7 @@ def choices() -> Choices:
                 ("", ""),
                 ("simulation", "Open…"),
             ),
-            "Simulated tile",
+            "Simulated tile or people",
         ),
         ("", ""),
         ("recording", "Open a recording…"),

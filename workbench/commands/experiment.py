@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.option("--floor", type=FILE, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
-@click.option("--plate", help="Serial port of a variable stiffness plate, and its calibration: PORT:FILE.json.")
+@click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
 @click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')
 @click.option("--trigger", help="Serial port that gets a byte at each start, onset, end, answer and stop.")
 @click.option("--lsl", is_flag=True, help="Send markers and forces as LSL streams.")

@@ -30,7 +30,7 @@ class PlateOptions:
 @click.option("--footsteps", type=FILE, help="CSV of footsteps: position,footstep,force_n,displacement_mm.")
 @click.option("-o", "--output", type=FILE, help="Write the calibration.")
 @click.option("--report", type=FILE, help="Folder for a page with pictures and a table of all footsteps.")
-@click.option("--port", help="Serial port of a plate to move.")
+@click.option("--port", help='Serial port of a plate to move, or "simulated".')
 @click.option("--calibration", type=FILE, help="Its calibration.")
 @click.option("--stiffness", type=float, help="Move the plate to this stiffness, N/mm. Nobody may stand on it.")
 @click.option("--emulate", is_flag=True, help="Emulate a plate on a pseudo-terminal, and print its name, until Ctrl-C.")
@@ -42,8 +42,8 @@ def plate(options: PlateOptions) -> None:
         _emulate()
     elif options.footsteps is not None:
         _calibrate(options, options.footsteps)
-    elif options.port and options.calibration and options.stiffness is not None:
-        _move(options.port, options.calibration, options.stiffness)
+    elif options.port and options.stiffness is not None:
+        _move(f"{options.port}:{options.calibration or ''}".removesuffix(":"), options.stiffness)
     else:
         raise BadValue("give --footsteps, or --port with --calibration and --stiffness, or --emulate")
 
@@ -75,12 +75,14 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     print(verdict + advice)
 
 
-def _move(port: str, calibration: Path, stiffness_n_mm: float) -> None:
-    from underfoot.devices.plate import Plate, PlateCalibration
+def _move(text: str, stiffness_n_mm: float) -> None:
+    from underfoot.devices.plate import MOVE_S, plate_of, split_plate
 
-    moved = Plate(port, PlateCalibration.load(calibration))
+    moved, (port, _) = plate_of(text), split_plate(text)
     try:
         moved.request_stiffness(stiffness_n_mm)
+        position = moved.calibration.position(stiffness_n_mm)
+        print(f"{port} goes to position {position:.3f}, in {MOVE_S:g} s", flush=True)
         while not moved.poll(is_loaded=False):
             time.sleep(0.02)
     finally:
@@ -91,11 +93,14 @@ def _move(port: str, calibration: Path, stiffness_n_mm: float) -> None:
 def _emulate() -> None:
     from underfoot.devices.emulation.plate import EmulatedPlate
 
-    emulated = EmulatedPlate()
+    emulated, told = EmulatedPlate(), 0
     print(emulated.name, flush=True)
     try:
         while True:
             time.sleep(0.1)
+            for begin, end, seconds in emulated.servo.moves[told:]:
+                print(f"moves from {begin:.3f} to {end:.3f} in {seconds:g} s", flush=True)
+                told += 1
     except KeyboardInterrupt:
         pass
     finally:

@@ -73,8 +73,12 @@ class CardChannels:
 
     @property
     def name(self) -> str:
-        """The card's name, for display."""
-        return self.output.name or "the default sound device"
+        """The card in words.
+
+        >>> CardChannels(Output("USB A"), 0, 18).name
+        "sound device 'USB A'"
+        """
+        return f"sound device {self.output.name!r}" if self.output.name else "the default sound device"
 
 
 def card_channels(text: str, wanted: int) -> tuple[CardChannels, ...]:

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from underfoot.devices.emulation.plate import SimulatedServo
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
@@ -23,6 +24,8 @@ MOVE_S = 4.0
 LATE_S = 2.0
 """Seconds after which a servo that should have arrived is considered lost."""
 BAUD = 115_200
+SIMULATED = "simulated"
+"""The port of a plate that is simulated."""
 FORMAT, VERSION = "underfoot-plate", 1
 
 
@@ -66,8 +69,14 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
         write_file(path, write_document(FORMAT, VERSION, self) + b"\n")
 
 
+SIMULATED_CALIBRATION = PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0))
+"""A simulated plate's own: the thesis's range (6.3.6)."""
+
+
 class Plate:
-    """The plate at a serial port. `request_stiffness` sets the stiffness; `poll` drives it there without waiting.
+    """The plate at a serial port, or a simulated one.
+
+    `request_stiffness` sets the stiffness; `poll` drives it there without waiting.
 
     It never moves under a load: a requested move waits until nobody is on the plate, and a move in progress is held
     when somebody steps on, and then repeated.
@@ -132,23 +141,32 @@ class Plate:
 
 
 def plate_of(text: str) -> Plate:
-    """Open the plate of `PORT:FILE`, a serial port and a calibration file.
+    """Open the plate of `PORT:FILE`, a serial port and a calibration file, or of `simulated`.
 
     Raises `BadValue`, `BadFile` or `DeviceError`.
     """
-    port, path = split_plate(text)
-    return Plate(port, PlateCalibration.load(path))
+    return Plate(split_plate(text)[0], calibration_of(text))
+
+
+def calibration_of(text: str) -> PlateCalibration:
+    """Load the calibration of a plate; a simulated one needs no file.
+
+    >>> calibration_of("simulated").stiffness_n_mm
+    (40.0, 160.0)
+    """
+    path = split_plate(text)[1]
+    return PlateCalibration.load(path) if path else SIMULATED_CALIBRATION
 
 
 def split_plate(text: str) -> tuple[str, str]:
-    """Split `PORT:FILE` into port and calibration file; a drive letter is part of the file.
+    """Split `PORT:FILE` into port and calibration file; a drive letter is part of the file, a simulated one needs none.
 
-    >>> split_plate("/dev/ttyACM0:plate.json"), split_plate("COM3:C:/plate.json")
-    (('/dev/ttyACM0', 'plate.json'), ('COM3', 'C:/plate.json'))
+    >>> split_plate("/dev/ttyACM0:plate.json"), split_plate("COM3:C:/plate.json"), split_plate("simulated")
+    (('/dev/ttyACM0', 'plate.json'), ('COM3', 'C:/plate.json'), ('simulated', ''))
     """
-    port, colon, path = text.partition(":")
-    if not colon or not port or not path:
-        raise BadValue(f"plate is {text!r}; allowed: PORT:FILE, as /dev/ttyACM0:plate.json")
+    port, _, path = text.partition(":")
+    if not port or not (path or port == SIMULATED):
+        raise BadValue(f"plate is {text!r}; allowed: PORT:FILE, as /dev/ttyACM0:plate.json, or {SIMULATED}")
     return port, path
 
 
@@ -162,6 +180,8 @@ def _number(text: str) -> float:
 def _opened(port: str) -> Any:
     import serial
 
+    if port == SIMULATED:
+        return SimulatedServo()
     try:
         return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)
     except (OSError, ValueError) as error:

@@ -40,8 +40,8 @@ class CommandListener:
     """
 
     def __init__(self, connection: Connection, runner: BlockRunner, leave: threading.Event) -> None:
-        self.notices: deque[str] = deque()
-        """Lines for the user, from any thread; sent with the next report."""
+        self.notices: deque[Notice] = deque()
+        """Notices from any thread; sent with the next report."""
         self._connection, self._runner, self._leave = connection, runner, leave
         self._loop, self._status = runner.loop, runner.memory.status
         self._costs: dict[str, float] = {}
@@ -61,7 +61,8 @@ class CommandListener:
             self._outbox.put(Notice(f"the patch is not played: {error}"))
             return
         if isinstance(action, ProgramSwap) and action.program.has_sound and self._loop.options.sound_channel == -1:
-            self.notices.append("this patch's Sound has no channel; choose the sound card again to open one")
+            line = "this patch's Sound has no channel; choose the sound card again to open one"
+            self.notices.append(Notice(line))
         self._runner.inbox.append(self._affordable(action) if isinstance(action, ProgramSwap) else action)
 
     def report(self) -> None:
@@ -71,7 +72,7 @@ class CommandListener:
             self._outbox.put(self._loop.applied.popleft())
         self._outbox.put(_Until(frame))
         while self.notices:
-            self._outbox.put(Notice(self.notices.popleft()))
+            self._outbox.put(self.notices.popleft())
         self._loop.programs.retired.clear()
 
     def _listen(self) -> None:

@@ -105,13 +105,13 @@ class FurtherStreams:
         for one in self._streams:
             if one.stream is not None and one.stream.finished:
                 one.close()
-                self._notify(f"sound device {one.name!r} has gone; silent: {one.tiles}")
+                self._notify(f"{one.name} has gone; silent: {one.tiles}")
             elif one.is_due:
                 try:
                     one.open()
                 except DeviceError:
                     continue
-                self._notify(f"sound device {one.name!r} is back; it plays {one.tiles}")
+                self._notify(f"{one.name} is back; it plays {one.tiles}")
         playing = [one.frames for one in self._streams if one.stream is not None]
         worst = max(playing, key=lambda frames: abs(frames.offset_frames), default=None)
         if worst is not None:
@@ -123,6 +123,11 @@ class FurtherStreams:
     def any_playing(self) -> bool:
         """Whether any of them plays."""
         return any(one.stream is not None for one in self._streams)
+
+    @property
+    def silence(self) -> tuple[str, ...]:
+        """Which cards are away, and the tiles that are silent without them."""
+        return tuple(f"{one.name} is not there; silent: {one.tiles}" for one in self._streams if one.stream is None)
 
     @property
     def underruns(self) -> int:

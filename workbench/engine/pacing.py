@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from underfoot.clock import SPAN
+from underfoot.clock import FADE, SPAN
 from underfoot.devices.outputs import CardChannels
 from underfoot.devices.sound import Stream
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.further_streams import RETRY_S, FurtherStreams
+from underfoot.engine.reports import SOUND_CARD, Notice, OutputChanged
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target
 from underfoot.errors import DeviceError
@@ -19,32 +20,35 @@ _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 
 
 class Pacer:
-    """Runs blocks at the right pace until `leave` is set. `notify` is called with lines for the user.
+    """Runs blocks at the right pace until `leave` is set. `notify` is called with what the user is to know.
 
     The first of `cards` sets the pace; further ones follow on their own clocks.
     """
 
     def __init__(
-        self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], notify: Callable[[str], None]
+        self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], notify: Callable[[Notice], None]
     ) -> None:
         self.leave = threading.Event()
         self._runner, self._target, self._notify = runner, target, notify
         self._status = runner.memory.status
         self._first = cards[0] if cards else None
-        self._further = FurtherStreams(cards[1:], runner, target, self.leave.is_set, notify)
+        self._further = FurtherStreams(cards[1:], runner, target, self.leave.is_set, self._tell_output)
         width = self._first.count if self._first else 0
         self._own_channels = runner.loop.out[:, :width]
         self._out = runner.loop.out if width in (0, runner.loop.out.shape[1]) else self._own_channels.copy()
         self._address = self._out.ctypes.data
         self._asked_s, self._is_away = 0.0, False
         self._late = 0
+        self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
+        self._ramped = FADE  # frames of the ramp that have been played in a stream that came back
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
 
     @property
-    def has_stream(self) -> bool:
-        """Whether a sound card is playing."""
-        return self._stream is not None
+    def where(self) -> str:
+        """What plays, as in `Started`."""
+        forces_from = "the simulator" if self._target.kind == "simulator" else self._target.kind
+        return SOUND_CARD if self._stream is not None else f"{forces_from}, without sound"
 
     def open(self) -> str:
         """Open the sound card, if one is wanted; return the reason if that fails."""
@@ -59,6 +63,7 @@ class Pacer:
             recorded = accelerometers.recorded if accelerometers else None
             self._stream = Stream(name, channels, target.rate, target.block, self.fill, latency, recorded)
         except DeviceError as error:
+            self._status.put(Field.STREAM_LATENCY_S, 0.0)
             return "; ".join((f"{error}; {self._without_sound()}", *self._further.open()))
         self._status.put(Field.ROUND_TRIP_S, target.round_trip_frames / target.rate)
         self._publish_latency(self._stream)
@@ -83,7 +88,8 @@ class Pacer:
                 self._further.keep()
                 self._publish_latency(self._stream)
                 if not self._runner.align():
-                    self._notify("what the sound card hears has fallen far behind: its stream is opened anew")
+                    line = "what the sound card hears has fallen far behind: its stream is opened anew"
+                    self._notify(Notice(line))
                     self._stream.abort()
                 self.leave.wait(0.05)
 
@@ -103,6 +109,10 @@ class Pacer:
         self._run_block()
         if self._out is not self._runner.loop.out:
             np.copyto(self._out, self._own_channels)
+        if self._ramped < FADE:
+            n = min(len(self._out), FADE - self._ramped)
+            np.multiply(self._out[:n], self._ramp[self._ramped : self._ramped + n], out=self._out[:n])
+            self._ramped += n
         return self._address
 
     def _run_block(self) -> None:
@@ -131,26 +141,36 @@ class Pacer:
             self._stream.start()
         except DeviceError as error:
             self._stream.close()
-            self._stream = None
-            self._notify(f"{error}; going on without sound")
+            self._stream, self._is_away = None, True
+            self._tell_output(f"{error}; {self._without_sound()} until it does")
 
     def _resume(self, ended: Stream) -> None:
         """Continue in a new stream: PortAudio would wait for ever for one whose card has gone."""
         self._late += ended.underruns
         ended.close()
-        notice = self.open()
+        self.open()
+        self._ramped = 0
         self._is_away = self._stream is None
-        if self._is_away:
-            self._notify(notice)
+        if self._is_away and self._first is not None:
+            self._tell_output(f"{self._first.name} has gone; {self._without_sound()} until it is back")
         self._start()
 
     def _return(self) -> None:
-        """Play on the card again, if it has returned."""
+        """Play on the card again, if it has returned: from silence, in a ramp."""
         self.open()
+        self._ramped = 0
         if self._stream is not None and self._first is not None:
             self._is_away = False
-            self._notify(f"{self._first.name} is back")
             self._start()
+            if not self._is_away:
+                self._tell_output(f"{self._first.name} is back")
+
+    def _tell_output(self, line: str) -> None:
+        """Tell what has become of a card, and what is silent now."""
+        silence = self._further.silence
+        if self._is_away and self._first is not None:
+            silence = (f"{self._first.name} is not there", *silence)
+        self._notify(OutputChanged(line, self.where, "; ".join(silence)))
 
     def _without_sound(self) -> str:
         """Return what is silent without the first card."""

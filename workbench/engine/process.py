@@ -20,7 +20,7 @@ from underfoot.engine.commands import Level, Play
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import SOUND_CARD, Notice, Started
+from underfoot.engine.reports import Notice, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -90,7 +90,7 @@ class Engine:
         self.pacer = Pacer(self.runner, target, used, self._notify)
         self.listener = CommandListener(connection, self.runner, self.pacer.leave)
         if isinstance(self.loop.source, SimulatedFloor):
-            self.listener.notices.extend(self.loop.source.notices)
+            self.listener.notices.extend(map(Notice, self.loop.source.notices))
 
     def begin(self) -> tuple[float, bool]:
         """Set the level, dB, and play if that is wanted, both as of now: kernels took a while to load."""
@@ -107,13 +107,12 @@ class Engine:
         gc.freeze()
         gc.disable()
         sys.setswitchinterval(SWITCH_S)
-        source, kind = self.loop.source, self._setup.target.kind
+        source = self.loop.source
         if isinstance(source, DeviceFloor):
             source.start()
         self.memory.status.put(Field.RUNNING, 1.0)
-        forces_from = "the simulator" if kind == "simulator" else kind
-        where = SOUND_CARD if self.pacer.has_stream else f"{forces_from}, without sound"
-        self._connection.send(Started(where, notice, os.getpid(), tuple(self.loop.channels), *self.begin()))
+        channels = tuple(self.loop.channels)
+        self._connection.send(Started(self.pacer.where, notice, os.getpid(), channels, *self.begin()))
         self.listener.start()
         self.pacer.run()
         self.memory.status.put(Field.RUNNING, 0.0)
@@ -121,8 +120,8 @@ class Engine:
         if isinstance(source, DeviceFloor):
             source.close()
 
-    def _notify(self, line: str) -> None:
-        self.listener.notices.append(line)
+    def _notify(self, notice: Notice) -> None:
+        self.listener.notices.append(notice)
 
 
 def _rehearse(setup: Setup) -> Setup | None:

@@ -69,6 +69,17 @@ class Notice:
 
 
 @dataclass(frozen=True)
+class OutputChanged(Notice):
+    """A sound card went away or came back, or cannot be opened again after a panic.
+
+    `where` is what plays now, as in `Started`; `silence` says why not all that was asked for is heard, "" if it is.
+    """
+
+    where: str
+    silence: str = ""
+
+
+@dataclass(frozen=True)
 class Compiling:
     """Kernels are being compiled: how many of how many are ready."""
 
@@ -152,6 +163,7 @@ Report = (
     | Costs
     | ProcessDied
     | Notice
+    | OutputChanged
     | Compiling
     | Preview
     | Outlines

@@ -32,6 +32,7 @@ STIFFNESSES = ("textbook", "thesis", "solid")
 SHOWN = 8
 """Plates of the table."""
 _MILLI, _GIGA = 1e3, 1e9
+_EDGE = 1.05
 _FITS = 90
 """How bright plates that fit are drawn."""
 
@@ -202,10 +203,10 @@ def drawing(found: SearchResult) -> Drawing:
     stiff_gpa = gpa[0] * found.deflection_m[:, 0] / spec.most_deflection_m
     high_gpa = gpa[0] * (spec.least_hz / found.first_hz[:, 0]) ** 2
     heaviest_mm = np.interp(spec.most_kg, found.mass_kg[:, 0], mm)
-    lines = [series(f"{spec.most_kg:g} kg", span, [heaviest_mm] * 2, colour="force")]
+    lines = [series(f"mass {spec.most_kg:g} kg", span, [heaviest_mm] * 2, colour="force")]
     for name, least_gpa, colour in (
-        (f"{_MILLI * spec.most_deflection_m:g} mm", stiff_gpa, "events"),
-        (f"{spec.least_hz:g} Hz", high_gpa, "vibration"),
+        (f"sag {_MILLI * spec.most_deflection_m:g} mm", stiff_gpa, "events"),
+        (f"first mode {spec.least_hz:g} Hz", high_gpa, "vibration"),
     ):
         seen = (least_gpa >= span[0]) & (least_gpa <= span[1])
         lines.append(series(name, least_gpa[seen], mm[seen], colour=colour))
@@ -215,8 +216,13 @@ def drawing(found: SearchResult) -> Drawing:
     levels = np.where(found.fits, _FITS, 0).astype(np.uint8)
     return Drawing(
         "Plates that fit, over modulus and thickness", "Young's modulus, GPa", "thickness, mm", tuple(lines),
-        x_log=True, y_log=True, x_range=span, y_range=room, heat=HeatMap(levels, span, room),
+        x_log=True, y_log=True, x_range=_beyond(span), y_range=_beyond(room), heat=HeatMap(levels, span, room),
     )  # fmt: skip
+
+
+def _beyond(ends: tuple[float, float]) -> tuple[float, float]:
+    """Leave room for a dot at the far edge of the grid."""
+    return ends[0], ends[1] * _EDGE
 
 
 def write(found: list[SearchResult], folder: Path) -> None:

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.plate import Plate, PlateCalibration, plate_of, split_plate
+from underfoot.devices.plate import Plate, calibration_of, plate_of
 from underfoot.experiments.protocol import Sounds
 from underfoot.floor.layout import Floor
 from underfoot.studies.markers import LslMarkers, Markers, SerialTrigger, lsl_library
@@ -41,8 +41,10 @@ class Equipment:
 
 
 class EquipmentChoice(msgspec.Struct, frozen=True):
-    """What is used beside the floor: a `plate` as PORT:FILE, `masking` sound on a device ("" the default one, None for
-    no sound), a `trigger`'s serial port, and `lsl` streams; "" for none.
+    """What is used beside the floor; "" for nothing.
+
+    A `plate` is as in `plate_of`, `masking` the device for sound ("" the default one, None for no sound), `trigger` a
+    serial port; `lsl` stands for streams.
 
     >>> EquipmentChoice(trigger="/dev/ttyUSB0", masking="").words
     'masking sound, trigger'
@@ -67,7 +69,7 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
     def check(self) -> None:
         """Raise what is wrong as far as it can be told without opening anything."""
         if self.plate:
-            PlateCalibration.load(split_plate(self.plate)[1])
+            calibration_of(self.plate)
         if self.lsl:
             lsl_library()
 

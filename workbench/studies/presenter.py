@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.commands import Level, Strike, Swap
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.reports import CommandApplied, Notice, Report
+from underfoot.engine.reports import CommandApplied, Notice, OutputChanged, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import VibrationReader
 from underfoot.floor.profile import NOMINAL_ACCELERATION, profiles_of
@@ -46,6 +46,7 @@ class Presenter:
         """The frame from which the wanted patch plays; None until it does."""
         self.problem = ""
         """Why a patch is not played; "" where all is well."""
+        self._silence = ""
 
     def begin(self) -> None:
         """Play at the stimuli's own levels from now on."""
@@ -54,7 +55,7 @@ class Presenter:
 
     def request(self, patch: Patch) -> None:
         """Let this patch play as soon as may be."""
-        self.problem = ""
+        self.problem = self._silence
         if patch == self._requested:
             return
         is_swapped = moved_numbers(self.session.patch, patch, self.session.registry) is None
@@ -77,6 +78,8 @@ class Presenter:
             match report:
                 case CommandApplied(frame, Swap(patch)) if patch == text:
                     self.since_frame = frame
+                case OutputChanged(silence=silence):
+                    self.problem = self._silence = silence
                 case Notice(said) if "not played" in said:
                     self.problem = said
 

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from windows import quiet_window
 
-from underfoot.engine.reports import Costs, Preview
+from underfoot.engine.reports import Costs, OutputChanged, Preview
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.node import Port
@@ -102,11 +102,19 @@ def test_a_node_that_is_not_built_yet_is_not_called_unused(workspace):
     assert states == {"push": "unused", "step": "unused", "hum": "", "shaker": ""}
 
 
-def test_the_reason_for_playing_without_sound_stays(qtbot, tmp_path):
+def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    window.bridge.notified.emit("sound device 'Card' is gone; going on without sound")
+    window.bridge.output_changed.emit(OutputChanged("", "the simulator, without sound", "the card is not there"))
     window.show_message("Something else")
-    assert "sound device 'Card' is gone" in window.status.session
+    assert window.status.session == "Playing on: the simulator, without sound (the card is not there)"
+    window.controller.stop()
+    assert window.status.session.startswith("Silent until played on: the simulator")
+    window.controller.play()
+    window.bridge.output_changed.emit(OutputChanged("", "sound card"))
+    window.bridge.floor_silent.emit(True)
+    assert window.status.session == "Playing on: sound card (no force comes from the floor)"
+    window.bridge.floor_silent.emit(False)
+    assert window.status.session == "Playing on: sound card"
 
 
 def test_without_a_node_there_are_no_laws_to_be_shown(shown):

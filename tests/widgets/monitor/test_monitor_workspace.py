@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel
 
 from underfoot.engine.commands import PressTile, Tare, Walk
+from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
@@ -16,6 +17,14 @@ from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.session.footstep_tracker import FootstepTracker, ForceUpdate
 
 RATE = 48_000.0
+
+
+def update_of(*contacts):
+    """A millisecond of force, with these contacts on the floor in the end."""
+    load_n = np.zeros(4)
+    for contact in contacts:
+        load_n[contact.tiles[0]] = contact.force_n
+    return ForceUpdate(np.zeros(1), np.zeros((1, 4, 4)), load_n, np.zeros(4, bool), contacts, ())
 
 
 @pytest.fixture
@@ -232,3 +241,17 @@ def test_where_nothing_is_measured_levels_say_so(monitor, qtbot):
     qtbot.keyClick(monitor, Qt.Key.Key_L)
     monitor.draw()
     assert monitor.levels.drawing.note == "nothing is measured here"
+
+
+def test_who_stood_on_a_floor_that_is_unplugged_is_not_shown_any_more(monitor):
+    def picture(update):
+        monitor.add_forces(update)
+        monitor.draw()
+        return monitor.map.grab().toImage()
+
+    nobody = picture(update_of())
+    somebody = picture(update_of(OngoingContact(1, 0.15, 0.15, 600.0, (0,))))
+    assert somebody != nobody
+    monitor.empty_floor(True)
+    monitor.draw()
+    assert monitor.map.grab().toImage() == nobody

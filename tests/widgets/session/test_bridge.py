@@ -10,7 +10,7 @@ import pytest
 from live import live
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Notice
+from underfoot.engine.reports import Fault, Notice, OutputChanged
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -97,6 +97,31 @@ def test_health_and_costs_come_a_few_times_a_second(followed, qtbot):
     assert health.args[0].frame > 0
 
 
+def test_a_floor_is_silent_while_nothing_comes_from_it_and_the_engine_runs(qtbot):
+    floor = default_floor()
+    quiet, some = (np.zeros(0), np.zeros((0, 4, 4))), (np.arange(16.0) * 48.0, np.zeros((16, 4, 4)))
+    session = SimpleNamespace(poll=list, force=SimpleNamespace(read=lambda: quiet), force_rate_hz=1000.0)
+    made, told = Bridge(), []
+    made.floor_silent.connect(told.append)
+    made.attach(session, floor, 48_000.0)
+    assert made.wait_for_kernels(LONG_MS / 1000)
+
+    def second(read, running):
+        session.force.read, session.health = lambda: read, SimpleNamespace(running=running)
+        for _ in range(62):
+            made.tick()
+
+    second(quiet, running=False)
+    assert told == []
+    second(quiet, running=True)
+    assert told == [True]
+    second(some, running=True)
+    assert told == [True, False]
+    second(quiet, running=True)
+    made.detach()
+    assert told == [True, False, True, False]
+
+
 def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
     followed.detach()
     with qtbot.assertNotEmitted(followed.ticked, wait=200):
@@ -115,16 +140,20 @@ def test_an_engine_that_dies_comes_back_and_says_so(followed, playing, qtbot):
         pass
 
 
-def test_what_is_said_is_said_once(qtbot):
+def test_what_comes_and_goes_is_said_each_time_and_a_fault_once(qtbot):
     nothing = np.zeros(0), np.zeros((0, 4, 4))
-    notices = [Notice(text) for text in ("no card", "no card", "", "no channel")]
+    gone, back = OutputChanged("a card has gone", "udp, without sound", "no card"), OutputChanged("it is back", "")
+    reports = [Fault("noise", "t1", 0), Notice("udp is back"), Notice(""), gone, back]
     session = SimpleNamespace(
-        poll=lambda: notices, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
+        poll=lambda: reports, force=SimpleNamespace(read=lambda: nothing), force_rate_hz=1000.0, health=None
     )
-    made, said = Bridge(), []
+    made, said, outputs = Bridge(), [], []
     made.notified.connect(said.append)
+    made.output_changed.connect(outputs.append)
     made.attach(session, default_floor(), 48_000.0)
     made.tick()
     made.tick()
     made.detach()
-    assert said == ["no card", "no channel"]
+    assert said[0].startswith("noise produced a value that is not finite on tile t1")
+    assert said[1:] == ["udp is back", "A card has gone.", "It is back."] * 2
+    assert outputs == [gone, back] * 2

@@ -71,7 +71,7 @@ def test_a_sound_card_starts_silent_until_the_person_says_play(null_sink, qtbot,
     controller.start()
     try:
         qtbot.waitUntil(lambda: said.count() > 0, timeout=60_000)
-        assert said.at(0)[0] == "The output is silent. Space plays, at -12 dB."
+        assert said.at(0)[0] == "The output is silent. Space plays, at −12 dB."
         assert not controller.is_playing
         assert not controller.session.playing
         controller.play_or_stop()

@@ -1,4 +1,4 @@
-"""An emulated variable stiffness plate on a pseudo-terminal, with the real one's timing and replies."""
+"""A simulated variable stiffness plate, in this process or on a pseudo-terminal, with the real one's protocol."""
 
 import os
 import threading
@@ -8,64 +8,47 @@ from contextlib import suppress
 from underfoot.errors import DeviceError
 
 
-class EmulatedPlate:
-    """A plate at the serial port `name`, in a thread, until `close`.
+class SimulatedServo:
+    """The servo's side of the line: what is written to it, and what it replies; an open serial port for `Plate`.
 
     `moves` has every move that was begun: start, end, and duration in seconds.
     """
 
     def __init__(self) -> None:
-        try:
-            import tty
-
-            self._master, self._slave = os.openpty()
-        except (ImportError, OSError) as error:
-            raise DeviceError(f"there is no pseudo-terminal for the plate: {error}") from None
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.name = os.ttyname(self._slave)
         self.moves: list[tuple[float, float, float]] = []
         self._from, self._to, self._began, self._takes = 0.0, 0.0, 0.0, 0.0
-        self._is_moving = False
-        self._ends = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="emulated plate", daemon=True)
-        self._thread.start()
-
-    @property
-    def is_moving(self) -> bool:
-        """Whether it is moving."""
-        return self._is_moving
+        self.is_moving = False
+        self._written, self._replies = b"", b""
 
     @property
     def position(self) -> float:
-        """Present position of the servo, 0 to 1."""
-        if not self._is_moving or self._takes <= 0.0:
+        """Present position, 0 to 1."""
+        if not self.is_moving or self._takes <= 0.0:
             return self._to
         along = min((time.monotonic() - self._began) / self._takes, 1.0)
         return self._from + (self._to - self._from) * along
 
-    def close(self) -> None:
-        """Remove the plate."""
-        self._ends.set()
-        self._thread.join()
-        for end in (self._master, self._slave):
-            os.close(end)
+    @property
+    def in_waiting(self) -> int:
+        """Number of bytes to read."""
+        if self.is_moving and time.monotonic() - self._began >= self._takes:
+            self.is_moving = False
+            self._say(f"AT {self._to:.4f}")
+        return len(self._replies)
 
-    def _run(self) -> None:
-        text = b""
-        while not self._ends.wait(0.005):
-            try:
-                text += os.read(self._master, 4096)
-            except BlockingIOError:
-                pass
-            except OSError:
-                return
-            *lines, text = text.split(b"\n")
-            for line in lines:
-                self._obey(line.decode("ascii", "replace").split())
-            if self._is_moving and time.monotonic() - self._began >= self._takes:
-                self._is_moving = False
-                self._say(f"AT {self._to:.4f}")
+    def read(self, count: int) -> bytes:
+        """Take up to so many bytes of its replies."""
+        taken, self._replies = self._replies[:count], self._replies[count:]
+        return taken
+
+    def write(self, data: bytes) -> None:
+        """Send it bytes: it obeys every whole line."""
+        *lines, self._written = (self._written + data).split(b"\n")
+        for line in lines:
+            self._obey(line.decode("ascii", "replace").split())
+
+    def close(self) -> None:
+        """Nothing is left to be released."""
 
     def _obey(self, words: list[str]) -> None:
         match words:
@@ -79,11 +62,11 @@ class EmulatedPlate:
                     self._say(f"ERR position {to:g} is not within 0 to 1")
                     return
                 self._from, self._to, self._takes = self.position, to, takes
-                self._began, self._is_moving = time.monotonic(), True
+                self._began, self.is_moving = time.monotonic(), True
                 self.moves.append((self._from, to, takes))
                 self._say("MOVING")
             case ["HOLD"]:
-                self._to, self._is_moving = self.position, False
+                self._to, self.is_moving = self.position, False
                 self._say(f"AT {self._to:.4f}")
             case []:
                 pass
@@ -91,5 +74,42 @@ class EmulatedPlate:
                 self._say(f"ERR {' '.join(words)}")
 
     def _say(self, text: str) -> None:
-        with suppress(BlockingIOError):  # nobody reads
-            os.write(self._master, f"{text}\n".encode())
+        self._replies += f"{text}\n".encode()
+
+
+class EmulatedPlate:
+    """A plate at the serial port `name`, in a thread, until `close`."""
+
+    def __init__(self) -> None:
+        try:
+            import tty
+
+            self._master, self._slave = os.openpty()
+        except (ImportError, OSError) as error:
+            raise DeviceError(f"there is no pseudo-terminal for the plate: {error}") from None
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.name = os.ttyname(self._slave)
+        self.servo = SimulatedServo()
+        self._ends = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="emulated plate", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Remove the plate."""
+        self._ends.set()
+        self._thread.join()
+        for end in (self._master, self._slave):
+            os.close(end)
+
+    def _run(self) -> None:
+        while not self._ends.wait(0.005):
+            try:
+                self.servo.write(os.read(self._master, 4096))
+            except BlockingIOError:
+                pass
+            except OSError:
+                return
+            if waiting := self.servo.in_waiting:
+                with suppress(BlockingIOError):  # nobody reads
+                    os.write(self._master, self.servo.read(waiting))

@@ -48,7 +48,7 @@ def bundle_drawings(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, .
             (this,) if bundle.model == "inverse" else (this, slow),
         ),
         _spectrum("Energy of an event", "energy, of the bundle's units", sizes),
-        _spectrum("Time between events", "interval, ms", 1e3 * gaps),
+        _spectrum("Time between events", "interval, ms", 1e3 * gaps, ", 1/ms"),
     )
 
 
@@ -61,8 +61,8 @@ def _borne(bundle: FibreBundle, strain: np.ndarray) -> np.ndarray:
     return np.asarray(bundle.fibres * left * bundle.stiffness * strain)
 
 
-def _spectrum(title: str, label: str, values: np.ndarray) -> Drawing:
-    """Return the density of positive values on logarithmic axes."""
+def _spectrum(title: str, label: str, values: np.ndarray, unit: str = "") -> Drawing:
+    """Return the density of positive values, in this unit, on logarithmic axes."""
     found = values[values > 0.0]
     if found.size < 2 or found.min() == found.max():
         return Drawing(title, label, "density", note="fewer than two events")
@@ -71,5 +71,5 @@ def _spectrum(title: str, label: str, values: np.ndarray) -> Drawing:
     middles = np.sqrt(edges[1:] * edges[:-1])
     dense = held / np.diff(edges) / found.size
     some = held > 0
-    line = Series("", middles[some], dense[some], "dots")
-    return Drawing(f"{title}, {_BUNDLES} bundles", label, "density", (line,), x_log=True, y_log=True)
+    line = Series(f"{_BUNDLES} bundles", middles[some], dense[some], "dots")
+    return Drawing(title, label, f"density{unit}", (line,), x_log=True, y_log=True)

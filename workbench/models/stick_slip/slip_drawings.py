@@ -65,4 +65,4 @@ def _density_drawing(
     lines.append(Series("upcrossings (thesis)", scale * at[inside], rough[inside] / scale, "dashed", "force"))
     unit = label.split(", ")[1]
     none = f"; {100.0 * exact.unobserved:.2g} % have none" if exact.unobserved > 1e-3 else ""
-    return Drawing(f"{title}{none}", label, f"density, 1/{unit}", tuple(lines))
+    return Drawing(title, f"{label}{none}", f"density, 1/{unit}", tuple(lines))
