@@ -115,8 +115,7 @@ class MonitorWorkspace(Workspace):
         self.set_level(context.settings.level_db)
         controller.level_changed.connect(self.set_level)
         controller.opened.connect(self._set_target)
-        if controller.session is not None:
-            self._set_target(controller.target)
+        self._set_target(controller.target)
         self.steps.folder = context.folder / "footsteps"
         bridge.forces_tracked.connect(self.add_forces)
         bridge.vibration_read.connect(self.add_vibration)
