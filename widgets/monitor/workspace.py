@@ -27,7 +27,7 @@ from underfoot.floor.layout import Floor
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.panels import ColourBar, tool_button, with_header, with_scroll_bar
+from underfoot.widgets.controls.panels import ColourBar, column, tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
@@ -417,7 +417,7 @@ class MonitorWorkspace(Workspace):
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
         across.addWidget(with_header(self._floor_head(), self.map, ((self.walker, self.tare),)))
-        across.addWidget(with_scroll_bar(plots, self.back))
+        across.addWidget(column(plots, self.back, body=plots))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])
