@@ -57,8 +57,8 @@ class CostDialog(QDialog):
         self._timer = QTimer(self)
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._poll)
-        room = self.screen().availableSize()
-        self.resize(QSize(112 * theme.GRID, 72 * theme.GRID).boundedTo(room - 4 * QSize(theme.GRID, theme.GRID)))
+        room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
+        self.resize(QSize(112 * theme.GRID, 72 * theme.GRID).boundedTo(room))
         self._start_or_stop()
 
     def done(self, result: int) -> None:
