@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -29,9 +30,10 @@ def run(
     screenshot_dir: Path | None = None,
     engine: ChildProcess | None = None,
     file: Path | None = None,
+    restart_options: Sequence[str] = (),
 ) -> int:
     """Open the window and stay until it is closed; the exit status. `engine` is a process for its first session;
-    `file` is opened in the workspace that opens such files.
+    `file` is opened in the workspace that opens such files; `restart_options` of the command line give `target` again.
 
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
     neither makes a sound nor remembers anything.
@@ -56,7 +58,7 @@ def run(
             _take_screenshots(window, screenshot_dir)
         status = app.exec()
     if window.is_restarting:
-        _restart()
+        _restart(restart_options if _has_same_forces(window.controller.target, target) else ())
     return status
 
 
@@ -78,9 +80,18 @@ def application(settings: Settings) -> QApplication:
     return made
 
 
-def _restart() -> None:
+def _has_same_forces(now: Target, given: Target | None) -> bool:
+    """Whether the forces are still those of the command line: of another choice the settings know."""
+    if given is None:
+        return False
+    return (now.floor, now.kind, now.source, now.simulation) == (
+        given.floor, given.kind, given.source, given.simulation,
+    )  # fmt: skip
+
+
+def _restart(options: Sequence[str]) -> None:
     """Open the window anew: in place of this process, where the system can."""
-    command = [sys.executable] if getattr(sys, "frozen", False) else [sys.executable, "-m", "underfoot"]
+    command = [sys.executable, *([] if getattr(sys, "frozen", False) else ["-m", "underfoot"]), *options]
     if os.name == "posix":
         os.execv(command[0], command)
     subprocess.Popen(command)

@@ -1,4 +1,4 @@
-"""The View menu: which colours the window has, at once, and how large its text is, from the next start on.
+"""The View menu: which colours the window has, at once, and how large its text is, once it has started again.
 
 Qt scales a whole program, and reads by how much only as that starts: in an open window every size of a text, a row and
 a node would have to be scaled by itself. Starting again brings back what was open, unsaved work and undo included.
@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
+from underfoot.widgets.dialogs.text_size_dialog import TextSizeDialog
 from underfoot.widgets.session.settings import TEXT_SIZES, THEMES, Settings
 
 
@@ -23,7 +24,9 @@ class ViewMenu(QMenu):
     def __init__(self, settings: Settings, window: QWidget) -> None:
         super().__init__("View", window)
         self._settings = settings
-        self._running_size = settings.text_size
+        self._window, self._running_size = window, settings.text_size
+        self.size_dialog: TextSizeDialog | None = None
+        """While another size than the window's is being chosen."""
         self._themes = QActionGroup(self)
         for name, words in THEMES.items():
             self._add_choice(self._themes, words, name)
@@ -37,9 +40,6 @@ class ViewMenu(QMenu):
         self.larger_text.triggered.connect(lambda: self._step(1))
         self.smaller_text = self._add_action("Smaller text", ("Ctrl+-",))
         self.smaller_text.triggered.connect(lambda: self._step(-1))
-        self.addSeparator()
-        self.restart = self._add_action("Start again now, in the chosen size", ())
-        self.restart.triggered.connect(self.restart_requested)
         window.addActions([self.larger_text, self.smaller_text])
         self._show()
 
@@ -66,11 +66,24 @@ class ViewMenu(QMenu):
         if theme:
             self.theme_chosen.emit()
             return
-        words = f"Text {self._settings.text_size} %"
-        if self.restart.isEnabled():
-            self.notified.emit(f"{words}: from the next start on. Menu, View, Start again now does it at once.")
+        if self._settings.text_size != self._running_size:
+            self._offer_restart()
+        elif self.size_dialog is not None:
+            self.size_dialog.close()
         else:
-            self.notified.emit(f"{words}: as it is now.")
+            self.notified.emit(f"Text {self._settings.text_size} %: as it is now.")
+
+    def _offer_restart(self) -> None:
+        if self.size_dialog is None:
+            self.size_dialog = TextSizeDialog(self._window)
+            self.size_dialog.addActions([self.larger_text, self.smaller_text])
+            self.size_dialog.restart_requested.connect(self.restart_requested)
+            self.size_dialog.finished.connect(self._forget_dialog)
+            self.size_dialog.open()
+        self.size_dialog.show_size(self._settings.text_size, self._running_size)
+
+    def _forget_dialog(self) -> None:
+        self.size_dialog = None
 
     def _show(self) -> None:
         """Mark what is chosen."""
@@ -78,4 +91,3 @@ class ViewMenu(QMenu):
         for group, value in zip((self._themes, self._sizes), chosen, strict=True):
             for action in group.actions():
                 action.setChecked(action.data() == value)
-        self.restart.setEnabled(self._settings.text_size != self._running_size)

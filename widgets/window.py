@@ -359,14 +359,12 @@ class MainWindow(QMainWindow):
         """Close, to be opened anew at once; not while a recording, a study or hardware would have to be found again."""
         target = self.controller.target
         if self.main_bar.record.isChecked() or self.controller.is_lent or target.kind not in ("simulator", "replay"):
-            self.show_message(
-                "A recording, a study or hardware is at work: end it, or close Underfoot and start it by hand."
-            )
+            self.show_message("A recording, a study or hardware is at work: end it, or start Underfoot anew by hand.")
             return
-        self.is_restarting = True
+        self.is_restarting = self.open_patch.reopens = True
         for workspace in self.workspaces.values():
             workspace.save_for_restart(self._folder)
-        self.leave()
+        self._leave()
 
     def _leave(self) -> None:
         self._is_leaving = True

@@ -115,7 +115,8 @@ def _open_window(
         from underfoot.widgets.application import run
 
         unless_opened.pop_all()
-    return run(opened, patch, screenshot, engine, recording)
+    options = ["--target", target, *(["--floor", str(floor)] if floor else [])] if opened else []
+    return run(opened, patch, screenshot, engine, recording, options)
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":

@@ -37,10 +37,16 @@ def test_dots_are_where_the_axes_say():
 
 def test_what_is_beyond_a_given_range_is_cut_off():
     line = (series("", [0.0, 10.0], [0.0, 10.0]),)
-    assert not list(parsed(Drawing("a", "x", "y", line)).iter(f"{SVG}svg"))[1:]
-    _, inner = parsed(Drawing("a", "x", "y", line, x_range=(0.0, 5.0), y_range=(0.0, 5.0))).iter(f"{SVG}svg")
-    assert inner.get("viewBox") == " ".join(inner.get(name) for name in ("x", "y", "width", "height"))
-    assert inner.find(f"{SVG}polyline") is not None
+    assert parsed(Drawing("a", "x", "y", line)).find(f"{SVG}clipPath") is None
+    drawing = Drawing("a", "x", "y", line, x_range=(0.0, 5.0), y_range=(0.0, 5.0))
+    root, area = parsed(drawing), frame_of(drawing, WIDTH, HEIGHT, lambda words, size, bold: 0.0).area
+    clip = root.find(f"{SVG}clipPath")
+    bounds = clip.find(f"{SVG}rect")
+    inside = root.find(f"{SVG}g")
+    assert inside.get("clip-path") == f"url(#{clip.get('id')})"
+    assert inside.find(f"{SVG}polyline") is not None
+    assert float(bounds.get("y")) == pytest.approx(area.top)
+    assert float(bounds.get("height")) == pytest.approx(area.height)
 
 
 def test_every_kind_of_shape_has_a_picture():

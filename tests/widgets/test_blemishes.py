@@ -97,3 +97,15 @@ def test_buttons_of_a_file_dialog_have_pictures_of_ours(qtbot, tmp_path):
     for name, picture in (("backButton", "arrow-left"), ("newFolderButton", "folder-new")):
         icon = dialog.findChild(QToolButton, name).icon()
         assert icon.pixmap(32).toImage() == theme.icon(picture, theme.TEXT).pixmap(32).toImage()
+
+
+def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.show_workspace("Monitor")
+    monitor = window.workspaces["Monitor"]
+    for plot in (monitor.force, monitor.spectrogram):
+        QTest.mouseMove(plot, plot.rect().center())
+        plot.wheeled.emit(120.0)
+    QTest.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=monitor.map.rect().center())
+    monitor.draw()
+    assert {label.text() for label in monitor.readouts} == {"– N"}

@@ -17,7 +17,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from underfoot.calibration.declaration import MeasurementSetup
 from underfoot.calibration.procedure import Page
+from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import PressRequest, Sound
 from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
@@ -398,3 +400,23 @@ def test_nothing_overlaps_or_is_cut_off_at_the_smallest_size(driver):
             key=lambda place: place.x(),
         )
         assert all(a.right() < b.left() for a, b in itertools.pairwise(buttons))
+
+
+@pytest.mark.parametrize("kind", list(CALIBRATIONS))
+def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind):
+    procedure = CALIBRATIONS[kind]().procedure(MeasurementSetup(default_floor().tiles[0], Profile(tile="t1")))
+    window = QWidget()
+    qtbot.addWidget(window)
+    window.resize(300, 1000)
+    view = PageView()
+    view.setParent(window)
+    view.set_tile(default_floor().tiles[0])
+    view.show_page(procedure.page)
+    view.resize(300, 240)
+    show(qtbot, window)
+    for editor in view.editors:
+        assert editor.height() >= editor.minimumSizeHint().height(), editor.parameter.name
+    view.resize(300, 1000)
+    QApplication.processEvents()
+    last = view.editors[-1]
+    assert last.visibleRegion().boundingRect() == last.rect()  # where there is room, nothing is scrolled

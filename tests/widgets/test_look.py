@@ -12,6 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow, QSplitter
 from windows import quiet_window
 
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
 from underfoot.widgets import application, theme, window_state
 from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
@@ -35,8 +37,9 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     QTest.keyClick(first, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
     next(action for action in first.view_menu.actions() if action.text() == "Light").trigger()
     assert (theme.NAME, Settings.load(tmp_path).theme) == ("light", "light")
-    assert "Text 115 %: from the next start on" in first.status.message
-    first.restart()
+    offer = first.view_menu.size_dialog
+    assert offer.title.text() == "Text 115 %"
+    QTest.mouseClick(offer.now, Qt.MouseButton.LeftButton)
     assert first.is_restarting
     assert first.isHidden()
 
@@ -80,15 +83,65 @@ def test_text_grows_by_keys_and_no_further_than_there_are_sizes(qtbot):
     window, settings = QMainWindow(), Settings()
     qtbot.addWidget(window)
     menu = ViewMenu(settings, window)
+    restarts, said = [], []
+    menu.restart_requested.connect(lambda: restarts.append(settings.text_size))
+    menu.notified.connect(said.append)
     show(qtbot, window)
-    assert not menu.restart.isEnabled()
-    seen = []
+    seen, sample_px = [], []
     for key in [Qt.Key.Key_Plus] * 5 + [Qt.Key.Key_Minus] * 5:
-        QTest.keyClick(window, key, Qt.KeyboardModifier.ControlModifier)
+        focused = menu.size_dialog or window
+        show(qtbot, focused)
+        QTest.keyClick(focused, key, Qt.KeyboardModifier.ControlModifier)
         seen.append(settings.text_size)
+        if menu.size_dialog is not None:
+            sample_px.append(menu.size_dialog.sample.font().pixelSize())
     assert seen == [115, 130, 150, 150, 150, 130, 115, 100, 100, 100]
     assert set(seen) == set(TEXT_SIZES)
-    assert not menu.restart.isEnabled()
+    assert sample_px == [15, 17, 20, 20, 20, 17, 15]  # of 13
+    assert menu.size_dialog is None
+    assert (restarts, said) == ([], ["Text 100 %: as it is now."] * 2)
+
+
+def test_another_text_size_waits_for_the_next_start_or_does_not(qtbot):
+    window, settings = QMainWindow(), Settings()
+    qtbot.addWidget(window)
+    menu = ViewMenu(settings, window)
+    restarts = []
+    menu.restart_requested.connect(lambda: restarts.append(settings.text_size))
+    show(qtbot, window)
+    menu.larger_text.trigger()
+    QTest.mouseClick(menu.size_dialog.later, Qt.MouseButton.LeftButton)
+    assert (menu.size_dialog, restarts, settings.text_size) == (None, [], 115)
+    menu.larger_text.trigger()
+    QTest.mouseClick(menu.size_dialog.now, Qt.MouseButton.LeftButton)
+    assert (menu.size_dialog, restarts) == (None, [130])
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_what_was_open_is_open_again_saved_or_not(qtbot, tmp_path, edited):
+    """Neither a preset takes the place of a patch whose file is up to date, nor is one taken for edited that is not."""
+    file = tmp_path / "mine.json"
+    Patch(title="Mine").add("gain", REGISTRY).save(file)
+    first = quiet_window(qtbot, tmp_path / "kept", file)
+    if edited:
+        first.workspaces["Design"].document.edit(first.open_patch.patch.add("noise", REGISTRY), "Add")
+    first.open_patch.set_other(Patch(title="Other"))
+    before, other = first.open_patch.patch, first.open_patch.other
+    first.restart()
+    second = quiet_window(qtbot, tmp_path / "kept").open_patch
+    assert (second.patch, second.path, second.is_saved) == (before, file, not edited)
+    assert (second.other.patch, second.is_all_saved) == (other.patch, not edited)
+
+
+def test_a_start_after_a_restart_does_not_speak_of_a_crash(qtbot, tmp_path):
+    first = quiet_window(qtbot, tmp_path)
+    first.workspaces["Design"].document.edit(first.open_patch.patch.add("noise", REGISTRY), "Add")
+    before = first.open_patch.patch
+    first.restart()
+    second = quiet_window(qtbot, tmp_path)
+    assert (second.open_patch.patch, second.status.message) == (before, "")
+    second.leave()
+    assert "your unsaved work is restored" in quiet_window(qtbot, tmp_path).status.message
 
 
 @pytest.mark.parametrize("chosen", ["dark", "light"])

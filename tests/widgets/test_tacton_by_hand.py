@@ -2,26 +2,30 @@
 
 import json
 
+import numpy as np
 import pytest
 from design_samples import drag, port
+from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 from windows import quiet_window
 
+from underfoot import render
 from underfoot.widgets.design.preset_browsing import PresetDialog
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 class Hand:
-    """Counts what it does."""
+    """Counts what it does: each key, click, drag, and each entry of words with Return."""
 
     def __init__(self, design):
         self.design, self.actions = design, 0
 
     def add(self, words):
         self.actions += 1
-        QTest.keyClick(self.design.canvas, Qt.Key.Key_Slash)
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Slash)
         self._choose(words)
 
     def pull(self, node, output, words, by):
@@ -32,11 +36,12 @@ class Hand:
         self._choose(words)
 
     def rhythm(self, name):
-        self.actions += 1
-        menu = self.design.inspector.editors["notes"].rhythms.menu()
-        next(action for action in menu.actions() if action.text().startswith(name)).trigger()
+        self.actions += 2
+        button = self.design.inspector.editors["notes"].rhythms
+        choose(button, next(action.text() for action in button.menu().actions() if action.text().startswith(name)))
 
     def _choose(self, words):
+        self.actions += 1
         field = self.design.canvas.search.field
         QTest.keyClicks(field, words)
         QTest.keyClick(field, Qt.Key.Key_Return)
@@ -65,11 +70,13 @@ def test_the_thesis_s_tacton_is_built_kept_found_compared_and_undone(window, qtb
         ("rhythm.out", "impact.strike"),
         ("impact.acceleration", "tile-output.acceleration"),
     )
+    assert np.abs(render(design.patch(), seconds=1.0).samples).max() > 0.001
     # heard again and again
     qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
     assert design.listen_bar.loop.isChecked()
     qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
     # grouped, and kept as a preset
+    show(qtbot, window)
     canvas.setFocus()
     QTest.keyClick(canvas, Qt.Key.Key_A, CONTROL)
     QTest.keyClick(canvas, Qt.Key.Key_G, CONTROL)

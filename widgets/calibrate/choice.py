@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QHBoxLayout,
     QLabel,
     QListWidget,
     QPushButton,
+    QScrollArea,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
@@ -55,8 +57,9 @@ class ChoicePanel(QWidget):
         self.restore.setToolTip("Use the selected calibration from now on; the one in use is kept as an earlier one")
         self._none = theme.label("None yet", "small")
         self._indices: list[int] = []
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
+        inside = QWidget()
+        layout = QVBoxLayout(inside)
+        layout.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, 0)
         layout.setSpacing(theme.GRID)
         layout.addWidget(theme.label("TILE", "heading"))
         layout.addWidget(self.map)
@@ -77,11 +80,27 @@ class ChoicePanel(QWidget):
         self.plates = QPushButton("Which plates fit…")
         self.plates.setToolTip("Search modulus and thickness of a plate for this tile, before it is built")
         self.plates.clicked.connect(self.plate_search_requested)
-        layout.addWidget(self.plates)
+        self._lay_out(inside)
         self.map.tile_chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
         self.restore.clicked.connect(lambda: self.restore_requested.emit(self._indices[self.history.currentRow()]))
         self.setFocusProxy(self.map)
+
+    def _lay_out(self, inside: QWidget) -> None:
+        """The choice scrolls where the window is too low for it; the button below stays."""
+        area = QScrollArea()
+        area.setWidget(inside)
+        area.setWidgetResizable(True)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        foot = QHBoxLayout()
+        foot.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
+        foot.addWidget(self.plates)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(area, 1)
+        column.addLayout(foot)
 
     def set_floor(self, floor: Floor) -> None:
         """Show the tiles of a floor; the first is chosen."""

@@ -52,7 +52,8 @@ class Overview(QWidget):
         buttons = QHBoxLayout()
         buttons.setSpacing(theme.GRID)
         for button in (self.begin, self.begin_automatic):
-            button.setMinimumWidth(15 * theme.GRID)
+            button.ensurePolished()
+            button.setMinimumWidth(max(15 * theme.GRID, button.sizeHint().width()))
             buttons.addWidget(button)
         buttons.addStretch(1)
         left = QWidget()

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtWidgets import QProgressBar, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.results.labels import label_of
@@ -39,11 +39,12 @@ class PageView(QWidget):
         for label in (self.title, self.instruction, self.place_text, self.hint):
             label.setWordWrap(True)
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-        self._form = QWidget()
-        self._form.setMaximumWidth(FORM_PX)
-        self._fields = QVBoxLayout(self._form)
+        form = QWidget()
+        self._fields = QVBoxLayout(form)
         self._fields.setContentsMargins(0, 0, 0, 0)
         self._fields.setSpacing(2 * theme.GRID)
+        self._form = _ScrolledForm(form)
+        self._form.setMaximumWidth(FORM_PX)
         self.picture = TilePicture()
         self.bar = QProgressBar()
         self.bar.setRange(0, 1000)
@@ -155,6 +156,27 @@ class PageView(QWidget):
             editor.show()  # at once, since the focus goes there next
             for field in editor.findChildren(Field):
                 field.committed.connect(partial(self._store_input_error, editor, field))
+
+
+class _ScrolledForm(QScrollArea):
+    """As high as its form, or as there is room for: in a low window it scrolls."""
+
+    def __init__(self, form: QWidget) -> None:
+        super().__init__()
+        self._form = form
+        self.setWidget(form)
+        self.setWidgetResizable(True)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def sizeHint(self) -> QSize:
+        return self._form.sizeHint()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
 
 
 def plays_sound(page: Page) -> bool:

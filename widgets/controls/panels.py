@@ -26,14 +26,14 @@ def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequen
     return panel
 
 
-def with_scroll_bar(body: QWidget, bar: QWidget) -> QWidget:
-    """`body` over a scroll bar."""
+def column(*widgets: QWidget, body: QWidget) -> QWidget:
+    """Widgets below one another, without a gap; `body`, one of them, has the room that the others leave."""
     panel = QWidget()
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)
-    layout.addWidget(body, 1)
-    layout.addWidget(bar)
+    for widget in widgets:
+        layout.addWidget(widget, 1 if widget is body else 0)
     return panel
 
 

@@ -30,7 +30,7 @@ from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_list import MIME, NO_NODE, NodeSearch
 from underfoot.widgets.design.patch_editing import snapped
-from underfoot.widgets.design.rewiring import port_of, types_for_wire, types_that_fit
+from underfoot.widgets.design.rewiring import port_of, types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
@@ -142,10 +142,10 @@ class Canvas(EditableView):
         )
 
     def _open_list(
-        self, place: QPoint, request: NodeRequest, allowed: list[str] | None, first: str = "", hint: str = "Add a node"
+        self, place: QPoint, request: NodeRequest, allowed: list[str] | None, hint: str = "Add a node"
     ) -> None:
         self._request = request
-        self.search.open(place.x(), place.y(), allowed, first, hint)
+        self.search.open(place.x(), place.y(), allowed, hint=hint)
 
     def _use_type(self, type: str) -> None:
         """What was chosen in the list."""
@@ -297,9 +297,12 @@ class Canvas(EditableView):
             # It hangs from its port until something is chosen; the list closed without a choice, all is as it was.
             self._loose_wire = drag
             end, side = drag.end_name, drag.placed.side
-            fitting = types_that_fit(self.registry, port_of(self.document.patch, self.registry, end, side), side)
+            port = port_of(self.document.patch, self.registry, end, side)
+            fitting = types_that_fit(self.registry, port, side)
+            self._request = NodeRequest(place, (end, side), drag.old)
             first = "Remove the wire" if drag.old else ""
-            self._open_list(at, NodeRequest(place, (end, side), drag.old), fitting, first, "Connect to a new node")
+            preferred = types_of_unit(self.registry, fitting, port, side)
+            self.search.open(at.x(), at.y(), fitting, first, "Connect to a new node", preferred)
             return
         drag.end()
         if result is not None:

@@ -1,10 +1,10 @@
-"""The first three steps, on the canvas itself: play, press the tile, drag a number."""
+"""The first three steps, above the canvas: play, press the tile, turn a number."""
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton
 
 from underfoot.widgets import theme
 
@@ -13,50 +13,40 @@ STEPS = {
     "press": "Click on the tile at the lower right to strike it; drag on it to press it.",
     "turn": "Select a node, and drag one of its numbers at the right: it is heard at once.",
 }
-"""What is to be done, in this order; each ticks itself off when it was done."""
+"""What is to be done, in this order; each is over when it was done."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."
-_WIDTH = 312
 
 
 class FirstSteps(QFrame):
-    """Lies at the lower left of the canvas while it is `is_wanted`. `closed` when the person has put it away."""
+    """A strip with one step at a time, while it is `is_wanted`. `closed` when the person has put it away.
+
+    It has a place of its own: a card over the canvas hid nodes in a small window.
+    """
 
     closed = Signal()
 
-    def __init__(self, canvas: QWidget, is_wanted: Callable[[], bool]) -> None:
-        super().__init__(canvas)
-        self._canvas, self._is_wanted = canvas, is_wanted
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_wanted: Callable[[], bool] = lambda: False
         self._done: set[str] = set()
         self.setObjectName("steps")
-        self.setStyleSheet(
-            f"#steps {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
-        )
-        self.setFixedWidth(_WIDTH)
-        self.close_button = QToolButton(self)
+        self.setStyleSheet(f"#steps {{ background: {theme.PANEL}; border-bottom: 1px solid {theme.LINE}; }}")
+        self.close_button = QToolButton()
         self.close_button.setText("×")
         self.close_button.setAccessibleName("Close the first steps")
         self.close_button.setToolTip("Do not show this again")
         theme.set_role(self.close_button, "flat")
         self.close_button.clicked.connect(self._dismiss)
-        head = QHBoxLayout()
-        head.addWidget(theme.label("First steps", "title"))
-        head.addStretch(1)
-        head.addWidget(self.close_button)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 8, 8, 12)
-        column.setSpacing(6)
-        column.addLayout(head)
-        self._lines = {}
-        for name, text in STEPS.items():
-            line = self._lines[name] = theme.label(f"○  {text}")
-            line.setWordWrap(True)
-            column.addWidget(line)
-        self._all_done = theme.label(ALL_DONE_TEXT, "good")
-        self._all_done.setWordWrap(True)
-        self._all_done.hide()
-        column.addWidget(self._all_done)
-        self.hide()
-        canvas.installEventFilter(self)
+        self._count = theme.label("", "heading")
+        self.text = theme.label()
+        self.text.setWordWrap(True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(2 * theme.GRID, 4, theme.GRID, 4)
+        row.setSpacing(2 * theme.GRID)
+        row.addWidget(self._count)
+        row.addWidget(self.text, 1)
+        row.addWidget(self.close_button, 0, Qt.AlignmentFlag.AlignTop)
+        self._show_next()
 
     @property
     def remaining(self) -> list[str]:
@@ -65,30 +55,20 @@ class FirstSteps(QFrame):
 
     def mark_done(self, step: str) -> None:
         """One of `STEPS` was done."""
-        if step in self._done:
-            return
-        self._done.add(step)
-        self._lines[step].setText(f"●  {STEPS[step]}")
-        theme.set_role(self._lines[step], "muted")
-        self._all_done.setVisible(not self.remaining)
-        self._move_to_corner()
+        if step not in self._done:
+            self._done.add(step)
+            self._show_next()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._move_to_corner()
+        if not self.is_wanted():
+            self.hide()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Resize:
-            self._move_to_corner()
-        elif event.type() == QEvent.Type.Show:
-            self.setVisible(self._is_wanted())
-        return False
-
-    def _move_to_corner(self) -> None:
-        height = self.heightForWidth(_WIDTH)
-        self.setFixedHeight(height)
-        self.move(16, self._canvas.height() - height - 16)
-        self.raise_()
+    def _show_next(self) -> None:
+        left = self.remaining
+        self._count.setText("FIRST STEPS  " + "".join("○" if name in left else "●" for name in STEPS))
+        self.text.setText(STEPS[left[0]] if left else ALL_DONE_TEXT)
+        theme.set_role(self.text, "" if left else "good")
 
     def _dismiss(self) -> None:
         self.hide()

@@ -44,6 +44,7 @@ class NodeList(QListWidget):
         super().__init__(parent)
         self._registry = registry
         self._allowed: Collection[str] | None = None
+        self._preferred: Collection[str] = ()
         self._first = ""
         self.setItemDelegate(_Row(self))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -54,9 +55,11 @@ class NodeList(QListWidget):
         self.itemDoubleClicked.connect(self._choose)
         self.filter_by("")
 
-    def set_allowed(self, allowed: Collection[str] | None, first: str = "") -> None:
-        """Show these types alone, or all; with `first`, words for a choice that is no node before them."""
-        self._allowed, self._first = allowed, first
+    def set_allowed(self, allowed: Collection[str] | None, first: str = "", preferred: Collection[str] = ()) -> None:
+        """Show these types alone, or all; with `first`, words for a choice that is no node before them. Of types whose
+        names fit what is typed, `preferred` ones come first.
+        """
+        self._allowed, self._first, self._preferred = allowed, first, preferred
 
     def filter_by(self, text: str) -> None:
         """Show the nodes that fit what was typed; the best is current."""
@@ -71,7 +74,12 @@ class NodeList(QListWidget):
             self.setCurrentRow(0)
         if text.strip():
             fitting = [type for type in there.values() if rank(type, text) >= 0]
-            for type in sorted(fitting, key=lambda type: (rank(type, text), type.label.lower())):
+
+            def order(type: NodeType) -> tuple[int, bool, int, str]:
+                fits = rank(type, text)
+                return max(fits, 1), type.type not in self._preferred, fits, type.label.lower()
+
+            for type in sorted(fitting, key=order):
                 self._add(type, type.family)
             if not fitting:
                 others = [(rank(type, text), type.label) for type in real.values() if rank(type, text) >= 0]
@@ -165,16 +173,23 @@ class NodeSearch(QFrame):
         self.hide()
 
     def open(
-        self, x: int, y: int, allowed: Collection[str] | None = None, first: str = "", hint: str = "Add a node"
+        self,
+        x: int,
+        y: int,
+        allowed: Collection[str] | None = None,
+        first: str = "",
+        hint: str = "Add a node",
+        preferred: Collection[str] = (),
     ) -> None:
         """Show it at this place of its parent, as far as it fits there. It offers all types of node, or those that are
-        `allowed`; with `first`, words for a choice before them that is no node: `NO_NODE` is chosen then."""
+        `allowed`, `preferred` ones first; with `first`, words for a choice before them that is no node: `NO_NODE` is
+        chosen then."""
         room = self._parent_widget.rect()
         self.setFixedHeight(min(_SEARCH.height(), room.height() - 16))
         self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
         self.field.clear()
         self.field.setPlaceholderText(hint)
-        self.list.set_allowed(allowed, first)
+        self.list.set_allowed(allowed, first, preferred)
         self.list.filter_by("")
         self.show()
         self.raise_()

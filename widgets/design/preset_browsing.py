@@ -115,6 +115,7 @@ class PresetDialog(QDialog):
         self.setWindowTitle("Save as preset")
         self._patch = patch
         self.title, self.comment = QLineEdit(patch.title), QLineEdit(patch.comment)
+        self.comment.setCursorPosition(0)
         self.tags, self.author = QLineEdit(", ".join(patch.tags)), QLineEdit(patch.author)
         self.tags.setPlaceholderText("words to be found by, with commas between")
         self.comment.setPlaceholderText("what it feels like")

@@ -1,6 +1,6 @@
 """Edits that keep wires: a node put into a wire, taken out of one, or changed into another. Without a screen."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import msgspec
@@ -37,6 +37,16 @@ def fitting_port(type: NodeType, end: Port, side: str) -> str:
 def types_that_fit(registry: Registry, end: Port, side: str) -> list[str]:
     """The types of node that a wire, held at `end`, can be brought to."""
     return [type.type for type in registry.values() if fitting_port(type, end, side)]
+
+
+def types_of_unit(registry: Registry, types: Iterable[str], end: Port, side: str) -> list[str]:
+    """Those of `types` whose fitting port has the unit of `end`: newtons from the floor rather than a plain number."""
+
+    def ports(type: NodeType) -> Mapping[str, Port]:
+        return type.output_ports if side == "in" else type.input_ports
+
+    fitting = {name: ports(registry[name])[fitting_port(registry[name], end, side)] for name in types}
+    return [name for name, port in fitting.items() if end.unit and port.unit == end.unit]
 
 
 def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:

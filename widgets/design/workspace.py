@@ -5,7 +5,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Distributions, Fault, Health, Outlines, Preview
@@ -14,6 +14,7 @@ from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.panels import column
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.first_steps import FirstSteps
 from underfoot.widgets.design.inspector import Inspector, edited_patch
@@ -164,7 +165,8 @@ class DesignWorkspace(Workspace):
     def _prepare_first_steps(self, context: WorkspaceContext) -> None:
         """The three steps of a first start, until the person puts them away."""
         settings = context.settings
-        steps = FirstSteps(self.canvas, lambda: not settings.first_steps_done)
+        steps = self._first_steps
+        steps.is_wanted = lambda: not settings.first_steps_done
         context.controller.playing_changed.connect(lambda on: steps.mark_done("play") if on else None)
         self.struck.connect(lambda *_: steps.mark_done("press"))
         self.pressed.connect(lambda *_: steps.mark_done("press"))
@@ -278,14 +280,9 @@ class DesignWorkspace(Workspace):
     def _lay_out(self) -> None:
         self._middle = QSplitter(Qt.Orientation.Vertical)
         self._middle.setObjectName("design down")
-        self._middle.addWidget(self.canvas)
-        below = QWidget()
-        column = QVBoxLayout(below)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.listen_bar)
-        column.addWidget(self.preview, 1)
-        self._middle.addWidget(below)
+        self._first_steps = FirstSteps()
+        self._middle.addWidget(column(self._first_steps, self.canvas, body=self.canvas))
+        self._middle.addWidget(column(self.listen_bar, self.preview, body=self.preview))
         self._middle.setStretchFactor(0, 3)
         self._middle.setStretchFactor(1, 1)
         self._middle.setSizes([420, 320])

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -41,6 +41,7 @@ class CostDialog(QDialog):
         self.start_button = QPushButton("Measure")
         self.start_button.clicked.connect(self._start_or_stop)
         self.summary = theme.label("", "muted")
+        self.summary.setWordWrap(True)
         self.table = QTreeWidget()
         self.table.setHeaderLabels(_COLUMNS)
         self.table.setRootIsDecorated(False)
@@ -56,7 +57,8 @@ class CostDialog(QDialog):
         self._timer = QTimer(self)
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._poll)
-        self.resize(112 * theme.GRID, 72 * theme.GRID)
+        room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
+        self.resize(QSize(112 * theme.GRID, 72 * theme.GRID).boundedTo(room))
         self._start_or_stop()
 
     def done(self, result: int) -> None:

@@ -27,7 +27,7 @@ from underfoot.floor.layout import Floor
 from underfoot.quantities import number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.panels import ColourBar, tool_button, with_header, with_scroll_bar
+from underfoot.widgets.controls.panels import ColourBar, column, tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
@@ -116,8 +116,7 @@ class MonitorWorkspace(Workspace):
         self.set_level(context.settings.level_db)
         controller.level_changed.connect(self.set_level)
         controller.opened.connect(self._set_target)
-        if controller.session is not None:
-            self._set_target(controller.target)
+        self._set_target(controller.target)
         self.steps.folder = context.folder / "footsteps"
         bridge.forces_tracked.connect(self.add_forces)
         bridge.floor_silent.connect(self.empty_floor)
@@ -424,7 +423,7 @@ class MonitorWorkspace(Workspace):
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
         across.addWidget(with_header(self._floor_head(), self.map, ((self.walker, self.tare),)))
-        across.addWidget(with_scroll_bar(plots, self.back))
+        across.addWidget(column(plots, self.back, body=plots))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])

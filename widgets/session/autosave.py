@@ -21,12 +21,16 @@ RegisterNodes = Callable[[Patch, Path | None], None]
 
 @dataclass(frozen=True)
 class RecoveredWork:
-    """Unsaved work of a window that crashed, and its file, if any."""
+    """What was open in a window that crashed or starts again, and its file, if any."""
 
     patch: Patch
     path: Path | None
     other: "RecoveredWork | None" = None
     """The work in the other slot, if any."""
+    is_saved: bool = False
+    """Whether it equals its file, or was never edited."""
+    for_restart: bool = False
+    """Whether the window was closed to be opened anew."""
 
 
 class Autosave:
@@ -47,13 +51,13 @@ class Autosave:
                 self._lock = lock
                 return
 
-    def write(self, patch: Patch, path: Path | None, other: RecoveredWork | None = None) -> None:
+    def write(self, work: RecoveredWork) -> None:
         """Write the copy. Without a free slot (16 windows) nothing is kept."""
         if self._lock is not None:
-            work: dict[str, object] = {"format": "underfoot-work", "path": str(path or ""), "patch": patch}
-            if other is not None:
-                work["other"] = {"path": str(other.path or ""), "patch": other.patch}
-            write_file(self._path, msgspec.json.encode(work))
+            fields = {"format": "underfoot-work", **_fields(work), "for_restart": work.for_restart}
+            if work.other is not None:
+                fields["other"] = _fields(work.other)
+            write_file(self._path, msgspec.json.encode(fields))
 
     def remove(self) -> None:
         """Remove the copy: the work is saved elsewhere, or not wanted."""
@@ -72,14 +76,16 @@ class Autosave:
         try:
             work = msgspec.json.decode(read_file(self._path))
             other = self._read(work["other"], registry, register_nodes) if "other" in work else None
-            return replace(self._read(work, registry, register_nodes), other=other)
+            found = self._read(work, registry, register_nodes)
+            return replace(found, other=other, for_restart=work.get("for_restart") is True)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
             return None
 
     def _read(self, work: dict[str, Any], registry: Registry, register_nodes: RegisterNodes) -> RecoveredWork:
         text, path = msgspec.json.encode(work["patch"]), Path(work["path"]) if work["path"] else None
         register_nodes(Patch.unchecked(text, str(self._path)), path.absolute().parent if path is not None else None)
-        return RecoveredWork(Patch.loads(text, registry, str(self._path)), path)
+        patch = Patch.loads(text, registry, str(self._path))
+        return RecoveredWork(patch, path, is_saved=work.get("is_saved") is True)
 
     def put_aside(self) -> None:
         """Move the work left here to another slot, for a later start."""
@@ -93,3 +99,7 @@ class Autosave:
         if self._lock is not None:
             self._lock.unlock()
             self._lock = None
+
+
+def _fields(work: RecoveredWork) -> dict[str, object]:
+    return {"path": str(work.path or ""), "patch": work.patch, "is_saved": work.is_saved}

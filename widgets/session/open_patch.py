@@ -91,7 +91,8 @@ class OpenPatch(QObject):
         self.path: Path | None = None
         self.slot = SLOTS[0]
         self.other: SlotContent | None = None
-        self.keeps_autosave = False
+        self.keeps_autosave = self.reopens = False
+        """`reopens`: the window closes to be opened anew with what is open now, saved or not."""
         self.autosave = Autosave(folder)
         self.nodes = OwnNodes(registry, settings, window)
         self.nodes.notified.connect(self.notified)
@@ -198,11 +199,10 @@ class OpenPatch(QObject):
                 self.notified.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
         elif recovered is not None:
             other = recovered.other
-            self.other = (
-                SlotContent(other.patch, other.path, self._saved_patch(other.path)) if other is not None else None
-            )
-            self._set_document(recovered.patch, recovered.path, saved=self._saved_patch(recovered.path))
-            self.notified.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
+            self.other = SlotContent(other.patch, other.path, self._saved_patch(other)) if other is not None else None
+            self._set_document(recovered.patch, recovered.path, saved=self._saved_patch(recovered))
+            if not recovered.for_restart:
+                self.notified.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
             self._set_document(default_patch, None, saved=default_patch)
 
@@ -246,9 +246,11 @@ class OpenPatch(QObject):
         if self.folder != before:
             self.folder_changed.emit(self.folder)
 
-    def _saved_patch(self, path: Path | None) -> Patch:
+    def _saved_patch(self, work: RecoveredWork) -> Patch:
+        if work.path is None:
+            return work.patch if work.is_saved else Patch()
         try:
-            return self.nodes.load(path) if path else Patch()
+            return self.nodes.load(work.path)
         except UnderfootError:
             return Patch()
 
@@ -362,16 +364,19 @@ class OpenPatch(QObject):
 
     def write_autosave(self) -> None:
         """Copy unsaved work, or remove the copy if all is saved, in a thread, because disks can be slow."""
-        if self.is_all_saved:
+        if self.is_all_saved and not self.reopens:
             self._writer.submit(self.autosave.remove)
-        else:
-            other = RecoveredWork(self.other.patch, self.other.path) if self.other is not None else None
-            self._writer.submit(self.autosave.write, self.patch, self.path, other)
+            return
+        waiting = self.other
+        other = RecoveredWork(waiting.patch, waiting.path, is_saved=waiting.patch == waiting.saved) if waiting else None
+        self._writer.submit(
+            self.autosave.write, RecoveredWork(self.patch, self.path, other, self.is_saved, self.reopens)
+        )
 
     def close(self) -> None:
         """Close with the window. The copy is removed if the user was asked, and kept otherwise."""
         self._timer.stop()
-        if self.keeps_autosave:
+        if self.keeps_autosave or self.reopens:
             self.write_autosave()
         else:
             self._writer.submit(self.autosave.remove)

@@ -51,10 +51,16 @@ def svg(drawing: Drawing, colours: str = "dark") -> str:
 
 
 def _cut_off(elements: list[str], box: Box) -> list[str]:
-    """Clip elements to a box, by a nested picture."""
+    """Clip elements to a box. Readers that cannot clip show them whole; of a nested picture they showed nothing."""
     place = f'x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" height="{box.height:g}"'
-    view = f'viewBox="{box.left:g} {box.top:g} {box.width:g} {box.height:g}"'
-    return [f"<svg {place} {view}>", *elements, "</svg>"]
+    name = _name("area", place)
+    clip = f'<clipPath id="{name}"><rect {place}/></clipPath>'
+    return [clip, f'<g clip-path="url(#{name})">', *elements, "</g>"]
+
+
+def _name(kind: str, what: str) -> str:
+    """An id for `what`: pictures of one page share their namespace."""
+    return f"{kind}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 
 def _width_px(words: str, size_px: int, bold: bool) -> float:
@@ -100,7 +106,7 @@ def _(shape: HeatArea, colours: str) -> Iterator[str]:
         f'<stop offset="{share:.4f}" stop-color="#{bytes(table[round(255 * share)][:3]).hex()}"/>' for share in shares
     )
     ends = f'gradientUnits="userSpaceOnUse" x1="{shape.left:.1f}" x2="{shape.right:.1f}" y1="0" y2="0"'
-    name = f"heat-{hashlib.sha256(ends.encode()).hexdigest()[:12]}"  # pictures of one page share their namespace
+    name = _name("heat", ends)
     yield f'<linearGradient id="{name}" {ends}>{stops}</linearGradient>'
     yield f'<polygon points="{_pairs(shape.points)}" fill="url(#{name})"/>'
 

@@ -20,7 +20,7 @@ _TABLES = ArrayCache("slip-quantiles-3")
 
 @node("stick-slip", "Materials", "Stick-slip")
 class StickSlip:
-    """Stick-slip of a spring-held block on a moving belt (8.2, 8.4): a squeak, or a rubber sole.
+    """Stick-slip friction of a spring-held block on a moving belt (8.2, 8.4): a squeak, or a rubber sole.
 
     Duration and distance of each slip are drawn from their joint distribution (Fokker-Planck, to the requested error).
     The output is 0 while force or velocity is 0 or below.

@@ -1,11 +1,12 @@
 """The three steps of a first start, taken by hand."""
 
+import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
-from underfoot.widgets.design.first_steps import FirstSteps
+from underfoot.widgets.design.first_steps import ALL_DONE_TEXT, STEPS, FirstSteps
 from underfoot.widgets.window import MainWindow
 
 
@@ -14,14 +15,15 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
     design = window.workspaces["Design"]
-    steps = design.canvas.findChild(FirstSteps)
+    steps = design.findChild(FirstSteps)
     assert steps.isVisible()
-    assert design.canvas.rect().contains(steps.geometry())
+    assert steps.text.text() == STEPS["play"]
     window.controller.stop()
     qtbot.keyClick(window, Qt.Key.Key_Space)
     assert steps.remaining == ["press", "turn"]
     qtbot.mouseClick(design.preview.pad, Qt.MouseButton.LeftButton)
     assert steps.remaining == ["turn"]
+    assert steps.text.text() == STEPS["turn"]
     noise = next(node.id for node in design.patch().nodes if node.type == "noise")
     design.canvas.patch_scene.select([noise])
     slider = next(editor.slider for editor in design.inspector.editors.values() if hasattr(editor, "slider"))
@@ -30,6 +32,7 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     qtbot.mouseMove(slider, middle + QPoint(20, 0))
     qtbot.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=middle + QPoint(20, 0))
     assert steps.remaining == []
+    assert steps.text.text() == ALL_DONE_TEXT
     qtbot.mouseClick(steps.close_button, Qt.MouseButton.LeftButton)
     assert not steps.isVisible()
     assert window.settings.first_steps_done
@@ -40,14 +43,19 @@ def test_they_are_not_shown_again(qtbot, tmp_path):
     window.settings.first_steps_done = True
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
-    assert not window.workspaces["Design"].canvas.findChild(FirstSteps).isVisible()
+    assert not window.workspaces["Design"].findChild(FirstSteps).isVisible()
 
 
-def test_a_resized_canvas_keeps_them_in_view(qtbot, tmp_path):
+@pytest.mark.parametrize("step", list(STEPS))
+def test_they_cover_nothing_and_no_word_of_them_is_cut_in_the_smallest_window(qtbot, tmp_path, step):
     window = MainWindow(tmp_path, Target(default_floor()))
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
-    show(qtbot, window)
-    canvas = window.workspaces["Design"].canvas
+    window.setMinimumSize(0, 0)  # the screen of the tests is 800 wide
     window.resize(1024, 640)
-    steps = canvas.findChild(FirstSteps)
-    qtbot.waitUntil(lambda: canvas.rect().contains(steps.geometry()))
+    show(qtbot, window)
+    canvas, steps = window.workspaces["Design"].canvas, window.findChild(FirstSteps)
+    for other in STEPS:
+        if other != step:
+            steps.mark_done(other)
+    qtbot.waitUntil(lambda: steps.text.height() >= steps.text.heightForWidth(steps.text.width()))
+    assert steps.mapTo(window, steps.rect().bottomLeft()).y() < canvas.mapTo(window, canvas.rect().topLeft()).y()

@@ -8,8 +8,10 @@ from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 
+from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.node_list import MIME
+from underfoot.widgets.design.node_list import MIME, NodeList
+from underfoot.widgets.design.rewiring import types_of_unit, types_that_fit
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
@@ -223,3 +225,24 @@ def test_the_list_is_no_higher_than_the_canvas(line):
     line.canvas.setFixedHeight(240)
     QTest.keyClick(line.canvas, Qt.Key.Key_Slash)
     assert line.canvas.rect().contains(line.canvas.search.geometry())
+
+
+@pytest.mark.parametrize(
+    ("typed", "first"), [("force", "tile-force"), ("force env", "force-envelope"), ("tile", "tile-force")]
+)
+def test_of_names_that_fit_those_with_the_unit_of_the_wire_come_first(qtbot, typed, first):
+    end = NODES["stick-slip"].input_ports["force"]
+    fitting = types_that_fit(NODES, end, "in")
+    nodes = NodeList(NODES)
+    qtbot.addWidget(nodes)
+    nodes.set_allowed(fitting, preferred=types_of_unit(NODES, fitting, end, "in"))
+    nodes.filter_by(typed)
+    assert nodes.types()[0] == first
+
+
+@pytest.mark.parametrize("typed", ["friction", "squeak", "rubber", "stick"])
+def test_a_squeak_is_found_by_words_for_it(qtbot, typed):
+    nodes = NodeList(NODES)
+    qtbot.addWidget(nodes)
+    nodes.filter_by(typed)
+    assert nodes.types()[0] == "stick-slip"

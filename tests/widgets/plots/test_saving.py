@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint
-from PySide6.QtGui import QContextMenuEvent, QImage
+from PySide6.QtGui import QColor, QContextMenuEvent, QImage, QPainter
+from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
 
 from underfoot.drawing import Drawing, series
+from underfoot.drawing.look import palette
 from underfoot.errors import BadFile
+from underfoot.widgets import theme
 from underfoot.widgets.plots import saving
 from underfoot.widgets.plots.plot import Plot
 
@@ -42,6 +45,20 @@ def test_the_menu_saves_what_is_shown(plot, tmp_path, suffix):
         assert "force, N" in path.read_text()
     if suffix == ".csv":
         assert np.loadtxt(path, delimiter=",", skiprows=1, usecols=(1, 2)).tolist() == [[1.0, 40.0], [2.0, 41.0]]
+
+
+@pytest.mark.parametrize("y_range", [None, (0.0, 30.0)])
+def test_another_reader_of_svg_draws_the_curve(plot, tmp_path, y_range):
+    drawing = Drawing("Creep", "time, s", "force, N", (series("", [1, 2], [10, 20]),), y_range=y_range)
+    saving.save(plot, drawing, tmp_path / "creep.svg")
+    renderer = QSvgRenderer(str(tmp_path / "creep.svg"))
+    image = QImage(renderer.defaultSize(), QImage.Format.Format_RGB32)
+    painter = QPainter(image)
+    renderer.render(painter)
+    painter.end()
+    curve = QColor(palette(theme.NAME)[drawing.series[0].colour]).rgb()
+    drawn = {x for x in range(image.width()) for y in range(image.height()) if image.pixel(x, y) == curve}
+    assert max(drawn) - min(drawn) > 400
 
 
 def test_a_file_that_cannot_be_written_is_said(plot, tmp_path):

@@ -8,7 +8,7 @@ from windows import choose_file, design, dialog_of, noise_patch, quiet_window
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
-from underfoot.widgets.session.autosave import Autosave
+from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.settings import Settings
 
 
@@ -62,8 +62,8 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
 
 def test_two_windows_keep_their_work_apart(tmp_path):
     one, two = Autosave(tmp_path), Autosave(tmp_path)
-    one.write(noise_patch("One"), None)
-    two.write(noise_patch("Two"), tmp_path / "two.json")
+    one.write(RecoveredWork(noise_patch("One"), None))
+    two.write(RecoveredWork(noise_patch("Two"), tmp_path / "two.json"))
     assert one.recover(REGISTRY).patch.title == "One"
     assert two.recover(REGISTRY).path == tmp_path / "two.json"
     two.close()

@@ -1,0 +1,46 @@
+"""What another text size looks like, and whether Underfoot starts again at once to have it everywhere."""
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+
+from underfoot.widgets import theme
+
+SAMPLE = "Level −12.0 dB"
+
+
+class TextSizeDialog(QDialog):
+    """Shows a line in the chosen size. It closes itself for good."""
+
+    restart_requested = Signal()
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Text size")
+        self.title = theme.label("", "title")
+        self.sample = theme.label(SAMPLE)
+        self.sample.setTextFormat(Qt.TextFormat.PlainText)
+        explained = theme.label(
+            "Text, rows and nodes have this size when Underfoot has started again. What is open comes back, saved or"
+            " not, and can still be undone; only the sound pauses. Ctrl++ and Ctrl+- choose on.",
+            "muted",
+        )
+        explained.setWordWrap(True)
+        buttons = QDialogButtonBox()
+        self.now = buttons.addButton("Restart now", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.later = buttons.addButton("At the next start", QDialogButtonBox.ButtonRole.RejectRole)
+        self.now.setDefault(True)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        self.accepted.connect(self.restart_requested)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(*[2 * theme.GRID] * 4)
+        layout.setSpacing(theme.GRID)
+        for widget in (self.title, self.sample, explained, buttons):
+            layout.addWidget(widget)
+        self.setMinimumWidth(52 * theme.GRID)
+
+    def show_size(self, percent: int, running_percent: int) -> None:
+        """Show the sample as it would be, in a window that has `running_percent` now."""
+        self.title.setText(f"Text {percent} %")
+        self.sample.setFont(theme.font(round(theme.TEXT_PX * percent / running_percent)))
