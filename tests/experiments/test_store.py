@@ -138,3 +138,9 @@ def test_a_session_of_a_newer_version_is_refused(tmp_path):
     base.close()
     with pytest.raises(BadFile, match="a newer Underfoot wrote it"):
         SessionFile.open(tmp_path / "a.session")
+
+
+def test_no_file_is_made_for_what_is_no_id(tmp_path):
+    with pytest.raises(BadValue, match="participant is 'P 01'; allowed: an id of letters"):
+        SessionFile.create(tmp_path / "a.session", made_protocol("rating", {"blocks": 1}, {"X": {}}), "P 01")
+    assert not list(tmp_path.iterdir())

@@ -31,6 +31,7 @@ def test_a_pilot_has_two_trials_of_each_stage(name):
     counted = [page.stage for page in pages if page.trial is not None]
     assert all(counted.count(stage.id) == 2 for stage in study.protocol.stages if stage.kind == "trials")
     assert not [page for page in pages if page.kind == "pause" and page.title == "Pause"]
+    assert "participant" not in [page.stage for page in pages]
     assert Study(study.protocol, "1", study.entries).page == study.page
 
 

@@ -82,6 +82,16 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
     file.close()
 
 
+def test_who_has_crossed_back_is_not_told_to_while_answering(session, until, tmp_path):
+    with taking_part(session, rated("crossings"), tmp_path / "a.session", until) as person:
+        person.until_phase(Phase.READY)
+        person.step()
+        person.until(lambda: person.runner.hint == "Now back.")
+        person.step()
+        person.until_phase(Phase.ANSWERING)
+        assert person.runner.hint == ""
+
+
 def test_two_intervals_follow_one_another(session, until, tmp_path):
     parameters = {"standard": "WC", "comparisons": ["TD"], "blocks": 1}
     stimuli = {"TD": TD, "WC": CONSTANT}

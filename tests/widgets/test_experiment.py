@@ -167,6 +167,7 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
         assert bench.person.hint.text() == "Step on the tile. Space steps on the simulated floor."
         bench.key(Qt.Key.Key_Space)
         bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Right)
         bench.key(Qt.Key.Key_Return)
     bench.until(Phase.END)
     bench.key(Qt.Key.Key_Space)
@@ -187,10 +188,14 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     bench.wait(lambda: bench.runner.watch.now_s > bench.runner._presented.first_s + 0.3)
     bench.qtbot.mouseRelease(desk.map, LEFT, pos=place_on(desk.map, tile))
     bench.until(Phase.ANSWERING)
-    desk.form.sliders["rating"].setFocus()
+    slider = desk.form.sliders["rating"]
+    bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
+    assert desk.news.text() == "Move the slider to answer: How was it?"
+    bench.qtbot.mouseClick(slider, LEFT, pos=slider.rect().center())
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
     bench.until(Phase.END)
     (entry,) = bench.entries()
+    assert entry.answers["rating"] == pytest.approx(50.0, abs=0.5)  # in the middle, where an unmoved one would be
     assert entry.facts["onset_after_step_s"] >= 0.0
     assert entry.facts["most_force_n"] > 300.0
 

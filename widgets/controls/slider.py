@@ -27,6 +27,7 @@ class Slider(QSlider):
         self._position = 0.0
         self._accent = theme.VIBRATION
         self._range_shown: tuple[float, float] | None = None
+        self._is_set = True
         self.valueChanged.connect(self._changed)
         self._is_silent = False
 
@@ -35,6 +36,7 @@ class Slider(QSlider):
 
     def set_position(self, position: float) -> None:
         """Go to a place without saying so."""
+        self._is_set = True
         self._position = min(max(position, 0.0), 1.0)
         self._is_silent = True
         self.setValue(round(self._position * STEPS))
@@ -59,9 +61,14 @@ class Slider(QSlider):
             self._range_shown = band
             self.update()
 
+    def clear(self) -> None:
+        """Show no place until a person moves it."""
+        self._is_set = False
+        self.update()
+
     def _changed(self, value: int) -> None:
         if not self._is_silent:
-            self._position = value / STEPS
+            self._is_set, self._position = True, value / STEPS
             self.moved.emit(self._position)
 
     def sizeHint(self) -> QSize:
@@ -98,7 +105,10 @@ class Slider(QSlider):
 
     def _go(self, event: QMouseEvent) -> None:
         room = self.width() - 2 * KNOB_PX
-        self.setValue(round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS))
+        value = round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS)
+        if not self._is_set and value == self.value():
+            self._changed(value)  # Qt reports only another value
+        self.setValue(value)
         event.accept()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -108,6 +118,8 @@ class Slider(QSlider):
         middle, room = self.height() / 2, self.width() - 2 * KNOB_PX
         painter.setBrush(QColor(theme.RAISED))
         painter.drawRoundedRect(QRectF(0.0, middle - 2, self.width(), 4.0), 2.0, 2.0)
+        if not self._is_set:
+            return
         x, zero = KNOB_PX + self._position * room, KNOB_PX + self._zero * room
         left = 0.0 if self._zero == 0.0 else min(x, zero)
         accent = self._accent if self.isEnabled() else theme.mixed(self._accent, theme.PANEL, 0.5)

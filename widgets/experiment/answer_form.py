@@ -107,6 +107,8 @@ class AnswerForm(QWidget):
         """What answers this; `BadValue`, with its line ready to be typed in, where nothing does."""
         field = self.fields.get(question.name)
         if field is None:
+            if question.name not in self._chosen and question.name in self.sliders:
+                raise BadValue(f"Move the slider to answer: {question.doc or question.label}")
             if question.name not in self._chosen and needs_answer(question):
                 raise unanswered(question)
             return self._chosen.get(question.name, question.default)
@@ -199,7 +201,7 @@ class AnswerForm(QWidget):
             self.changed.emit(question.name, question.value(place))
 
         slider.set_position(question.position(question.default))
-        show_value(question.default)
+        slider.clear()  # what nobody chose is no answer
         slider.moved.connect(moved)
         self.sliders[question.name] = slider
         column.addWidget(slider)

@@ -153,8 +153,10 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return tuple(order.values())
 
     def pilot(self) -> "Protocol":
-        """The same with two trials of each stage of trials, and short pauses, to be tried on oneself."""
-        return msgspec.structs.replace(self, title=f"{self.title}, pilot", stages=tuple(map(_pilot, self.stages)))
+        """The same to be tried on oneself: two trials of each stage of trials, short pauses, and no questions about who
+        takes part."""
+        title, stages = f"{self.title}, pilot", tuple(map(_pilot, self.stages))
+        return msgspec.structs.replace(self, title=title, participant=(), stages=stages)
 
     # --- checks ---
 

@@ -27,7 +27,7 @@ from underfoot.documents import parse, placed
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
-from underfoot.experiments.study import Entry, Study, method_of
+from underfoot.experiments.study import Entry, Study, method_of, require_id
 from underfoot.files import replaced
 
 APPLICATION_ID = 0x55464558  # "UFEX"
@@ -100,6 +100,7 @@ class SessionFile:
         `about` is what else is to be kept: target, profile. `BadValue` where a method needs what is not installed.
         """
         path = Path(path)
+        require_id(participant)
         for stage in protocol.stages:
             if stage.method is not None:
                 method_of(protocol, stage, participant)  # which says now, not at its first trial, what it lacks
@@ -130,7 +131,8 @@ class SessionFile:
         """A file that is there, also one whose writer was killed; `BadFile` where it is no session."""
         path = Path(path)
         if not path.is_file():
-            raise BadFile(f"{path} cannot be read: there is no such file")
+            why = "it is a folder" if path.is_dir() else "there is no such file"
+            raise BadFile(f"{path} cannot be read: {why}")
         with ExitStack() as unless_opened:
             try:
                 base = sqlite3.connect(path, isolation_level=None)

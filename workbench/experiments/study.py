@@ -74,14 +74,17 @@ class Page:
         return f"{self.stage}.{self.kind}{number}"
 
 
+def require_id(participant: str) -> None:
+    """Raise `BadValue` for what is no participant's id."""
+    require(bool(IDENTIFIER.fullmatch(participant)), "participant", participant, "an id of letters, digits, - and _")
+
+
 class Study:
     """One participant's way through a protocol, which must have been checked."""
 
     def __init__(self, protocol: Protocol, participant: str, entries: Iterable[Entry] = ()) -> None:
         """`BadFile` where the entries are not of this protocol and participant."""
-        require(
-            bool(IDENTIFIER.fullmatch(participant)), "participant", participant, "an id of letters, digits, - and _"
-        )
+        require_id(participant)
         self.protocol, self.participant = protocol, participant
         self._stages = all_stages(protocol)
         self.entries: list[Entry] = []

@@ -44,6 +44,10 @@ _DESCRIPTIONS = {
 }
 
 
+_WORDS = ("participant", "stage", "method", "stimulus", "other", "comparison", "set", "label", "sort", "answered_by")
+"""Columns that are words, also where one looks like a number."""
+
+
 def csv_text(rows: Sequence[Row]) -> str:
     """A table of trials as CSV: a header, then a row a trial; what a trial does not have is an empty cell.
 
@@ -62,7 +66,7 @@ def read_csv(path: str | Path) -> list[Row]:
     """The trials of a CSV, for the analysis alone: `BadFile` for what is no table of trials.
 
     It needs the columns participant, method and trial; stage and block are "main" and 1 where they are missing. Cells
-    that are numbers are read as such.
+    that are numbers are read as such, but not in a column of labels, some of which look like numbers.
     """
     header, lines = cells_of(path, "a table of trials")
     for column in ("participant", "method", "trial"):
@@ -70,7 +74,9 @@ def read_csv(path: str | Path) -> list[Row]:
             raise BadFile(f"{path} has no column {column}; allowed: a CSV with participant, method, trial and answers")
     found: list[Row] = []
     for line in lines:
-        row: dict[str, Any] = {name: value_of(cell) for name, cell in line.items() if cell != ""}
+        row: dict[str, Any] = {
+            name: cell if name in _WORDS else value_of(cell) for name, cell in line.items() if cell != ""
+        }
         row["participant"] = line["participant"]
         found.append({"stage": "main", "block": 1, **row})
     if not found:

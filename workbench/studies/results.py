@@ -56,14 +56,15 @@ class Results:
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
     """The trials of session files and of CSVs.
 
-    With a `protocol`, sessions of another one are left out; without, all must be of the first one's, or `BadValue`.
+    With a `protocol`, sessions of another one are left out; without, all must be of the first one's, or `BadValue`; so
+    is a trial that two files have.
     """
     rows: list[Row] = []
     sessions, left_out = list[Path](), list[Path]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if not is_recording(path):
-            rows += read_csv(path)
+            rows += _others(path, read_csv(path), rows)
             continue
         file = SessionFile.open(path)
         try:
@@ -75,7 +76,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 continue
             if shared is None:
                 shared, text = file.stored_protocol(), known
-            rows += rows_of(shared, file.participant, file.entries())
+            rows += _others(path, rows_of(shared, file.participant, file.entries()), rows)
             sessions.append(path)
         finally:
             file.close()
@@ -104,6 +105,17 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
     people = len({row["participant"] for row in results.rows})
     words = f"{form[0].upper()}{form[1:]} of {len(results.rows)} trials, participants: {people}. It is in {where}"
     return [Findings("Written", remarks=[words, *_left_out(results)])]
+
+
+def _others(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
+    """The rows of a file, of which no other may have one: each trial counts once."""
+    columns = ("participant", "stage", "block", "trial", "attempt")
+    seen = {tuple(row.get(column, 1) for column in columns) for row in known}
+    for row in rows:
+        if tuple(row.get(column, 1) for column in columns) in seen:
+            words = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
+            raise BadValue(f"{path}: {words} is in a file before it, too; analyse one of them")
+    return rows
 
 
 def _left_out(results: Results) -> list[str]:

@@ -367,7 +367,7 @@ class Runner:
         """Keep what this interval was, and go on to the next, or to the answer."""
         self._measure()
         self.presenter.request(IDLE)
-        self._presented.ended = self._clock()
+        self._presented.ended, self.hint = self._clock(), ""
         if self._interval + 1 < len(self._intervals):
             self._interval += 1
             self._wait(self.protocol.stage(self.page.stage).interval_pause_s)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from underfoot.errors import BadValue
 from underfoot.experiments.analysis.information import information, transmitted_bits
@@ -38,10 +39,23 @@ def test_the_plug_in_estimate_of_very_many_trials_is_the_closed_form():
     assert uniform_guess_bits(1.0, 8) == 3.0
 
 
-def test_its_interval_holds_the_truth_as_often_as_it_says():
-    random = np.random.default_rng(2)
-    held = [information(drawn(confusions(0.61), 12, random)).covers(uniform_guess_bits(0.61, 8)) for _ in range(300)]
-    assert np.mean(held) == pytest.approx(0.95, abs=0.035)
+def rate_of(bits, stimuli):
+    """The rate at which people who else guess evenly transmit so much."""
+    return brentq(lambda rate: uniform_guess_bits(rate, stimuli) - bits, 1.0 / stimuli, 1.0) if bits else 1.0 / stimuli
+
+
+@pytest.mark.parametrize(
+    ("bits", "stimuli", "trials"), [(0.0, 8, 12), (0.05, 4, 20), (0.94, 8, 12), (2.0, 8, 12), (2.5, 8, 12)]
+)
+def test_its_interval_holds_the_truth_as_often_as_it_says(bits, stimuli, trials):
+    random, chances = np.random.default_rng(2), confusions(rate_of(bits, stimuli), stimuli)
+    held = [information(drawn(chances, trials, random)).covers(bits) for _ in range(100)]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.04)
+
+
+def test_who_confuses_nothing_may_transmit_all_there_is_and_whom_one_answer_suits_nothing():
+    assert information(20 * np.eye(4)).high == pytest.approx(2.0)
+    assert information([[5, 0], [7, 0]]).high == 0.0
 
 
 def test_a_matrix_without_trials_is_refused():

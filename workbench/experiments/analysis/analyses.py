@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from underfoot.errors import BadMeasurement, require
+from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import abx, bayesian, constant, identification, labels, ratings, staircase, targets
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
@@ -77,7 +77,8 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 name,
                 f"a table of {method} has the columns {', '.join(analysis.needs)}",
             )
-        findings = analysis.findings(part, settings_of(protocol, stage, settings))
+        _check_cells(part)
+        findings = _found(analysis, method, part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += right_answers(part)
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
@@ -85,6 +86,38 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
     return found
+
+
+_NUMBERS = (
+    *("trial", "block", "run", "rating", "level_db", "gain_db", "level_m_s2", "time_s"),
+    *("width_m", "distance_m", "bearing_rad"),
+)
+_MOST, _MOST_STIMULI = 1e6, 1000
+
+
+def _check_cells(rows: Sequence[Row]) -> None:
+    """Raise `BadValue` for a cell that cannot be what its column says: tables come from other programs, too."""
+    for row in rows:
+        place = f"trial {row.get('trial')} of {row.get('participant')}: "
+        for name in _NUMBERS:
+            value = row.get(name, 0)
+            require(isinstance(value, int | float) and abs(value) <= _MOST, place + name, value, "a number up to 1e6")
+        require(row.get("right", 0) in (0, 1), place + "right", row.get("right"), "0 or 1")
+        for name in ("number", "correct") if "number" in row else ():
+            value = row.get(name)
+            good = isinstance(value, int) and 0 < value <= _MOST_STIMULI
+            require(good, place + name, value, f"a whole number, 1 to {_MOST_STIMULI}")
+
+
+def _found(analysis: Analysis, method: str, rows: Sequence[Row], settings: Settings) -> Findings:
+    """Return the findings; `BadValue` where rows of a table lack what others have."""
+    try:
+        return analysis.findings(rows, settings)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        if settings.given:  # of a session: not the table's fault
+            raise
+        needs = f"rows that all have {', '.join(analysis.needs)}, and the same factors"
+        raise BadValue(f"the table does not fit {method} ({error}); allowed: {needs}") from None
 
 
 def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:
