@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QHideEvent,
@@ -421,18 +421,48 @@ class FloorMap(QWidget):
         """The contacts, and who stands there."""
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
-        for contact in self._contacts:
+        inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
+        circles: list[QRectF] = []
+        first: dict[int, int] = {}
+        for number, contact in enumerate(self._contacts):
             radius = 5.0 + 9.0 * math.sqrt(min(max(contact.force_n, 0.0) / FULL_SCALE_N, 1.5))
-            inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
             painter.setBrush(inside if contact.id else Qt.BrushStyle.NoBrush)
             place = self._transform.map(QPointF(contact.x_m, contact.y_m))
             painter.drawEllipse(place, radius, radius)
+            circles.append(QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius))
             if contact.person:
-                text = f"person {contact.person}"
-                width = painter.fontMetrics().horizontalAdvance(text)
-                right = place.x() + radius + 3.0
-                at = right if right + width <= self.width() else place.x() - radius - 3.0 - width
-                painter.drawText(QPointF(at, place.y() + 4.0), text)
+                first.setdefault(contact.person, number)
+        names = {person: f"person {person}" for person in first}
+        width = max((painter.fontMetrics().horizontalAdvance(name) for name in names.values()), default=0)
+        rooms = label_places([circles[number] for number in first.values()], circles, width, QRectF(self.rect()))
+        for name, room in zip(names.values(), rooms, strict=True):
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter, name)
+
+
+def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: float, area: QRectF) -> list[QRectF]:
+    """Where a label of each owner goes: beside it, below or above, wherever it covers least of the others and labels.
+
+    All are within `area` if they can be.
+    """
+    placed: list[QRectF] = []
+    size = QSizeF(width, 16.0)
+    for owner in owners:
+        middle = owner.center() - QPointF(0.5 * size.width(), 0.5 * size.height())
+        beyond_x, beyond_y = 0.5 * (owner.width() + width) + 3.0, 0.5 * (owner.height() + size.height())
+        steps = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
+        rooms = [
+            QRectF(middle + QPointF(far * x * beyond_x, far * y * beyond_y), size)
+            for far in (1.0, 1.5)
+            for x, y in steps
+        ]
+        within = [room for room in rooms if area.contains(room)] or rooms[:1]
+        placed.append(min(within, key=lambda room: sum(_common(room, other) for other in (*others, *placed))))
+    return placed
+
+
+def _common(one: QRectF, other: QRectF) -> float:
+    both = one.intersected(other)
+    return both.width() * both.height()
 
 
 def _polygon(corners_m: NDArray[np.float64], transform: QTransform) -> QPolygonF:

@@ -115,3 +115,38 @@ def test_a_foot_that_shows_no_direction_has_none():
     force_n = np.where((time_s > 0.8) & (time_s < 1.5), 100.0, 0.0)[:, None, None] * np.ones((1, 4))
     (contact,) = finished(contacts_of(floor, time_s, force_n))
     assert all(math.isnan(angle) for angle in orientation(contact, floor))
+
+
+# Footfalls that once were taken for others', as simulated people made them: (start, duration, heel x, y, heading,
+# length, breadth, peaks and valley).
+TOES_UNDER_THE_NEXT_HEEL = (
+    (0.15, 0.57, 0.909, 1.071, 1.816, 0.202, 0.030, 463.0, 300.0, 460.0),
+    (0.61, 0.568, 0.675, 1.527, 2.026, 0.202, 0.030, 459.0, 296.0, 449.0),
+)
+TOES_AND_A_LIGHT_HEEL_OVER_A_GAP = (
+    (0.15, 0.586, 0.912, 1.068, 1.816, 0.206, 0.031, 490.0, 316.0, 476.0),
+    (0.619, 0.565, 0.681, 1.542, 2.026, 0.206, 0.031, 470.0, 315.0, 475.0),
+)
+TOES_WHERE_THE_LAST_FOOTS_TOES_ARE = (
+    (0.15, 0.684, 1.4, 1.256, 1.949, 0.260, 0.039, 771.0, 487.0, 769.0),
+    (0.691, 0.677, 1.293, 1.281, 2.158, 0.260, 0.039, 770.0, 518.0, 772.0),
+    (1.223, 0.69, 1.397, 1.54, 2.996, 0.260, 0.039, 778.0, 506.0, 761.0),
+)
+
+
+@pytest.mark.parametrize(
+    "feet", [TOES_UNDER_THE_NEXT_HEEL, TOES_AND_A_LIGHT_HEEL_OVER_A_GAP, TOES_WHERE_THE_LAST_FOOTS_TOES_ARE]
+)
+def test_feet_that_turn_on_a_seam_are_told_from_those_still_there(feet):
+    steps = [
+        gait.Footfall("left", start_s, lasts_s, x_m, y_m, heading, length_m, *extremes_n, breadth_m=breadth_m)
+        for start_s, lasts_s, x_m, y_m, heading, length_m, breadth_m, *extremes_n in feet
+    ]
+    time_s, force_n = walked(default_floor(6, 6), 3.0, steps, noise_n=0.3)
+    alone = time_s < steps[-1].start_s + steps[-1].duration_s + 0.3
+    found = finished(contacts_of(default_floor(6, 6), time_s[alone], force_n[alone]))[: len(steps)]
+    for contact, step in zip(found, steps, strict=True):
+        assert contact.force_n.max() == pytest.approx(max(step.peak1_n, step.peak2_n), abs=25.0)
+        # Less than this another foot may press beside a gap on a tile that this one has left.
+        told_s, true_s = contact.time_s[contact.force_n >= 60.0], time_s[step.force_n(time_s) >= 60.0]
+        assert told_s[[0, -1]] == pytest.approx(true_s[[0, -1]], abs=0.015)

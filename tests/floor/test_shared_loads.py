@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import default_floor
-from underfoot.floor.shared_loads import jump_time_s, relief_time_s, shared
+from underfoot.floor.shared_loads import SharedLoad, jump_time_s, relief_time_s, shared
 from underfoot.floor.simulated_loads import feet_down
 from underfoot.floor.simulated_people import drawn_people
 
@@ -33,6 +34,43 @@ def test_a_light_load_that_was_lost_for_a_while_has_not_jumped():
     time_s = np.append(np.arange(100) * 0.01, 3.0)  # lost for two seconds
     track = np.column_stack([time_s, 0.0 * time_s, 0.0 * time_s, 20.0 + 0.0 * time_s])
     assert jump_time_s(track, 0.0, np.zeros(2)) is None
+
+
+@pytest.mark.parametrize(
+    ("first_n", "jump_m", "passes"),
+    [
+        (30.0, 0.12, True),  # toes that only touch, then another foot
+        (200.0, 0.12, False),  # a heel that strikes, then the rest of the foot
+        (200.0, 0.28, True),  # further than from a heel to the rest
+        (30.0, 0.05, False),
+    ],
+)
+def test_soon_after_it_began_a_load_passes_on_where_it_was_no_heel_or_goes_too_far(first_n, jump_m, passes):
+    time_s = np.arange(100) * 0.004
+    force_n = np.interp(time_s, (0.0, 0.02, 0.16, 0.2), (20.0, first_n, first_n, 400.0))
+    x_m = np.interp(time_s, (0.16, 0.2), (0.0, jump_m))
+    found = jump_time_s(np.column_stack([time_s, x_m, 0.0 * time_s, force_n]), 0.0, np.zeros(2))
+    assert (found is not None) == passes
+    assert found is None or 0.16 < found < 0.21
+
+
+def test_a_load_that_has_not_come_to_rest_soon_after_it_began_has_not_passed_on_yet():
+    time_s = np.arange(100) * 0.004
+    x_m = np.interp(time_s, (0.1, 0.2, 0.3, 0.38), (0.0, 0.15, 0.15, 0.3))
+    track = np.column_stack([time_s, x_m, 0.0 * time_s, np.where(time_s < 0.15, 30.0, 300.0)])
+    assert jump_time_s(track, 0.0, np.zeros(2)) is None
+
+
+def test_where_one_foot_leaves_as_the_other_comes_the_load_is_the_others_from_where_that_bears_half():
+    feet = SharedLoad(0.5, 0.5, np.array([[0.0, 0.0], [0.2, 0.0]]), np.zeros((2, 2)))
+    rows = np.zeros(20, tracking.ROW)
+    rows["sample"] = 490 + np.arange(20)
+    rows["time_s"] = rows["sample"] / 1000.0
+    rows["x_m"] = np.interp(rows["time_s"], (0.495, 0.5), (0.0, 0.2))
+    rows["force_n"] = np.interp(rows["time_s"], (0.49, 0.496, 0.5, 0.509), (60.0, 12.0, 12.0, 60.0))
+    first, second, lead_n = feet.part(rows)
+    assert (first["sample"][-1], second["sample"][0], lead_n) == (497, 498, 0.0)
+    assert len(first) + len(second) == len(rows)
 
 
 def test_the_forces_of_people_who_cross_sum_to_what_their_tiles_bear():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from on_screen import place_on, show
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
-from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.floor_map import FloorMap, label_places
 
 
 @pytest.fixture
@@ -95,3 +95,15 @@ def test_a_step_of_a_preview_is_shown_for_a_while(floor_map, qtbot):
     floor_map.show_step("b")
     assert floor_map.grab().toImage() != before
     qtbot.waitUntil(lambda: floor_map.grab().toImage() == before)
+
+
+@pytest.mark.parametrize("apart", [(30.0, 0.0), (0.0, 20.0), (12.0, 12.0), (0.0, 0.0)])
+@pytest.mark.parametrize("corner", [(40.0, 40.0), (200.0, 150.0), (390.0, 290.0)])
+def test_labels_of_people_side_by_side_cover_neither_each_other_nor_a_foot(apart, corner):
+    area = QRectF(0.0, 0.0, 400.0, 300.0)
+    feet = [QRectF(corner[0] - 8.0 + k * apart[0], corner[1] - 8.0 + k * apart[1], 16.0, 16.0) for k in (0, -1)]
+    labels = label_places(feet, feet, 52.0, area)
+    assert not labels[0].intersects(labels[1])
+    for label in labels:
+        assert area.contains(label)
+        assert not any(label.intersects(foot) for foot in feet)

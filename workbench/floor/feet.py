@@ -9,6 +9,7 @@ a load each; where two feet meet on a tile, it has one for both. What tells them
 - *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
   fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
   the rest of the foot; else it is another foot.
+- *A foot bears weight once.* A load is none of a foot's if what both bear together would fall far and rise again.
 - *A foot rolls, it does not jump.* A load has passed from one foot to the next if its centroid goes 0.1 m within
   0.15 s, or 0.06 m to the side or back; or if it falls to a third and rises again, elsewhere on the tile or while
   another load begins beside it. On plates on which people stand with both feet this is not asked.
@@ -31,6 +32,7 @@ from underfoot.floor.loads import (
     BEFORE_S,
     LENGTH_M,
     Load,
+    bears_twice,
     centre_m,
     columns,
     distance_m,
@@ -240,7 +242,7 @@ class FootFinder:
     def _look(self, now: int) -> None:
         for load in list(self._on.values()):
             if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - STAYS_LOADED_S:
-                at_s = jump_time_s(load.track(), load.start_s, self._touchdown_m(load))
+                at_s = jump_time_s(load.track(), load.start_s, self._touchdown_m(load), load.shared is not None)
                 at_s = self._relief_s(load) if at_s is None else at_s
                 if at_s is not None:
                     self._divide(load, at_s)
@@ -314,9 +316,12 @@ class FootFinder:
         feet = shared(np.concatenate([other.track(), load.track()]), load.start_s)
         rows = self._rows
         mine = (rows["token"] == other.token) | (rows["token"] == load.token)
-        mine &= (rows["time_s"] >= feet.first_s) & (rows["time_s"] <= feet.last_s)
         mine &= rows["sample"] >= max(load.oldest, load.sample - self._together)
-        first, second, lead_n = feet.part(rows[mine], load.sample)
+        places = np.flatnonzero(mine)
+        begin, end = np.searchsorted(rows["time_s"][places], [feet.first_s, feet.last_s])
+        # The times are those of samples that are kept.
+        mine[places[: max(begin - self._every, 0)]] = mine[places[end + self._every :]] = False
+        first, second, lead_n = feet.part(rows[mine])
         first["token"], second["token"] = other.token, load.token
         parted = np.concatenate([rows[~mine], first, second])
         parted = parted[np.argsort(parted["sample"], kind="stable")]
@@ -427,8 +432,11 @@ class FootFinder:
             return None if ripe or over else math.nan
         if lag_s < SWING_S:
             sure = ripe or age_s >= FIT_DECIDED_S or over or rest_s < math.inf
-            return near if sure else math.nan
-        return self._judge_toes(load, mine, track, (ripe, over, rest_s))
+            cost = near if sure else math.nan
+        else:
+            cost = self._judge_toes(load, mine, track, (ripe, over, rest_s))
+        is_sure = cost is not None and not math.isnan(cost)
+        return None if is_sure and bears_twice([*parts, load]) and not bears_twice(parts) else cost
 
     def _own_track(self, load: Load, until_s: float) -> NDArray[np.float64]:
         """`loaded`, less what is elsewhere than the rest: the toes of a foot that left soon after it began."""

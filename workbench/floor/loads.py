@@ -15,6 +15,9 @@ they are at most `APART_M` apart, three quarters of such a foot: from the heel t
 BEFORE_S = 0.10
 """So long before that two feet may have been on the tile."""
 
+RELIEVED_SHARE = 0.4
+"""Between its peaks a walker's foot bears more than this share of the first; and its second is larger than that."""
+
 KEPT_S = 2.0
 """So much of a load's track is looked at."""
 
@@ -91,6 +94,21 @@ def present_distance_m(load: Load, other: Load) -> float:
 def nearest_distance_m(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
     """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
     return min(distance_m(row, track) for row in mine[:: max(1, len(mine) // 8)])
+
+
+def bears_twice(loads: list[Load]) -> bool:
+    """Whether what loads bear together falls far and rises again, as no foot's does."""
+    tracks = np.concatenate([load.track() for load in loads])
+    _, at = np.unique(tracks[:, 0], return_inverse=True)
+    force_n = np.bincount(at, tracks[:, 3])
+    if not len(force_n):
+        return False
+    most_n = np.maximum.accumulate(force_n)
+    relieved = force_n < RELIEVED_SHARE * most_n
+    if not relieved.any():
+        return False
+    later = force_n[int(relieved.argmax()) :]
+    return bool((later - np.minimum.accumulate(later)).max() >= RELIEVED_SHARE * most_n[-1])
 
 
 def fits_in_foot(places_m: NDArray[np.float64]) -> bool:

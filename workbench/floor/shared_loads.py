@@ -21,6 +21,10 @@ JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.1
 not the one in which it rolled (cosine below `SAME_WAY_COSINE`), and stays loaded for `STAYS_LOADED_S`; not in the first
 `HEEL_STRIKE_S`, when a heel that strikes becomes a foot."""
 
+FAR_JUMP_M, STRIKE_S = 0.26, 0.10
+"""In those a load passes on only if its centroid goes `FAR_JUMP_M`, further than from a heel to the middle of the
+rest; or `JUMP_M` if it was no heel: a heel that strikes bears `LOADED_N` within `STRIKE_S`."""
+
 RISE_FACTOR, RISEN_JUMP_M = 1.5, 0.045
 """Where the load meanwhile becomes so many times as large, `RISEN_JUMP_M` will do, if it is not the way from where its
 foot came down: somebody has stepped on."""
@@ -81,18 +85,18 @@ class SharedLoad:
         off = centroid_m - first - share[:, None] * way
         return share, first + off, second + off
 
-    def part(self, rows: NDArray[np.void], passed: int) -> tuple[NDArray[np.void], NDArray[np.void], float]:
+    def part(self, rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.void], float]:
         """The rows (n,) of a load as those of its two feet, while each is down, and what the second bore just before.
 
         At each sample the two sum to the load; where one is not down, the other bears it all. If they were not down
-        together, what is before the sample `passed` is the first foot's.
+        together, it is the second's from where that bears half.
         """
         share, first_m, second_m = self.shares(rows["time_s"], np.column_stack([rows["x_m"], rows["y_m"]]))
         first_n, second_n = (1.0 - share) * rows["force_n"], share * rows["force_n"]
         begins = int(np.argmax(np.append(second_n >= ON_N, True)))
         ends = len(rows) - int(np.argmax(np.append(first_n[::-1] >= OFF_SHARE * ON_N, True)))
         if begins >= ends:
-            at = int(np.searchsorted(rows["sample"], passed))
+            at = ends + int(np.argmax(np.append(share[ends:begins] >= 0.5, True)))
             return rows[:at].copy(), rows[at:].copy(), 0.0
         first, second = rows.copy(), rows.copy()
         both = slice(begins, ends)
@@ -138,15 +142,18 @@ def _line(track: Floats, begin_s: float, end_s: float, at_s: float) -> Floats:
     middle_s, middle_m = weight @ near[:, 0], weight @ near[:, 1:3]
     since_s = near[:, 0] - middle_s
     speed = (weight * since_s) @ (near[:, 1:3] - middle_m) / max(float(weight @ since_s**2), 1e-12)
+    if near[-1, 0] - near[0, 0] < 0.5 * SINGLE_FOOT_S:
+        speed = np.zeros(2)  # no way yet
     return np.stack([middle_m + speed * (at_s - middle_s), speed])
 
 
-def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats) -> float | None:
+def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: bool = False) -> float | None:
     """When the centroid of a load that began at `start_s` lately went from one foot to the next.
 
-    `touchdown_m` (2,) is where its foot came down, maybe on another tile.
+    `touchdown_m` (2,) is where its foot came down, maybe on another tile. A load that began because it was `passed_on`
+    is not soon passed on again.
     """
-    if track[-1, 0] - start_s < HEEL_STRIKE_S + JUMP_S + STAYS_LOADED_S:
+    if track[-1, 0] - start_s < JUMP_S + STAYS_LOADED_S:
         return None
     time_s = track[:, 0]
     begin, end = (
@@ -155,16 +162,26 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats) -> float | N
     )
     towards = track[end, 1:3] - track[begin, 1:3]
     place_m, length_m = track[begin, 1:3], float(np.hypot(*towards))
+    if time_s[begin] < start_s + HEEL_STRIKE_S:
+        stays = np.hypot(*(track[end:, 1:3] - track[end, 1:3]).T).max() <= SIDEWAYS_M
+        if passed_on or not stays or length_m < (FAR_JUMP_M if _strikes(track, start_s) else JUMP_M):
+            return None
     moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, 1:3], towards))
     risen = length_m >= RISEN_JUMP_M and track[end, 3] >= RISE_FACTOR * track[begin, 3]
     # Part of a foot that lies beside a tile may press on it so lightly until another foot comes.
-    on_both = length_m >= JUMP_M and track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= LOADED_N
+    least_n = ON_N if length_m >= FAR_JUMP_M else LOADED_N
+    on_both = length_m >= JUMP_M and track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= least_n
     if track[begin:, 3].min() < LOADED_N and not on_both:
         return None
     if not (moved or (risen and _is_aside(place_m - touchdown_m, towards))):
         return None
     along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
     return float(time_s[begin + int(np.argmax(along >= HANDOVER_SHARE * along[-1]))])
+
+
+def _strikes(track: Floats, start_s: float) -> bool:
+    """Whether a load began as a heel that strikes: soon it bears weight."""
+    return bool(track[: np.searchsorted(track[:, 0], start_s + STRIKE_S), 3].max(initial=0.0) >= LOADED_N)
 
 
 def _is_aside(rolled: Floats, towards: Floats) -> bool:
