@@ -228,6 +228,10 @@ def _palette() -> QPalette:
 
 
 def _style() -> str:
+    return _style_of_text() + _style_of_buttons() + _style_of_fields() + _style_of_views()
+
+
+def _style_of_text() -> str:
     return f"""
 QWidget {{ color: {TEXT}; }}
 QMainWindow, QDialog {{ background: {PANEL}; }}
@@ -244,6 +248,11 @@ QLabel[role="good"] {{ color: {CONTACT}; }}
 QLabel[role="force"] {{ color: {FORCE}; }}
 QLabel[role="code"] {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 4px; padding: 6px; }}
 QToolTip {{ background: {RAISED}; color: {TEXT}; border: 1px solid {LINE}; padding: 4px 6px; }}
+"""
+
+
+def _style_of_buttons() -> str:
+    return f"""
 QPushButton, QToolButton, QComboBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px; min-height: 18px; }}
 QPushButton:hover, QToolButton:hover, QComboBox:hover {{ background: {HOVER}; }}
@@ -274,6 +283,11 @@ QToolButton[role="flat"], QPushButton[role="flat"] {{
 QToolButton[role="flat"]::menu-indicator {{ image: none; }}
 QToolButton[role="flat"]:hover, QPushButton[role="flat"]:hover {{ background: {HOVER}; }}
 QToolButton[role="flat"]:focus, QPushButton[role="flat"]:focus {{ border: 1px solid {VIBRATION}; }}
+"""
+
+
+def _style_of_fields() -> str:
+    return f"""
 QLineEdit, QPlainTextEdit, QAbstractSpinBox {{
     background: {RAISED}; border: 1px solid {RAISED}; border-radius: 4px; padding: 4px 8px;
     selection-background-color: {PALETTE["selected"]}; placeholder-text-color: {MUTED}; }}
@@ -287,6 +301,11 @@ QComboBox::down-arrow {{
     width: 0; height: 0; margin-right: 6px;
     border-left: 4px solid {RAISED}; border-right: 4px solid {RAISED}; border-top: 5px solid {MUTED}; }}
 QComboBox QAbstractItemView {{ background: {RAISED}; border: 1px solid {LINE}; outline: none; }}
+"""
+
+
+def _style_of_views() -> str:
+    return f"""
 QAbstractItemView {{ outline: none; }}
 QTreeView, QListView, QTableView {{ background: {PANEL}; border: none; }}
 QTreeView::item, QListView::item {{ padding: 2px 4px; border-radius: 4px; }}

@@ -111,6 +111,11 @@ class PreviewPanel(QWidget):
         self._lay_out()
         self._late = QTimer(self, singleShot=True, interval=LATE_AFTER_MS)
         self._late.timeout.connect(self._show_late)
+        self._connect()
+        self._arrange_plots()
+        self.clear()
+
+    def _connect(self) -> None:
         self.output.activated.connect(self._draw)
         self.range.activated.connect(self._draw)
         self.log.toggled.connect(self._draw)
@@ -128,8 +133,6 @@ class PreviewPanel(QWidget):
         self.waveform.pointed.connect(self._point_at_time)
         self.spectrogram.pointed.connect(self._point_at_level)
         self.spectrum.pointed.connect(self._point_at_spectrum)
-        self._arrange_plots()
-        self.clear()
 
     def _toggle(self, text: str, tip: str) -> QToolButton:
         button = QToolButton(self)
