@@ -219,7 +219,12 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             peak = self.stimuli[name].peak_m_s2(gain_db)
             where = f"{place}.method reaches {peak:.3g} m/s^2 with {name}"
             if peak > self.limit_m_s2 * (1.0 + 1e-9):
-                raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}")
+                lower = (
+                    f"its gain goes up to {gain_db:g} dB; lower that, or its level"
+                    if gain_db > 0.0
+                    else "lower its level"
+                )
+                raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", METHODS[kind].questions_for(given))
 

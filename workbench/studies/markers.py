@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, DeviceError
+from underfoot.experiments.study import Entry, Page
 from underfoot.floor.layout import Floor
 
 BEGIN, ONSET, END, ANSWER, STOP = "begin", "onset", "end", "answer", "stop"
@@ -17,6 +18,11 @@ BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
 """What a serial trigger sends: of a presentation its beginning (a key, or the first force), the onset of vibration and
 its end; an answer; a stop."""
 BAUD = 115_200
+
+
+def place_of(page: Page | Entry) -> str:
+    """What a mark says of where in the study it was."""
+    return page.stage if page.trial is None else f"{page.stage}.{page.trial.number}"
 
 
 class Markers(Protocol):

@@ -29,7 +29,7 @@ from underfoot.patch.patch import Patch
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.foot_answers import FootAnswers, require_fields
-from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP
+from underfoot.studies.markers import ANSWER, BEGIN, END, ONSET, STOP, place_of
 from underfoot.studies.measuring import TrialRecord
 from underfoot.studies.phase import Phase
 from underfoot.studies.presenter import IDLE, PRESENTED_S, WAITED_S, Presenter
@@ -438,7 +438,7 @@ class Runner:
         known = {"started_at": self._presented.started_at, **facts}
         entry = self.study.answer(values, known)
         self._store(entry)
-        self._equipment.mark(ANSWER, entry.stage)
+        self._equipment.mark(ANSWER, place_of(entry))
         self._open_page()
         if pause_s and self.phase is Phase.WAITING:
             self._due = self._clock() + pause_s
@@ -463,9 +463,7 @@ class Runner:
         self._mark(END)
 
     def _mark(self, what: str, ago_s: float = 0.0) -> None:
-        page = self.page
-        number = f".{page.trial.number}" if page.trial is not None else ""
-        self._equipment.mark(what, f"{page.stage}{number}", ago_s)
+        self._equipment.mark(what, place_of(self.page), ago_s)
 
     def _lost(self, why: str) -> None:
         """A presentation that was on when the engine died does not count."""
