@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
-FLOOR_DB = -110.0
+FLOOR_DB = -140.0
+"""Silence: below what the colours show at the lowest output level."""
 SHOWN_DB = 70.0
 """Levels below the top that the colours span."""
 ROWS = 192

@@ -5,12 +5,9 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import HeatMap, Range
 from underfoot.drawing.layout import Margins
-from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, RunningSpectrum
+from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, SHOWN_DB, RunningSpectrum
 from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.plots.spectrogram import spectrogram
-
-SHOWN_DB = 70.0
-"""Levels below the top that the colours span."""
 
 
 class SpectrogramPlot(Plot):

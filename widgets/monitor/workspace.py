@@ -33,8 +33,8 @@ from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.level_plot import LevelPlot
-from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
-from underfoot.widgets.monitor.spectrogram_plot import SHOWN_DB, SpectrogramPlot
+from underfoot.widgets.monitor.running_spectrum import SHOWN_DB, RunningSpectrum
+from underfoot.widgets.monitor.spectrogram_plot import SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
 from underfoot.widgets.monitor.tile_levels import TileLevels
 from underfoot.widgets.plots.history import History

@@ -432,7 +432,7 @@ class FootFinder:
             return None if ripe or over else math.nan
         if lag_s < SWING_S:
             sure = ripe or age_s >= FIT_DECIDED_S or over or rest_s < math.inf
-            cost = near if sure else math.nan
+            cost: float | None = near if sure else math.nan
         else:
             cost = self._judge_toes(load, mine, track, (ripe, over, rest_s))
         is_sure = cost is not None and not math.isnan(cost)

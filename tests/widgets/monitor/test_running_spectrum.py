@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from underfoot.widgets.monitor.running_spectrum import FLOOR_DB, HIGH_HZ, LOW_HZ, ROWS, RunningSpectrum
+from underfoot.widgets.monitor.spectrogram_plot import SpectrogramPlot
 
 RATE = 48_000.0
 
@@ -47,3 +48,16 @@ def test_missing_samples_are_dark_and_later_ones_stand_in_their_place():
     assert spectrum.end_frame == gapless.end_frame
     assert not spectrum.levels()[:, 45:55].any()
     np.testing.assert_array_equal(spectrum.levels()[:, -5:], gapless.levels()[:, -5:])
+
+
+def test_silence_looks_alike_at_every_level(qtbot):
+    plot, spectrum = SpectrogramPlot(), RunningSpectrum(RATE, 8.0)
+    qtbot.addWidget(plot)
+    plot.resize(400, 200)
+    spectrum.feed(0, np.zeros(int(8.0 * RATE), np.float32))
+    pictures = []
+    for top_db in (0.0, -60.0):
+        plot.set_top(top_db)
+        plot.show_spectrum(spectrum, 8.0 * RATE, RATE)
+        pictures.append(plot.grab().toImage())
+    assert pictures[0] == pictures[1]
