@@ -22,6 +22,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 from underfoot.records import envelopes
 
+SUFFIXES = (".underfoot", ".uf")
 APPLICATION_ID = 0x55464F54  # "UFOT"
 VERSION = 3
 """1 had no `commanded` and `measured`, 2 neither `envelope` nor `mark`. What is missing is empty. A mark that is set in
@@ -433,9 +434,9 @@ def _is_said(key: str, value: object) -> bool:
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file is an SQLite file, as recordings are; also one that `Recording` will refuse."""
+    """Whether a file is an SQLite file or is named as a recording; also one that `Recording` will refuse."""
     try:
         with path.open("rb") as file:
-            return file.read(15) == b"SQLite format 3"
+            return file.read(15) == b"SQLite format 3" or path.suffix.lower() in SUFFIXES
     except OSError:
         return False
