@@ -10,7 +10,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -148,15 +148,18 @@ def _opened(path: Path) -> sqlite3.Connection:
     nobody else can read it meanwhile.
     """
     where = f"{path.resolve().as_uri()}?mode=rw"
+    with suppress(sqlite3.OperationalError):
+        return _connected(where, "pragma application_id", "select count(*) from sqlite_master")
+    return _connected(where, "pragma locking_mode = exclusive")
+
+
+def _connected(where: str, *asked: str) -> sqlite3.Connection:
+    """A connection that has answered; one that does not is closed."""
     base = sqlite3.connect(where, uri=True)
     try:
-        base.execute("pragma application_id").fetchone()
-        base.execute("select count(*) from sqlite_master").fetchone()
-    except sqlite3.OperationalError:
-        base.close()
-        base = sqlite3.connect(where, uri=True)
-        base.execute("pragma locking_mode = exclusive")
-    except sqlite3.Error:
+        for question in asked:
+            base.execute(question).fetchone()
+    except BaseException:
         base.close()
         raise
     return base
