@@ -31,6 +31,17 @@ def test_damaged_files_of_a_kind_are_read_or_refused_in_one_line(name, monkeypat
     assert outcomes.passed, outcomes.found
 
 
+def test_more_files_than_a_share_are_tried_on_all_cores_and_none_is_begun_after_the_time(monkeypatch):
+    monkeypatch.setattr(damage, "KINDS", {"profile": KINDS["profile"]})
+    monkeypatch.setattr(damage, "SHARE", 10)
+    (outcome,) = damage.run(Effort(times=25, seed=11), lambda line: None)
+    assert outcome.passed, outcome.found
+    assert outcome.times == 25
+    (late,) = damage.run(Effort(times=25, seconds=0.0), lambda line: None)
+    assert not late.passed
+    assert late.times == 0
+
+
 def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
     def careless(path):
         np.frombuffer(path.read_bytes(), "<f8")

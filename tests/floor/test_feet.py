@@ -70,6 +70,19 @@ def test_turned_tiles_and_gaps_do_not_matter(gap_m, degrees):
         assert late.max() < 0.2
 
 
+@pytest.mark.parametrize("half_ms", [1, 10])
+def test_a_loose_wire_takes_no_more_time_the_longer_it_hums(half_ms):
+    """Four tiles whose loads come and go for 5 s: this would take hours if each load were compared with all others."""
+    time_s = np.arange(5000) / 1000.0
+    hums = (time_s >= 0.5) & (np.arange(len(time_s)) // half_ms % 2 == 1)
+    force_n = np.where(hums[:, None, None], 250.0, np.zeros((len(time_s), 4, 4)))
+    parts, others = (contacts_of(default_floor(2, 2), time_s, force_n, chunk=chunk) for chunk in (1000, 37))
+    assert set(np.concatenate([part.rows.time_s for part in parts])) <= set(time_s[hums])
+    ids = [contact.id for contact in finished(parts)]
+    assert len(set(ids)) == len(ids) > 0
+    assert ids == [contact.id for contact in finished(others)]
+
+
 @pytest.mark.parametrize("chunk", [1, 37, 100_000])
 def test_chunks_change_no_bit_where_feet_share_tiles(chunk):
     floor = default_floor(3, 3)

@@ -55,6 +55,16 @@ def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so
     assert "holds no force samples" in str(said.exception)
 
 
+@pytest.mark.parametrize("data", [b"", bytes(5000)], ids=["empty", "zeros"])
+@pytest.mark.parametrize("command", [("monitor",), ("render", "-o", "out.wav"), ("export", "-o", "out.csv")])
+def test_what_is_named_as_a_recording_is_refused_as_one(tmp_path, command, data):
+    path = tmp_path / "lost.UNDERFOOT"
+    path.write_bytes(data)
+    said = CliRunner().invoke(cli, [*command, str(path)])
+    assert isinstance(said.exception, BadFile)
+    assert str(said.exception).startswith(f"{path} is not a recording")
+
+
 def test_a_file_with_our_number_and_nothing_else_is_refused_and_let_go_of(tmp_path):
     path = tmp_path / "empty.uf"
     with closing(sqlite3.connect(path)) as base:

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.records.recording import is_recording
+from underfoot.records.recording import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
 from underfoot.widgets.controls.trash import move_to_trash
@@ -31,7 +31,6 @@ from underfoot.widgets.recordings.tracks import time_text
 
 LIST_PX = 33 * theme.GRID
 PICTURE = QSize(72, 32)
-SUFFIXES = (".underfoot", ".uf")
 _PATH = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole + 1
 _Answer = QMessageBox.StandardButton
@@ -183,7 +182,7 @@ class RecordingList(QWidget):
             try:
                 files = sorted(place.iterdir()) if place.is_dir() else [place]
                 for file in files:
-                    if file.suffix in SUFFIXES and is_recording(file):
+                    if file.suffix.lower() in SUFFIXES and file.is_file() and file.stat().st_size > 0:
                         found[file.absolute()] = file.stat().st_mtime
             except OSError:
                 continue

@@ -20,6 +20,7 @@ into chunks moves.
 
 import bisect
 import math
+from collections import deque
 from collections.abc import Iterator
 
 import numpy as np
@@ -79,6 +80,10 @@ SHORTEST_TOUCH_S = 0.08
 OVERLAP_S = 0.05
 """So much longer than the rest of a foot that leaves may its toes be on the next tile."""
 
+MOST_LOADS = 8
+"""A loose wire may, but no feet make so many loads on a tile within `DECIDED_S`: they are taken for one foot's unasked,
+since every question costs more the more loads there are."""
+
 TICK = 8
 """Looked at every so many of the samples that are kept, about 250 a second."""
 
@@ -100,6 +105,7 @@ class FootFinder:
         self._held_samples = math.ceil(HELD_S * rate_hz)
         self._on: dict[int, Load] = {}
         self._loads: list[Load] = []
+        self._latest: list[deque[Load]] = [deque(maxlen=MOST_LOADS) for _ in floor.tiles]
         self._renamed: dict[int, int] = {}
         self._foot_of: dict[int, int] = {}
         self._held = np.zeros(256, tracking.ROW)
@@ -203,8 +209,13 @@ class FootFinder:
             load = Load(int(event["token"]), tile, int(event["sample"]), float(event["time_s"]))
             self._loads.append(load)
             self._on[tile] = load
-            if not self._candidates(load):
+            latest = self._latest[tile]
+            flickers = len(latest) == MOST_LOADS and latest[0].start_s > load.start_s - DECIDED_S
+            if flickers and latest[-1].foot and self._lasted(latest[-1], load):
+                self._join(load, latest[-1].foot)
+            elif flickers or not self._candidates(load):
                 self._found(load)
+            latest.append(load)
         else:
             load = self._on.pop(tile)
             event["token"] = load.token
@@ -227,10 +238,17 @@ class FootFinder:
         self._foot_of[load.token] = foot
 
     def _forget(self, until: int) -> None:
-        """Let go of loads that nothing can be compared with any more."""
+        """Let go of loads that nothing can be compared with any more, and of more on a tile than feet make."""
         oldest = min([until, *(load.sample for load in self._loads if load.end is None or load.foot == 0)])
         live = {load.foot for load in self._loads if load.foot and (load.end is None or load.end >= oldest)}
-        gone = [load for load in self._loads if load.end is not None and load.foot and load.foot not in live]
+        gone = [
+            load
+            for load in self._loads
+            if load.foot
+            and load.end is not None
+            and load.end < until
+            and (load.foot not in live or load.end_s < self._latest[load.tile][0].start_s)
+        ]
         if gone:
             self._loads = [load for load in self._loads if load not in gone]
             for load in gone:

@@ -10,7 +10,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -22,6 +22,7 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced
 from underfoot.records import envelopes
 
+SUFFIXES = (".underfoot", ".uf")
 APPLICATION_ID = 0x55464F54  # "UFOT"
 VERSION = 3
 """1 had no `commanded` and `measured`, 2 neither `envelope` nor `mark`. What is missing is empty. A mark that is set in
@@ -147,15 +148,18 @@ def _opened(path: Path) -> sqlite3.Connection:
     nobody else can read it meanwhile.
     """
     where = f"{path.resolve().as_uri()}?mode=rw"
+    with suppress(sqlite3.OperationalError):
+        return _connected(where, "pragma application_id", "select count(*) from sqlite_master")
+    return _connected(where, "pragma locking_mode = exclusive")
+
+
+def _connected(where: str, *asked: str) -> sqlite3.Connection:
+    """A connection that has answered; one that does not is closed."""
     base = sqlite3.connect(where, uri=True)
     try:
-        base.execute("pragma application_id").fetchone()
-        base.execute("select count(*) from sqlite_master").fetchone()
-    except sqlite3.OperationalError:
-        base.close()
-        base = sqlite3.connect(where, uri=True)
-        base.execute("pragma locking_mode = exclusive")
-    except sqlite3.Error:
+        for question in asked:
+            base.execute(question).fetchone()
+    except BaseException:
         base.close()
         raise
     return base
@@ -433,9 +437,9 @@ def _is_said(key: str, value: object) -> bool:
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file is an SQLite file, as recordings are; also one that `Recording` will refuse."""
+    """Whether a file is an SQLite file or is named as a recording; also one that `Recording` will refuse."""
     try:
         with path.open("rb") as file:
-            return file.read(15) == b"SQLite format 3"
+            return file.read(15) == b"SQLite format 3" or path.suffix.lower() in SUFFIXES
     except OSError:
         return False

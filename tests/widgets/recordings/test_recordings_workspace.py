@@ -294,6 +294,17 @@ def test_what_cannot_be_opened_is_said(workspace, folder, qtbot):
     assert "broken.underfoot" in workspace.axis.note
 
 
+def test_a_recording_that_a_fault_of_the_disk_overwrote_is_listed_as_one_that_cannot_be_read(workspace, folder, qtbot):
+    (folder / "lost.underfoot").write_bytes(bytes(5000))
+    (folder / "begun.underfoot").write_bytes(b"")
+    (folder / "older.underfoot").mkdir()
+    workspace.recordings.refresh()
+    assert workspace.recordings.list.count() == 1
+    item = workspace.recordings.list.item(0)
+    qtbot.waitUntil(lambda: item.text() == "lost\ncannot be read", timeout=LONG_MS)
+    assert "is not a recording" in item.toolTip()
+
+
 def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_path, folder, walk):
     window = quiet_window(qtbot, tmp_path / "kept")
     data = QMimeData()

@@ -7,9 +7,8 @@ import time
 import traceback
 import warnings
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass
-from multiprocessing import get_context
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,8 @@ import numpy as np
 from underfoot.bench.stress.corruption import corrupt_bytes, corrupt_database
 from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.bench.stress.valid_files import KINDS, Kind, read_error
+from underfoot.engine.worker_pool import cores, in_parallel
+from underfoot.errors import UnderfootError
 
 TIMES = 300
 LONGEST_S = 2.0
@@ -28,24 +29,30 @@ SHARE = 500
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for each kind; a file that goes wrong is told with how it goes wrong.
 
-    Of more than `SHARE` files every core takes its shares. After `seconds` none is begun any more.
+    Of more than `SHARE` files every core takes its shares. The kinds have `seconds` between them; a share that is not
+    done by then does not count.
     """
     times = effort.count(TIMES)
     if times <= SHARE:
         for name in KINDS:
             progress(f"stress: damaged files, {name}")
-            yield _line(name, [_damage_and_read(name, times, (effort.seed, 0))], progress)
+            yield _line(name, [_damage_and_read(_Share(name, times, (effort.seed, 0)))], progress)
         return
-    counts = [min(SHARE, times - at) for at in range(0, times, SHARE)]
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        for place, name in enumerate(KINDS):
-            progress(f"stress: damaged files, {name}")
-            began = time.monotonic()
-            shares = [pool.submit(_damage_and_read, name, count, (effort.seed, k)) for k, count in enumerate(counts)]
-            wait(shares, None if effort.seconds is None else effort.seconds / len(KINDS))
-            done = [share.result() for share in shares if not share.cancel()]
-            yield _line(name, done, progress)
-            progress(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
+    for place, name in enumerate(KINDS):
+        progress(f"stress: damaged files, {name}")
+        began = time.monotonic()
+        end = began + (inf if effort.seconds is None else effort.seconds / len(KINDS))
+        yield _line(name, list(_on_all_cores(name, times, effort.seed, end)), progress)
+        progress(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
+
+
+@dataclass(frozen=True)
+class _Share:
+    """What a process does at a stretch."""
+
+    name: str
+    times: int
+    seed: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,16 @@ class _DamageResult:
     lines: tuple[str, ...]
 
 
+def _on_all_cores(name: str, times: int, seed: int, end: float) -> Iterator[_DamageResult]:
+    """The result of each share that is done before `end`; one whose process dies is one file gone wrong."""
+    shares = [_Share(name, min(SHARE, times - at), (seed, at // SHARE)) for at in range(0, times, SHARE)]
+    for number, found in in_parallel(_damage_and_read, shares, cores(), is_stopped=lambda: time.monotonic() > end):
+        if isinstance(found, UnderfootError):
+            yield _DamageResult(1, 0, 1, 0.0, 0, (f"{found} (share {number} of seed {seed})",))
+        else:
+            yield found
+
+
 def _line(name: str, found: Sequence[_DamageResult], progress: Progress) -> Outcome:
     times, refused, wrong, left = (
         sum(getattr(one, of) for one in found) for of in ("times", "refused", "wrong", "left")
@@ -72,9 +89,9 @@ def _line(name: str, found: Sequence[_DamageResult], progress: Progress) -> Outc
     return Outcome(name, times, text, times > 0 and wrong == 0 and left <= 0)
 
 
-def _damage_and_read(name: str, times: int, seed: tuple[int, int]) -> _DamageResult:
-    """Damage a whole file so many times, as this seed draws, and read what comes of it."""
-    kind, rng = KINDS[name], np.random.default_rng(seed)
+def _damage_and_read(share: _Share) -> _DamageResult:
+    """Damage a whole file so many times, as the share's seed draws, and read what comes of it."""
+    kind, rng = KINDS[share.name], np.random.default_rng(share.seed)
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder, "whole")
         kind.write(whole)
@@ -84,18 +101,18 @@ def _damage_and_read(name: str, times: int, seed: tuple[int, int]) -> _DamageRes
         data, before, path = whole.read_bytes(), open_file_count(), Path(folder, "damaged")
         refused, wrong, longest_s = 0, 0, 0.0
         lines: dict[str, str] = {}
-        for number in range(times):
+        for number in range(share.times):
             path.write_bytes(_damaged(kind, data, path, rng))
             said, fault, spent_s = _read(kind, path)
             refused += said is not None and not fault
             wrong += bool(fault)
             longest_s = max(longest_s, spent_s)
             if fault:
-                lines.setdefault(fault, f"{fault} (file {number} of seed {seed})")
+                lines.setdefault(fault, f"{fault} (file {number} of seed {share.seed})")
             for beside in path.parent.glob(f"{path.name}*"):
                 beside.unlink()
         gc.collect()
-        return _DamageResult(times, refused, wrong, longest_s, open_file_count() - before, tuple(lines.values()))
+        return _DamageResult(share.times, refused, wrong, longest_s, open_file_count() - before, tuple(lines.values()))
 
 
 def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
