@@ -38,7 +38,7 @@ def test_a_grid_has_a_file_for_every_combination_and_a_manifest(underfoot, folde
         ("1", "t1"),
         ("1", "all"),
     ]
-    assert [row["peak"] for row in rows] == [str(one["peak"]) for one in json.loads(said.out)]
+    assert [row["peak"] for row in rows] == [str(report["peak"]) for report in json.loads(said.out)]
     for row in rows:
         data = (folder / "made" / row["file"]).read_bytes()
         assert hashlib.sha256(data).hexdigest() == row["sha256"]

@@ -28,7 +28,7 @@ class _Dispatcher(CPUDispatcher):
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return the call template that Numba uses where one kernel calls another."""
-        return super().get_call_template([types.unliteral(one) for one in args], kws)
+        return super().get_call_template([types.unliteral(arg) for arg in args], kws)
 
 
 def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> Any:

@@ -278,7 +278,7 @@ class _Results(CompileResultCacheImpl):
         """Return a compiled version as plain data, without the environments of library functions: only exceptions that
         a kernel does not raise read those, and loading one imports its module."""
         *data, environments = super().reduce(compiled)
-        own = tuple(one for one in environments if not _is_library(one.globals["__name__"]))
+        own = tuple(environment for environment in environments if not _is_library(environment.globals["__name__"]))
         return *data, own
 
 

@@ -20,7 +20,7 @@ from underfoot.records.recording import Recording, Writer
 
 
 def told(outcomes):
-    return [f"{one.what}: {one.found}" for one in outcomes if not one.passed]
+    return [f"{outcome.what}: {outcome.found}" for outcome in outcomes if not outcome.passed]
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -106,7 +106,7 @@ def noise(tmp_path, monkeypatch):
 
 def test_a_calibration_is_added_by_one_file(noise):
     assert issubclass(noise, Calibration)
-    assert [one.name for one in fields(noise)] == ["table", "sensor"]
+    assert [field.name for field in fields(noise)] == ["table", "sensor"]
     command = command_of(noise)
     assert (command.name, command.help) == ("noise", "Measure the noise of an empty tile.")
     assert {"--table", "--sensor", "--target", "--cell", "--profile", "--json"} <= {

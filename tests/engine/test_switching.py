@@ -144,7 +144,7 @@ def heard(patch, strike=""):
 
 def test_an_acceleration_is_heard_as_it_is_and_on_one_tile():
     patch = preset("gravel")
-    id = next(one.id for one in patch.nodes if one.type == "noise")
+    id = next(node.id for node in patch.nodes if node.type == "noise")
     found = auditioned(patch, REGISTRY, id, tile="t2")
     assert found.words == "as it is, in m/s²"
     own = patch_of(("noise.out", "tile-output.acceleration"))

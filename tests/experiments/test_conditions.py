@@ -55,7 +55,7 @@ def test_semicolons_settings_of_the_patch_and_lines_without_a_name(tmp_path):
         "c1": {"strong": "true"},
         "c3": {"strong": "false"},
     }
-    played = [one.at(0.0, REGISTRY).node("gain").parameters["gain"] for one in made.stimuli.values()]
+    played = [stimulus.at(0.0, REGISTRY).node("gain").parameters["gain"] for stimulus in made.stimuli.values()]
     assert played == [0.5, 0.25]
 
 

@@ -32,7 +32,7 @@ def test_constant_stimuli_have_each_pair_once_a_block_and_the_standard_first_in_
 
 def test_one_interval_of_constant_stimuli_is_answered_with_yes_or_no():
     study = Study(made_protocol("constant-stimuli", {"comparisons": ["TD"], "blocks": 3}), "P1")
-    assert [one.name for one in study.page.questions] == ["felt"]
+    assert [question.name for question in study.page.questions] == ["felt"]
     assert len(walked(study)) == 3
 
 
@@ -56,7 +56,7 @@ def ideal(threshold_db, nothing_db=-1001.0):
         if page.kind == "consent":
             return {"agreed": "yes"}
         if page.trial is None:
-            return {one.name: one.default for one in page.questions}
+            return {question.name: question.default for question in page.questions}
         return {"felt": "yes" if page.trial.facts.get("level_db", nothing_db) > threshold_db else "no"}
 
     return answers

@@ -108,7 +108,7 @@ def test_a_right_answer_that_cannot_be_given_is_one_line():
 
 def test_simulated_people_choose_words_at_their_rate(words, tmp_path):
     found = [one for job in jobs_of(words, tmp_path, 80, SimulationSettings(), 80) for one in simulate(job)]
-    (rate,) = [one for one in summaries(found) if one.name == "rate" and one.share == 1.0]
+    (rate,) = [summary for summary in summaries(found) if summary.name == "rate" and summary.share == 1.0]
     assert abs(rate.bias) < 4.0 * rate.spread / 80**0.5
     rows = [row for k in range(4) for row in simulated_rows(words, k, 1, {})[0]]
     assert {row["answer"] for row in rows} == {"sand", "snow", "ice"}

@@ -34,12 +34,14 @@ def found_of(name, people, each=20, **conditions):
 def test_estimates_lie_around_the_truth(name):
     """Every mean over people lies within four standard errors of the truth, or within a twentieth of it."""
     people = PEOPLE.get(name, 24)
-    for one in summaries(found_of(name, people)):
-        if one.share < 1.0 or one.name in ("pse 0.86", "slope 0.86", "intercept 0.86"):
+    for summary in summaries(found_of(name, people)):
+        if summary.share < 1.0 or summary.name in ("pse 0.86", "slope 0.86", "intercept 0.86"):
             continue  # table 6.3's PSE of 151.6 lies beyond the stiffest plate: its mean over people has no bound
-        assert math.isfinite(one.truth), one.name
-        allowed = max(4.0 * one.spread_of(people), 0.05 * abs(one.truth), 0.25 if "threshold" in one.name else 0.02)
-        assert abs(one.median - one.truth) <= allowed + one.spread * 0.4, one
+        assert math.isfinite(summary.truth), summary.name
+        allowed = max(
+            4.0 * summary.spread_of(people), 0.05 * abs(summary.truth), 0.25 if "threshold" in summary.name else 0.02
+        )
+        assert abs(summary.median - summary.truth) <= allowed + summary.spread * 0.4, summary
 
 
 @pytest.mark.parametrize("standard", ["gravel", ""])
@@ -50,7 +52,7 @@ def test_two_patches_without_a_number_are_compared_by_the_share_that_is_judged_m
     for mistakes, share in ((0.0, 0.6), (0.2, 0.58)):
         how = SimulationSettings(truth=(("judged_more", 0.6), ("mistakes", mistakes)))
         found = [one for job in jobs_of(made, Path(), 60, how, 60) for one in simulate(job)]
-        (whole,) = [one for one in summaries(found) if one.share == 1.0]
+        (whole,) = [summary for summary in summaries(found) if summary.share == 1.0]
         assert whole.name == "share snow"
         assert whole.truth == pytest.approx(share)
         assert abs(whole.bias) < 4.0 * math.sqrt(share * (1.0 - share) / 40 / 60)
@@ -63,7 +65,7 @@ def test_two_patches_without_a_number_are_compared_by_the_share_that_is_judged_m
     assert line[:5] == ("S1", "snow", standard, judged, 40)
     p = binomtest(judged, 40).pvalue
     assert line[8] == pytest.approx(p) if standard else math.isnan(line[8])
-    assert [one.title for one in findings.drawings] == ["Judged more, so far"]
+    assert [drawing.title for drawing in findings.drawings] == ["Judged more, so far"]
 
 
 def test_the_same_people_come_of_any_jobs_in_any_order():
@@ -76,7 +78,7 @@ def test_the_same_people_come_of_any_jobs_in_any_order():
 
 def test_a_truth_that_is_set_is_what_is_found():
     found = found_of("detection-threshold", 16, truth=(("threshold_m_s2", 1.5),))
-    (last,) = [one for one in summaries(found) if one.share == 1.0]
+    (last,) = [summary for summary in summaries(found) if summary.share == 1.0]
     assert last.truth == pytest.approx(20.0 * math.log10(1.5 / 0.43))
     assert last.mean == pytest.approx(last.truth, abs=0.8)
 
@@ -103,7 +105,7 @@ def test_what_is_true_of_the_people_stands_beside_the_estimates():
 @pytest.mark.parametrize(("name", "estimate"), [("target-selection", "rate"), ("free-labels", "impact WS")])
 def test_spread_falls_with_the_trials(name, estimate):
     """With the blocks, and where there is one block, with the trials in it."""
-    by_share = {one.share: one.spread for one in summaries(found_of(name, 40)) if one.name == estimate}
+    by_share = {summary.share: summary.spread for summary in summaries(found_of(name, 40)) if summary.name == estimate}
     assert by_share[0.5] > by_share[1.0]
 
 

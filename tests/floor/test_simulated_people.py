@@ -38,10 +38,10 @@ def test_nobody_steps_onto_somebody_else():
     feet = [(step.start_s, step.start_s + step.duration_s, who, place)
             for who, steps in enumerate(walks) for step, place in zip(steps, middles(steps), strict=True)]  # fmt: skip
     near = [
-        np.hypot(*(one[3] - other[3]))
-        for one in feet
+        np.hypot(*(foot[3] - other[3]))
+        for foot in feet
         for other in feet
-        if one[2] < other[2] and one[0] < other[1] and other[0] < one[1]
+        if foot[2] < other[2] and foot[0] < other[1] and other[0] < foot[1]
     ]
     # Bodies keep their clearance; feet stand half a step width beside them, more where they turn.
     assert np.quantile(near, 0.01) > CLEARANCE_M - 0.2

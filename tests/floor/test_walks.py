@@ -113,7 +113,7 @@ def test_the_next_step_has_a_person_while_it_is_under_way():
         counter.feed(tracker.feed(time_s, source.forces[:count]).finished, time_s[-1])
     contacts = tracker.ongoing()
     assert contacts
-    assert {counter.person_at(one.start_s, (one.x_m, one.y_m)) for one in contacts} == {1}
+    assert {counter.person_at(contact.start_s, (contact.x_m, contact.y_m)) for contact in contacts} == {1}
     assert counter.person_at(contacts[0].start_s, (7.0, 0.1)) == 0
 
 

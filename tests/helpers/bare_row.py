@@ -77,7 +77,7 @@ class BareRow:
             one.check()
         for one, old in zip(readonly, before, strict=True):
             assert one.values.tobytes() == old.tobytes(), f"{one.name}: written to, which may only be read"
-        self.outputs = {one.name: one.values for one in outputs}
+        self.outputs = {output.name: output.values for output in outputs}
         self.events = {one.name: _events(one.values, n) for one in made}
 
     def tail(self):

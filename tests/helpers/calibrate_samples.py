@@ -95,7 +95,9 @@ class Weighing:
 
     def answer(self, values):
         page = self.page
-        checked = {one.name: one.check(values.get(one.name, one.default)) for one in page.questions}
+        checked = {
+            question.name: question.check(values.get(question.name, question.default)) for question in page.questions
+        }
         if checked.get("weight_n") == 0.0:
             raise BadMeasurement("0 N was typed; a weight weighs something")
         self.answers |= checked

@@ -29,7 +29,11 @@ def preset_protocol(name):
 
 def first_answers(page):
     """Answer a page with the defaults of its questions, and give consent."""
-    return {"agreed": "yes"} if page.kind == "consent" else {one.name: one.default for one in page.questions}
+    return (
+        {"agreed": "yes"}
+        if page.kind == "consent"
+        else {question.name: question.default for question in page.questions}
+    )
 
 
 def walked(study, answers=first_answers, most=10_000):

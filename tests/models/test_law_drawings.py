@@ -32,7 +32,7 @@ def test_slips_last_as_long_and_go_as_far_as_simulated_paths():
         expected = np.diff(np.interp(edges, exact.x, area))
         counted = np.histogram(found, edges)[0] / 4000
         np.testing.assert_allclose(counted, expected, atol=0.03)
-    assert [one.name for one in period.series] == ["exact", "upcrossings (thesis)"]
+    assert [series.name for series in period.series] == ["exact", "upcrossings (thesis)"]
     assert period.x == "period, ms"
 
 
@@ -53,7 +53,7 @@ def test_every_node_with_laws_draws_them_at_its_defaults(type):
     found = REGISTRY[type].distributions(values(type))
     assert len(found) in (1, 3)
     assert all(drawing.series for drawing in found)
-    assert all(np.isfinite(one.y).all() for drawing in found for one in drawing.series)
+    assert all(np.isfinite(series.y).all() for drawing in found for series in drawing.series)
 
 
 def test_the_command_prints_and_draws_and_says_which_nodes_there_are(tmp_path):

@@ -254,7 +254,7 @@ def marked(server, until, count):
     found = []
 
     def hear():
-        found.extend((one.cue.text, one.at_s, one.sender) for one in server.cues())
+        found.extend((cue.cue.text, cue.at_s, cue.sender) for cue in server.cues())
         return len(found) >= count
 
     until(hear)

@@ -114,11 +114,11 @@ def test_marks_are_kept_in_the_file_also_of_an_earlier_version(earlier):
         mark = old.add_mark(48_000, "turned round")
         old.add_mark(100)
     with Recording(earlier) as again:
-        assert [(one.frame, one.text) for one in again.marks()] == [(100, ""), (48_000, "turned round")]
+        assert [(mark.frame, mark.text) for mark in again.marks()] == [(100, ""), (48_000, "turned round")]
         assert again.version == 2
         again.rename_mark(mark.id, "stood still")
         again.remove_mark(again.marks()[0].id)
-        assert [one.text for one in again.marks()] == ["stood still"]
+        assert [mark.text for mark in again.marks()] == ["stood still"]
 
 
 def test_a_file_that_cannot_be_written_to_says_so(earlier):
@@ -143,7 +143,7 @@ def test_a_survey_is_kept_with_its_figures_and_made_anew_for_another_file(earlie
         assert len(kept.steps) >= 4
         assert kept.whole
         assert load_cached_survey(other) is None
-        peaks = [max(one.force_n) for one in kept.steps]
+        peaks = [max(step.force_n) for step in kept.steps]
         np.testing.assert_allclose(peaks, [max(s.step.peak1_n, s.step.peak2_n) for s in kept.steps], rtol=0.02)
 
 

@@ -26,7 +26,7 @@ def bench(window, qtbot):
     workspace.swaps = []
     window.bridge.reported.connect(
         lambda reports: workspace.swaps.extend(
-            one for one in reports if isinstance(one, CommandApplied) and isinstance(one.command, Swap)
+            report for report in reports if isinstance(report, CommandApplied) and isinstance(report.command, Swap)
         )
     )
     workspace.canvas.setFocus()

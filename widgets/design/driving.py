@@ -59,7 +59,7 @@ def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str)
     new = after.nodes[-1].id
     for port in registry[type].inputs:
         if port.unit == "N":
-            force = next((one.id for one in patch.nodes if one.type == "tile-force"), "")
+            force = next((node.id for node in patch.nodes if node.type == "tile-force"), "")
             if not force:
                 after = after.add("tile-force", registry, _free_place(after, at[0] - _WIDTH - _GAP, at[1]))
                 force = after.nodes[-1].id
@@ -69,7 +69,7 @@ def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str)
 
 def _free_place(patch: Patch, x: float, y: float) -> tuple[float, float]:
     """Here, or as far below as no node lies on it."""
-    while any(abs(one.at[0] - x) < _WIDTH and abs(one.at[1] - y) < _HEIGHT for one in patch.nodes):
+    while any(abs(node.at[0] - x) < _WIDTH and abs(node.at[1] - y) < _HEIGHT for node in patch.nodes):
         y += 8.0
     return snapped(x, y)
 

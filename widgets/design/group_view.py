@@ -97,8 +97,8 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
 def node_of_group(patch: Patch, group: Group) -> PlacedNode:
     """The node that a collapsed group is drawn as: muted or bypassed where all in it is, soloed where anything is."""
     marks = [node.marks for node in patch.nodes if node.id in set(group.members)]
-    muted, bypassed = (bool(marks) and all(name in one for one in marks) for name in ("muted", "bypassed"))
-    soloed = any("soloed" in one for one in marks)
+    muted, bypassed = (bool(marks) and all(name in mark for mark in marks) for name in ("muted", "bypassed"))
+    soloed = any("soloed" in mark for mark in marks)
     return PlacedNode(group.id, "", group.at, muted=muted, bypassed=bypassed, soloed=soloed)
 
 

@@ -84,7 +84,7 @@ class NodeItem(QGraphicsItem):
 
     def show_port(self, name: str, wanted: bool) -> None:
         """Keep the port of a parameter in sight, also while it has no wire; or no longer."""
-        self.shown_ports = tuple(one for one in self.shown_ports if one != name) + ((name,) if wanted else ())
+        self.shown_ports = tuple(port for port in self.shown_ports if port != name) + ((name,) if wanted else ())
         self._reshape()
 
     def _reshape(self) -> None:

@@ -164,7 +164,7 @@ class SlotListening(QObject):
     def _counterpart(self, node: str) -> str:
         """The node of the other slot's patch that is like this one: of the same id and type, or what the tile plays."""
         other, own = self._open_patch.other, self._patch
-        types = {one.id: one.type for one in own.nodes}
+        types = {node.id: node.type for node in own.nodes}
         if other is None or node not in types:
             return ""
         if any((one.id, one.type) == (node, types[node]) for one in other.patch.nodes):

@@ -56,7 +56,7 @@ def _documentation() -> QLabel:
     sources = Path(underfoot.__file__).resolve().parent.parent
     places = (sources / "site" / "index.html", sources / "docs")
     is_checkout = (sources / "mkdocs.yml").is_file()  # else beside it are other people's packages
-    found = next((one for one in places if one.exists()), None) if is_checkout else None
+    found = next((place for place in places if place.exists()), None) if is_checkout else None
     link = f'<a href="{found.as_uri()}">{found}</a>' if found is not None else "the pages in docs, beside the sources"
     shown = theme.label(f"Documentation: {link}", "muted")
     shown.setOpenExternalLinks(True)

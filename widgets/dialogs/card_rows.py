@@ -129,7 +129,7 @@ class CardRows(QWidget):
         row.remove_button.clicked.connect(partial(self._remove, row))
         self._layout.insertWidget(len(self.rows), row)
         self.rows.append(row)
-        taken = {one.device_box.currentData() for one in self.rows[:-1]}
+        taken = {row.device_box.currentData() for row in self.rows[:-1]}
         free = next((name for name, _, _ in self._devices if name not in taken), None)
         if len(self.rows) > 1 and free is not None:
             row.show_output(free, 0)

@@ -139,7 +139,7 @@ class ExportDialog(QDialog):
             self._stop("Stopped; nothing was written.")
             return
         suffix = self.format.suffix
-        patterns = " ".join(f"*{one}" for one in self.format.suffixes if one) or "*"
+        patterns = " ".join(f"*{suffix}" for suffix in self.format.suffixes if suffix) or "*"
         name = f"{self._name}{suffix}"
         self._file_chooser.ask(
             f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix

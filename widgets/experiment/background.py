@@ -65,7 +65,7 @@ class BackgroundWorker(QObject):
                 self._task = None
                 signal.emit(result)
 
-        self._threads = [one for one in self._threads if one.is_alive()]
+        self._threads = [thread for thread in self._threads if thread.is_alive()]
         self._threads.append(threading.Thread(target=work, name="findings"))
         self._threads[-1].start()
 

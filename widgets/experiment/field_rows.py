@@ -79,7 +79,7 @@ class FieldRows(QWidget):
             case NamedChoice(values=values):
                 return self._choices(name, values, value)
             case StimulusName():
-                return self._choices(name, {"(none)": "", **{one: one for one in self._stimuli}}, value)
+                return self._choices(name, {"(none)": "", **{stimulus: stimulus for stimulus in self._stimuli}}, value)
         if name in LONG_TEXTS:
             text = QPlainTextEdit(str(value))
             text.setTabChangesFocus(True)

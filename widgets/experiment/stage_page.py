@@ -88,7 +88,7 @@ class StagePage(ItemList):
             self._insert(index + 1, {**_deep_copy(self._stages[index]), "next": ""})
 
     def _insert(self, index: int, stage: dict[str, Any]) -> None:
-        taken = {one.get("id") for one in self._stages}
+        taken = {stage.get("id") for stage in self._stages}
         stem = stage["id"] or "stage"
         stage["id"] = next(f"{stem}-{k}" for k in range(1, 10_000) if f"{stem}-{k}" not in taken)
         self._stages.insert(index, stage)
@@ -161,7 +161,7 @@ class StageForm(QWidget):
 
     def _next_stage_field(self) -> NamedChoice:
         """What can come behind this stage."""
-        ways = {"the next in the list": "", "the end of the study": END, **{one: one for one in self._others}}
+        ways = {"the next in the list": "", "the end of the study": END, **{other: other for other in self._others}}
         said = fields_of(Stage, ["next"])["next"]
         follows = NamedChoice("", values=ways, doc=said.doc, label=said.label)
         ask("next", follows)

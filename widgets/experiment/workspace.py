@@ -261,13 +261,13 @@ class ExperimentWorkspace(Workspace):
         """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
         study = load_study(path, self._registry, is_own=True)
         self._people.pop(path, None)  # its methods may be others now
-        known = [one.path for one in self.studies]
+        known = [study.path for study in self.studies]
         if path in known:
             self.studies[known.index(path)] = study
         else:
             self.studies.append(study)
         self._close_editor()
-        self.list.show_studies(self.studies, [one.path for one in self.studies].index(path))
+        self.list.show_studies(self.studies, [study.path for study in self.studies].index(path))
         self.overview.participant.clear()
         self.overview.participant.setFocus()
 

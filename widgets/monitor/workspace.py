@@ -227,9 +227,9 @@ class MonitorWorkspace(Workspace):
 
     def _show_starts(self, reports: list[object]) -> None:
         """Mark the tile on which a patch began with the step of its preview: forces of the floor are without it."""
-        for one in reports:
-            if isinstance(one, CommandApplied) and isinstance(one.command, Start):
-                self.map.show_step(one.command.tile)
+        for report in reports:
+            if isinstance(report, CommandApplied) and isinstance(report.command, Start):
+                self.map.show_step(report.command.tile)
 
     def draw(self) -> None:
         """Draw the present, unless it cannot be seen or is paused."""

@@ -148,6 +148,10 @@ def _frame_key_of(drawing: Drawing) -> FrameKey | None:
     given = [drawing.x_range, drawing.y_range] + ([drawing.right_range] if drawing.right else [])
     if None in given:
         return None
-    legend = tuple((one.name, one.style, one.colour, one.right) for one in drawing.series if one.name or one.right)
+    legend = tuple(
+        (series.name, series.style, series.colour, series.right)
+        for series in drawing.series
+        if series.name or series.right
+    )
     axes = (drawing.x, drawing.y, drawing.right, drawing.x_log, drawing.y_log, drawing.equal)
     return (drawing.title, *axes, *given, *legend)

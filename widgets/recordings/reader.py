@@ -61,7 +61,7 @@ class OverviewEnvelopes:
     def envelope(self, source: str, frames: float) -> Envelope:
         """The level whose bins are as long as `frames`, or the next shorter ones."""
         levels = self.levels[source]
-        fitting = [one for one in levels if len(one) and float(np.median(one.end - one.begin)) <= frames]
+        fitting = [level for level in levels if len(level) and float(np.median(level.end - level.begin)) <= frames]
         return fitting[-1] if fitting else levels[0]
 
 

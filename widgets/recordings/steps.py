@@ -78,9 +78,9 @@ class RecordedSteps(QWidget):
         self._steps, self._choice = steps, choice
         place = self.table.verticalScrollBar().value()
         values = {
-            "person": sorted({str(one.step.person) for one in steps if one.step.person}, key=int),
-            "side": sorted({one.step.side for one in steps}),
-            "tile": sorted({one.step.tile for one in steps}, key=lambda name: (len(name), name)),
+            "person": sorted({str(step.step.person) for step in steps if step.step.person}, key=int),
+            "side": sorted({step.step.side for step in steps}),
+            "tile": sorted({step.step.tile for step in steps}, key=lambda name: (len(name), name)),
         }
         for name, box in self.filters.items():
             wanted = box.currentText().removeprefix(f"{name} ")

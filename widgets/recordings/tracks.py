@@ -61,12 +61,12 @@ class RecordingContent:
         """The number of a contact's step in the list."""
         self.visible_steps: Sequence[int] = range(len(steps))
         """The numbers of the steps that are not filtered out."""
-        self.spans_s = np.array([(one.start_s, one.end_s) for one in contacts]).reshape(-1, 2)
+        self.spans_s = np.array([(contact.start_s, contact.end_s) for contact in contacts]).reshape(-1, 2)
         free = [-math.inf] * _BARS
         rows = []
-        for one in contacts:
-            row = next((k for k in range(_BARS) if free[k] <= one.start_s), int(np.argmin(free)))
-            free[row] = one.end_s
+        for contact in contacts:
+            row = next((k for k in range(_BARS) if free[k] <= contact.start_s), int(np.argmin(free)))
+            free[row] = contact.end_s
             rows.append(row)
         self.bar_rows = np.array(rows, np.intp)
 
@@ -340,7 +340,7 @@ class TrackPainter:
         """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""
         track, found = self.tracks["contacts"], []
         left, right, seen = self._spans_px()
-        wide = (right - left >= _THIN_PX) | np.array([one.id == chosen for one in self.content.contacts], bool)
+        wide = (right - left >= _THIN_PX) | np.array([contact.id == chosen for contact in self.content.contacts], bool)
         for k in np.flatnonzero(seen & wide).tolist():
             top = track.top + 3.0 + int(self.content.bar_rows[k]) * _BAR_PX
             bar = QRectF(left[k], top, max(right[k] - left[k], 1.0), _BAR_PX - 3.0)

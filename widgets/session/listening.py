@@ -179,9 +179,9 @@ class Listening(QObject):
 
     def _handle_reports(self, reports: list[object]) -> None:
         """Step on the tile once the patch for a single node plays; continue the loop in a new session."""
-        if self._is_looping and any(isinstance(one, Started) for one in reports):
+        if self._is_looping and any(isinstance(report, Started) for report in reports):
             self._controller.loop(self.tile, self._loop_s)
-        swapped = any(isinstance(one, CommandApplied) and isinstance(one.command, Swap) for one in reports)
+        swapped = any(isinstance(report, CommandApplied) and isinstance(report.command, Swap) for report in reports)
         if self._steps_when_swapped and swapped and (self.auditioned_output is not None or self._preset is not None):
             self._steps_when_swapped = False
             QTimer.singleShot(round(1e3 * SETTLE_S), self._step)

@@ -59,7 +59,7 @@ def command_of(declared: "type[Calibration]") -> click.Command:
         known = tile.known(measured.tile)
         tile.conclude(measured.analyse(known), known)
 
-    parameters = [one for group in (declared, rig_options, TileOptions) for one in click_parameters(group)]
+    parameters = [option for group in (declared, rig_options, TileOptions) for option in click_parameters(group)]
     return click.Command(declared.kind, params=parameters, callback=run, help=declared.summary)
 
 

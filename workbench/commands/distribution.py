@@ -32,7 +32,7 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     from underfoot.patch.patch import Patch
 
     loaded = Patch.load(patch, REGISTRY)
-    with_distributions = [one for one in loaded.nodes if REGISTRY[one.type].distributions is not None]
+    with_distributions = [node for node in loaded.nodes if REGISTRY[node.type].distributions is not None]
     chosen = [one for one in with_distributions if node is None or one.id == node]
     if not chosen:
         known = ", ".join(one.id for one in with_distributions) or "none: no node of this patch has laws"
@@ -55,7 +55,7 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
 
 
 def _data(drawing: "Drawing") -> dict[str, Any]:
-    series = [{"name": one.name, "x": one.x.tolist(), "y": one.y.tolist()} for one in drawing.series]
+    series = [{"name": series.name, "x": series.x.tolist(), "y": series.y.tolist()} for series in drawing.series]
     return {"title": drawing.title, "x": drawing.x, "y": drawing.y, "series": series}
 
 
@@ -64,9 +64,11 @@ def _lines(id: str, drawings: "tuple[Drawing, ...]") -> list[str]:
     lines = [id]
     for drawing in drawings:
         lines.append(f"  {drawing.title}: {drawing.y} over {drawing.x}")
-        for one in drawing.series:
-            top = int(one.y.argmax()) if len(one.y) else -1
-            if top >= 0 and math.isfinite(one.y[top]):
-                ends = f"{one.x.min():.4g} to {one.x.max():.4g}"
-                lines.append(f"    {one.name or 'found':22} from {ends}, most at {one.x[top]:.4g}: {one.y[top]:.4g}")
+        for series in drawing.series:
+            top = int(series.y.argmax()) if len(series.y) else -1
+            if top >= 0 and math.isfinite(series.y[top]):
+                ends = f"{series.x.min():.4g} to {series.x.max():.4g}"
+                lines.append(
+                    f"    {series.name or 'found':22} from {ends}, most at {series.x[top]:.4g}: {series.y[top]:.4g}"
+                )
     return lines

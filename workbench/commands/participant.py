@@ -204,8 +204,8 @@ def _ask(questions: Any, kind: str) -> None:
     if kind == "learn":
         _say("Type a number to feel it; it ends by itself.")
         return
-    for one in questions:
-        _say(f"{one.doc} ({one.allowed})" if one.kind != "text" else one.doc)
+    for question in questions:
+        _say(f"{question.doc} ({question.allowed})" if question.kind != "text" else question.doc)
     if not questions:
         _say("Press Enter to go on.")
 

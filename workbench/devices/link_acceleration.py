@@ -61,8 +61,8 @@ class LinkAcceleration:
 
     def __init__(self, accelerometers: tuple[Accelerometer, ...], floor: Floor, assembly: Assembly) -> None:
         self._scale = np.zeros(len(floor.tiles))
-        for one in accelerometers:
-            self._scale[floor.index(one.tile)] = one.m_s2_per_unit / REST
+        for accelerometer in accelerometers:
+            self._scale[floor.index(accelerometer.tile)] = accelerometer.m_s2_per_unit / REST
         self._queue = np.zeros(_QUEUE, QUEUED)
         self._tiles = np.zeros(len(floor.tiles), TILE)
         self._tiles["epoch"] = -1

@@ -87,8 +87,8 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         at = pixel_centre(float((x if line.axis == "x" else y).place(line.at)))
         ends = [(at, area.bottom), (at, area.top)] if line.axis == "x" else [(area.left, at), (area.right, at)]
         yield Segments(np.array([ends]), line.colour, line.dashed)
-    for one in drawing.series:
-        yield from shapes_of(one, x, frame.right if one.right and frame.right is not None else y)
+    for series in drawing.series:
+        yield from shapes_of(series, x, frame.right if series.right and frame.right is not None else y)
     for line in marks:
         if line.name:
             top = float(y.place(line.at)) if line.axis == "y" else area.top
@@ -120,7 +120,7 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     for words in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
         shapes.append(Text(words, _PAD, top + 16.0, "text", "start", TITLE_PX, True))
         top += _TITLE_LINE_PX
-    for row in _legend_rows([one for one in drawing.series if one.name], room, measure):
+    for row in _legend_rows([series for series in drawing.series if series.name], room, measure):
         for left, one in row:
             shapes += key_of(one, left, top + 8.5, _KEY_PX)
             shapes.append(Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, "text"))
@@ -172,10 +172,10 @@ def _legend_rows(named: Sequence[Series], room: float, measure: Measure) -> list
 
 def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Axis, Axis, Axis | None]:
     across, up = tick_px
-    ends = [one.to for one in drawing.series if one.to is not None]
-    mine = [one for one in drawing.series if not one.right]
+    ends = [series.to for series in drawing.series if series.to is not None]
+    mine = [series for series in drawing.series if not series.right]
     x_shown = drawing.x_range or span(
-        _joined([one.x for one in drawing.series] + [to[:, 0] for to in ends]), drawing.x_log
+        _joined([series.x for series in drawing.series] + [to[:, 0] for to in ends]), drawing.x_log
     )
     y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), drawing.y_log)
     x_make = y_make = fixed_axis
@@ -189,7 +189,7 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
     y = y_make(y_shown, drawing.y_log, area.bottom, area.top, up)
     if not drawing.right:
         return x, y, None
-    right_shown = drawing.right_range or span(_joined([one.y for one in drawing.series if one.right]), False)
+    right_shown = drawing.right_range or span(_joined([series.y for series in drawing.series if series.right]), False)
     right_make = fixed_axis if drawing.right_range else round_axis
     return x, y, right_make(right_shown, False, area.bottom, area.top, up)
 
@@ -233,7 +233,7 @@ def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | No
 
 def _right_colour(drawing: Drawing) -> str:
     """Return the colour of the data on the right axis."""
-    return next((one.colour for one in drawing.series if one.right), "muted")
+    return next((series.colour for series in drawing.series if series.right), "muted")
 
 
 def _with_unit(axis: Axis, label: str) -> list[tuple[float, str]]:

@@ -15,13 +15,13 @@ def csv(drawing: Drawing) -> str:
     held,1,40
     held,10,41
     """
-    has_arrows = any(one.to is not None for one in drawing.series)
+    has_arrows = any(series.to is not None for series in drawing.series)
     heads = ["series", _quoted(drawing.x), _quoted(drawing.y), *(["to_x", "to_y"] if has_arrows else [])]
     lines = [",".join(heads)]
-    for one in drawing.series:
-        columns = [one.x, one.y] + ([one.to[:, 0], one.to[:, 1]] if one.to is not None else [])
-        rest = "" if one.to is not None or not has_arrows else ",,"
-        name = _quoted(one.name or (drawing.right if one.right else drawing.y).partition(",")[0])
+    for series in drawing.series:
+        columns = [series.x, series.y] + ([series.to[:, 0], series.to[:, 1]] if series.to is not None else [])
+        rest = "" if series.to is not None or not has_arrows else ",,"
+        name = _quoted(series.name or (drawing.right if series.right else drawing.y).partition(",")[0])
         lines += [f"{name},{','.join(f'{v:.9g}' for v in row)}{rest}" for row in np.column_stack(columns).tolist()]
     heat = drawing.heat
     if heat is not None:

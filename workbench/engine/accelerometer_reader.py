@@ -37,7 +37,7 @@ class CardReader:
     def __init__(
         self, accelerometers: tuple[Accelerometer, ...], floor: Floor, rings: SessionMemory, rate_hz: float, block: int
     ) -> None:
-        inputs = 1 + max(one.channel for one in accelerometers)
+        inputs = 1 + max(accelerometer.channel for accelerometer in accelerometers)
         self.recorded = np.zeros((block, inputs), np.float32)
         self.delay_frames = 0
         self.jumps = 0
@@ -45,8 +45,11 @@ class CardReader:
         self._most, self._near = round(MOST_DELAY_S * rate_hz), round(NEAR_S * rate_hz)
         self._too_late = round(TOO_LATE_S * rate_hz)
         self._rows = np.zeros((block * -(-round(_HISTORY_S * rate_hz) // block), len(floor.tiles)), np.float32)
-        self._tiles = [floor.index(one.tile) for one in accelerometers]
-        self._scales = [(self.recorded[:, one.channel], np.float32(one.m_s2_per_unit)) for one in accelerometers]
+        self._tiles = [floor.index(accelerometer.tile) for accelerometer in accelerometers]
+        self._scales = [
+            (self.recorded[:, accelerometer.channel], np.float32(accelerometer.m_s2_per_unit))
+            for accelerometer in accelerometers
+        ]
         self._origin = -1  # session frame of the first row
         self._begin = self._end = 0  # the session frames in `_rows`: from begin, up to end
         self._next = 0  # the first frame that is not written yet
@@ -158,7 +161,7 @@ def reader_of(
     accelerometers: tuple[Accelerometer, ...], source: ForceSource, rings: SessionMemory, rate_hz: float, block: int
 ) -> AccelerometerReader | None:
     """Return the reader of these accelerometers, or None if there are none or the source is not a device."""
-    if any(one.channel != LINK for one in accelerometers):
+    if any(accelerometer.channel != LINK for accelerometer in accelerometers):
         return CardReader(accelerometers, source.floor, rings, rate_hz, block)
     if accelerometers and isinstance(source, DeviceFloor):
         return LinkReader(source.accelerations_of(accelerometers), source.floor, rings.measured, rate_hz, block)

@@ -142,6 +142,6 @@ def _least_s(work: Callable[[], Any]) -> float:
 
 def _name(functions: Sequence[Any], values: Mapping[str, Any]) -> str:
     """Digest of what is measured: the code of the functions and of those they call, the values, the processor."""
-    code = [digest(one) for one in functions]
+    code = [digest(function) for function in functions]
     text = json.dumps([code, dict(values), binding.get_host_cpu_name()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -87,32 +87,32 @@ class FurtherStreams:
             )
             for card in cards
         ]
-        runner.further_cards = tuple(one.frames for one in self._streams)
+        runner.further_cards = tuple(stream.frames for stream in self._streams)
 
     def open(self) -> list[str]:
         """Open all cards that are closed; return a line for each that fails."""
         notices = []
-        for one in self._streams:
-            if one.stream is None:
+        for stream in self._streams:
+            if stream.stream is None:
                 try:
-                    one.open()
+                    stream.open()
                 except DeviceError as error:
-                    notices.append(f"{error}; silent: {one.tiles}")
+                    notices.append(f"{error}; silent: {stream.tiles}")
         return notices
 
     def keep(self) -> None:
         """Detect cards that have gone, try to reopen them, and publish the largest offset from the engine's clock."""
-        for one in self._streams:
-            if one.stream is not None and one.stream.finished:
-                one.close()
-                self._notify(f"{one.name} has gone; silent: {one.tiles}")
-            elif one.is_due:
+        for stream in self._streams:
+            if stream.stream is not None and stream.stream.finished:
+                stream.close()
+                self._notify(f"{stream.name} has gone; silent: {stream.tiles}")
+            elif stream.is_due:
                 try:
-                    one.open()
+                    stream.open()
                 except DeviceError:
                     continue
-                self._notify(f"{one.name} is back; it plays {one.tiles}")
-        playing = [one.frames for one in self._streams if one.stream is not None]
+                self._notify(f"{stream.name} is back; it plays {stream.tiles}")
+        playing = [stream.frames for stream in self._streams if stream.stream is not None]
         worst = max(playing, key=lambda frames: abs(frames.offset_frames), default=None)
         if worst is not None:
             self._status.put(Field.CARDS_DELAY_S, worst.delay_frames / worst.rate_hz)
@@ -122,21 +122,24 @@ class FurtherStreams:
     @property
     def any_playing(self) -> bool:
         """Whether any of them plays."""
-        return any(one.stream is not None for one in self._streams)
+        return any(stream.stream is not None for stream in self._streams)
 
     @property
     def silence(self) -> tuple[str, ...]:
         """Which cards are away, and the tiles that are silent without them."""
-        return tuple(f"{one.name} is not there; silent: {one.tiles}" for one in self._streams if one.stream is None)
+        return tuple(
+            f"{stream.name} is not there; silent: {stream.tiles}" for stream in self._streams if stream.stream is None
+        )
 
     @property
     def underruns(self) -> int:
         """Number of underruns and late blocks of all further cards."""
         return sum(
-            one.underruns + one.frames.underruns + (one.stream.underruns if one.stream else 0) for one in self._streams
+            stream.underruns + stream.frames.underruns + (stream.stream.underruns if stream.stream else 0)
+            for stream in self._streams
         )
 
     def close(self) -> None:
         """Close all cards."""
-        for one in self._streams:
-            one.close()
+        for stream in self._streams:
+            stream.close()

@@ -256,7 +256,7 @@ class Session:
         """
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
-        through = tuple(one for one in self._equalisers.values() if one.tile == tile)
+        through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
         self._preview_request = PreviewRequest(
             self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, distributions, through
         )

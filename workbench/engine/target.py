@@ -73,7 +73,7 @@ def is_simulated(target: Target) -> bool:
     transport delivers no acceleration.
     """
     if target.kind in ("simulator", "replay"):
-        return all(one.channel == LINK for one in target.accelerometers)
+        return all(accelerometer.channel == LINK for accelerometer in target.accelerometers)
     return bool(target.simulation) and not target.accelerometers
 
 

@@ -86,7 +86,9 @@ def _unread(raw: Any, kind: Any, place: str) -> Iterator[str]:
     kinds = _structures(kind)
     if isinstance(raw, dict) and kinds:
         hints = {
-            field.encode_name: get_type_hints(one)[field.name] for one in kinds for field in msgspec.structs.fields(one)
+            field.encode_name: get_type_hints(kind)[field.name]
+            for kind in kinds
+            for field in msgspec.structs.fields(kind)
         }
         for key, value in raw.items():
             inside = f"{place}.{key}" if place else key

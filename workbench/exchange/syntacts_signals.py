@@ -358,7 +358,9 @@ def _bezier(points: list[Any]) -> tuple[Curve, float]:
     curve = []
     for left, right in pairwise(points):
         corners = [field_of(one, name) for one, name in ((left, "p"), (left, "cpR"), (right, "cpL"), (right, "p"))]
-        curve.append(np.array([(number_in(one, "t", 0.0), number_in(one, "y", 0.0)) for one in corners]).T @ weights)
+        curve.append(
+            np.array([(number_in(corner, "t", 0.0), number_in(corner, "y", 0.0)) for corner in corners]).T @ weights
+        )
     times, values = np.concatenate(curve, axis=1)
     times = np.maximum.accumulate(times)
     return lambda t: np.interp(t, times, values, 0.0, 0.0), float(times[-1])

@@ -211,9 +211,9 @@ class Discriminator(Observer):
     def _has_numbers(self) -> bool:
         """Whether comparisons differ in a factor that is a number, or in their level: a curve goes along it."""
         stimuli = [self.protocol.stimuli[name] for name in self.given["comparisons"]]
-        kinds = {name for one in stimuli for name, value in one.factors.items() if not isinstance(value, str)}
-        differ = any(len({one.factors.get(name) for one in stimuli}) > 1 for name in kinds)
-        return differ or len({one.peak_m_s2() for one in stimuli}) > 1
+        kinds = {name for stimulus in stimuli for name, value in stimulus.factors.items() if not isinstance(value, str)}
+        differ = any(len({stimulus.factors.get(name) for stimulus in stimuli}) > 1 for name in kinds)
+        return differ or len({stimulus.peak_m_s2() for stimulus in stimuli}) > 1
 
     def _at(self, level: float) -> tuple[float, float]:
         pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
@@ -338,7 +338,7 @@ class SimulatedParticipant:
             return {"agreed": YES}
         if page.trial is not None:
             return self.observers[page.stage].answer(page.trial, self._random)
-        return {one.name: one.default for one in page.questions}
+        return {question.name: question.default for question in page.questions}
 
 
 def _moved(share: float, logits: float) -> float:

@@ -90,8 +90,8 @@ def _estimates(
 ) -> Iterable[tuple[str, float, float, float]]:
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         settings = settings_of(protocol, stage, Settings(bootstrap=bootstrap if share == 1.0 else 0))
-        for one in ANALYSES[method].estimates(_first(part, share), settings):
-            yield one.name, one.value, one.low, one.high
+        for estimate in ANALYSES[method].estimates(_first(part, share), settings):
+            yield estimate.name, estimate.value, estimate.low, estimate.high
 
 
 def _first(rows: Sequence[Row], share: float) -> Sequence[Row]:

@@ -99,7 +99,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) -> None:
     node, _, parameter = name.partition(".")
-    types = {one.id: registry[one.type] for one in patch.nodes}
+    types = {node.id: registry[node.type] for node in patch.nodes}
     known = ", ".join(f"{id}.{p}" for id, type in types.items() for p in type.parameters)
     good = node in types and parameter in types[node].parameters
     require(good, f"{place}.settings", name, f"parameters of the patch: {known or 'none'}")

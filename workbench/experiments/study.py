@@ -240,13 +240,13 @@ class Study:
 
     def _checked(self, values: Answers) -> dict[str, Any]:
         questions = self._page.questions
-        unknown = set(values) - {one.name for one in questions}
+        unknown = set(values) - {question.name for question in questions}
         if unknown:
             raise BadValue(f"{self._page.title or self._page.stage} does not ask for {min(unknown)}")
-        for one in questions:
-            if one.name not in values and needs_answer(one):
-                raise unanswered(one)
-        checked = {one.name: one.check(values.get(one.name, one.default)) for one in questions}
+        for question in questions:
+            if question.name not in values and needs_answer(question):
+                raise unanswered(question)
+        checked = {question.name: question.check(values.get(question.name, question.default)) for question in questions}
         if self._page.kind == "consent":
             require(checked[AGREED] == "yes", AGREED, checked[AGREED], "yes; who does not agree does not take part")
         return checked

@@ -86,7 +86,7 @@ def conversion_tables(floor: Floor, profiles: Mapping[str, Profile], nominal: Fl
     known = [profiles.get(tile.id, Profile(tile=tile.id)) for tile in floor.tiles]
     corrections = [_correction(profile) for profile in known]
     scales, terms, corners = (
-        max((len(getattr(one, name)) for one in corrections if one is not None), default=0)
+        max((len(getattr(correction, name)) for correction in corrections if correction is not None), default=0)
         for name in ("nonlinearity_scales_n", "powers", "area_m")
     )
     curves = [nominal]

@@ -377,7 +377,7 @@ def round_trip_frames(profiles: Mapping[str, Profile], rate_hz: int, block: int)
     >>> round_trip_frames({"t1": Profile(tile="t1", latency=part)}, 48000, 128)
     480
     """
-    parts = [one.latency for one in profiles.values() if one.latency is not None]
+    parts = [profile.latency for profile in profiles.values() if profile.latency is not None]
     found = [part.round_trip_ms for part in parts if (part.rate_hz, part.block) == (rate_hz, block)]
     return round(1e-3 * rate_hz * float(np.median(found))) if found else 0
 

@@ -43,14 +43,14 @@ class SimulatedSensors:
         self.lines = uncalibrated(floor, profiles or {}, "the nominal curve of the sensors is assumed")
         self._tables = conversion_tables(floor, profiles or {}, parameters.sensors.corner_n(np.arange(COUNTS)))
         self._is_corrected = bool(self._tables.corrected.any())
-        preloads_n = np.array([one.preload_n for one in self.tiles])
+        preloads_n = np.array([tile.preload_n for tile in self.tiles])
         arrays = _Arrays(
             states=np.zeros((len(floor.tiles), 4), fsr.STATE),
-            coefficients=np.array([one.coefficients(rate_hz) for one in self.tiles]),
-            keys=np.array([one.noise_keys for one in self.tiles]),
-            splits=np.array([one.split for one in self.tiles]),
+            coefficients=np.array([tile.coefficients(rate_hz) for tile in self.tiles]),
+            keys=np.array([tile.noise_keys for tile in self.tiles]),
+            splits=np.array([tile.split for tile in self.tiles]),
             preloads_n=preloads_n,
-            twists=np.array([one.twist for one in self.tiles]),
+            twists=np.array([tile.twist for tile in self.tiles]),
             curve=self._tables.curve,
             curves=self._tables.curves,
             zeros_n=np.where(self._tables.curve == NOMINAL, preloads_n[:, None], 0.0),

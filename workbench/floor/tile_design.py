@@ -111,7 +111,7 @@ def _design(tiles: list[Tile], parameters: TileParameters, thesis: "TileProperti
     for stiffness in ("solid",) if parameters.plate.stiffness == "solid" else ("thesis", "textbook"):
         own = here.plate_with(stiffness).frequencies_hz(here.tile.size_m, 3)
         modes[f"the plate, edges held, stiffness: {stiffness}"] = sorted(float(x) for x in own)[:6]
-    return Design(tuple(one.id for one in tiles), rows, modes, here)
+    return Design(tuple(tile.id for tile in tiles), rows, modes, here)
 
 
 class TileProperties:

@@ -69,7 +69,7 @@ def drawings(here: TileProperties) -> list[tuple[str, Drawing]]:
 def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Figure 4.9: resonance over Young's modulus."""
     modulus, variants = _suspensions(here)
-    f0 = np.array([one.resonance_hz() for one in variants])
+    f0 = np.array([variant.resonance_hz() for variant in variants])
     chosen = here.suspension.modulus_pa / 1e6
     lines = (
         series("f0", modulus, f0),
@@ -83,7 +83,9 @@ def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
 def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
     """Figure 4.9: deflection over Young's modulus."""
     modulus, variants = _suspensions(here)
-    shared, corner = ([_MILLI * one.deflection_m(LOAD_N, load) for one in variants] for load in ("shared", "corner"))
+    shared, corner = (
+        [_MILLI * variant.deflection_m(LOAD_N, load) for variant in variants] for load in ("shared", "corner")
+    )
     chosen = here.suspension.modulus_pa / 1e6
     lines = (
         series("over one corner", modulus, corner, colour="force"),

@@ -134,7 +134,7 @@ class ResponseTotals:
     def lines(self, floor: Floor) -> Iterator[str]:
         """A line for each tile that was asked something."""
         for tile, squares, (peak, reached) in zip(floor.tiles, self._squares.T, self._peaks.T, strict=True):
-            commanded_rms, measured_rms = (math.sqrt(one / max(self._frames, 1)) for one in squares)
+            commanded_rms, measured_rms = (math.sqrt(square / max(self._frames, 1)) for square in squares)
             if peak >= LEAST_M_S2:
                 off_db = 20.0 * math.log10(max(measured_rms, 1e-9) / commanded_rms)
                 levels = f"asked {commanded_rms:.3g} m/s^2 RMS, done {measured_rms:.3g} ({off_db:+.1f} dB)"

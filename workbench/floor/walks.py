@@ -131,7 +131,9 @@ class WalkTracker:
             if until_s > now_s:
                 break
             others = (one for one in list(self._due)[1:] if one.end_s < until_s)
-            self._place(footfall, [footfall, *(one for one in others if abs(one.start_s - footfall.start_s) < near_s)])
+            self._place(
+                footfall, [footfall, *(other for other in others if abs(other.start_s - footfall.start_s) < near_s)]
+            )
             self._due.popleft()
             if footfall.is_whole:
                 steps += self._decided_steps(footfall.end_s)
@@ -391,7 +393,7 @@ class _Walk:
     def _toe_out_vote_m(self, footfall: _Footfall) -> float:
         """What a steady turn over three footfalls tells of the last one's side: to the left, metres; 0 for nothing."""
         steps = [*self.steps, footfall][-3:]
-        rolls = [one.roll_m for one in steps if float(np.hypot(*one.roll_m)) >= ROLL_M]
+        rolls = [step.roll_m for step in steps if float(np.hypot(*step.roll_m)) >= ROLL_M]
         if len(rolls) < 3 or steps[0].number != footfall.number - 2:
             return 0.0
         first, second = _angle_between(rolls[0], rolls[1]), _angle_between(rolls[1], rolls[2])
@@ -410,7 +412,7 @@ class _Walk:
 
     def _expected_place(self, steps: int) -> NDArray[np.float64]:
         """Where the foot after so many steps is due."""
-        places = [one.place_m for one in self.steps]
+        places = [step.place_m for step in self.steps]
         if len(places) < 2:
             return places[-1]
         if len(places) < 3 or steps > 1:

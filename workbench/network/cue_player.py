@@ -72,8 +72,8 @@ class CuePlayer:
             self._pending.append(_Pending(panics, Panic()))
         others = [one for one in received if one not in panics]
         if others and (refusal or not self.session.health.running):
-            for one in others:
-                self.server.answer_refused(one, refusal or "the engine has not started yet; ask again")
+            for other in others:
+                self.server.answer_refused(other, refusal or "the engine has not started yet; ask again")
             return
         self._carry_out(others)
 
@@ -195,8 +195,8 @@ class CuePlayer:
             self.server.answer_refused(one, reason)
 
     def _answer(self, cues: Iterable[Received], frame: int) -> None:
-        for one in cues:
-            self.server.answer_played(one, frame, self._ago_s(frame))
+        for cue in cues:
+            self.server.answer_played(cue, frame, self._ago_s(frame))
 
     def _ago_s(self, frame: int) -> float:
         """How long ago a frame was computed; below 0 for one that is to come."""

@@ -52,8 +52,8 @@ class LslStreams:
 
     def contacts(self, contacts: Sequence[LiveContact], at_s: float) -> None:
         """A sample for each contact, all of one time."""
-        for one in contacts:
-            self._contacts.push_sample([one.id, one.x_m, one.y_m, one.force_n, one.person], at_s)
+        for contact in contacts:
+            self._contacts.push_sample([contact.id, contact.x_m, contact.y_m, contact.force_n, contact.person], at_s)
 
     def step(self, step: Step, contact: int, at_s: float) -> None:
         """A step, of a contact that was sent under this id, which began then."""

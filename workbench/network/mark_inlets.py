@@ -106,8 +106,8 @@ class SerialMarks:
                 continue
             at_s = time.monotonic()
             words, text = split_marks(text + came, is_over=not came)
-            for one in words:
-                self._take(one, at_s)
+            for word in words:
+                self._take(word, at_s)
         self._port.close()
 
     def _find_again(self) -> None:

@@ -65,8 +65,8 @@ def contact_messages(contacts: Sequence[LiveContact], time_s: float) -> bytes:
     """
     head = message("/underfoot/contacts", Double(time_s), len(contacts[:MOST_CONTACTS]))
     each = (
-        message("/underfoot/contact", one.id, one.x_m, one.y_m, one.force_n, one.person)
-        for one in contacts[:MOST_CONTACTS]
+        message("/underfoot/contact", contact.id, contact.x_m, contact.y_m, contact.force_n, contact.person)
+        for contact in contacts[:MOST_CONTACTS]
     )
     return bundle([head, *each])
 

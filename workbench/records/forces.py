@@ -59,7 +59,7 @@ class Forces(ForceSeries):
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
         """
         found = [step for part in self._found() for step in part.steps]
-        columns = {one.name: [getattr(step, one.name) for step in found] for one in fields(Step)}
+        columns = {field.name: [getattr(step, field.name) for step in found] for field in fields(Step)}
         return Table("steps", {name: np.array(values) for name, values in columns.items()})
 
     def contacts(self) -> Table:

@@ -238,6 +238,6 @@ def _place(recording: Recording, suffix: str) -> Path:
 def nearest(steps: list[Stance], time_s: float) -> int | None:
     """The number of the step, in its list, that is on the ground at a time or nearest to it; None for no steps."""
     away = [
-        max(one.step.start_s - time_s, time_s - one.step.start_s - 1e-3 * one.step.contact_ms, 0.0) for one in steps
+        max(step.step.start_s - time_s, time_s - step.step.start_s - 1e-3 * step.step.contact_ms, 0.0) for step in steps
     ]
     return int(np.argmin(away)) if away and math.isfinite(min(away)) else None

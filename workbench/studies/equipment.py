@@ -25,13 +25,13 @@ class Equipment:
 
     def mark(self, what: str, words: str, ago_s: float = 0.0) -> None:
         """Tell all markers that something happened so long ago."""
-        for one in self.markers:
-            one.mark(what, words, ago_s)
+        for marker in self.markers:
+            marker.mark(what, words, ago_s)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Give all markers new force samples, [sample, tile]."""
-        for one in self.markers:
-            one.forces(force_n)
+        for marker in self.markers:
+            marker.forces(force_n)
 
     def close(self) -> None:
         """Let go of plate, sound and markers."""

@@ -217,7 +217,7 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert monitor.levels.isVisible()
     assert not monitor.spectrogram.isVisible()
     vibrate(monitor, [2.0, 1.0, 1.0, 0.1])
-    drawn = {one.name: one for one in monitor.levels.drawing.series}
+    drawn = {series.name: series for series in monitor.levels.drawing.series}
     commanded, measured = drawn["commanded"], drawn["measured"]
     loudest = int(np.argmax(commanded.y))
     assert commanded.x[loudest] == 200.0

@@ -182,7 +182,7 @@ def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
     assert opened.steps.table.selected_steps() == [third]
     assert opened.axis.cursor_s == third.start_s
     assert opened.axis.selection == (third.start_s, pytest.approx(third.start_s + 1e-3 * third.contact_ms))
-    assert [one.name for one in opened.steps.plot.drawing.series][-1] == f"step {third.step}"
+    assert [series.name for series in opened.steps.plot.drawing.series][-1] == f"step {third.step}"
     qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
     assert opened.steps.table.selected_steps() == [opened.content.steps[4].step]
     opened.steps.table.selectRow(0)
@@ -190,7 +190,7 @@ def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
 
 
 def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qtbot):
-    starts_s = [one.step.start_s for one in opened.content.steps]
+    starts_s = [step.step.start_s for step in opened.content.steps]
     opened.axis.set_cursor(0.5 * (starts_s[3] + starts_s[4]))
     opened.steps.table.setFocus()
     for key, step in ((Qt.Key.Key_Period, 4), (Qt.Key.Key_Period, 5), (Qt.Key.Key_Comma, 4)):
@@ -202,7 +202,7 @@ def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qt
 
 
 def test_next_and_last_step_pass_over_what_is_filtered_out(opened, qtbot):
-    panel, steps = opened.steps, [one.step for one in opened.content.steps]
+    panel, steps = opened.steps, [step.step for step in opened.content.steps]
     tile = steps[0].tile
     panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
     passing_s = sorted(step.start_s for step in steps if step.tile == tile)
@@ -239,7 +239,7 @@ def test_steps_are_sorted_filtered_and_copied(opened):
     tile = opened.content.steps[0].step.tile
     panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
     assert {step.tile for step in table.steps_in_order()} == {tile}
-    assert f"mean of {len(panel.visible_steps())}" in [one.name for one in panel.plot.drawing.series]
+    assert f"mean of {len(panel.visible_steps())}" in [series.name for series in panel.plot.drawing.series]
     table.clearSelection()
     QTest.mouseClick(panel.copy_button, Qt.MouseButton.LeftButton)
     rows = list(csv.DictReader(QGuiApplication.clipboard().text().splitlines()))

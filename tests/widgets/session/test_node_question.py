@@ -17,7 +17,7 @@ from underfoot.widgets.session.settings import Settings
 def answer(qtbot, window, word):
     """Click the button of this word in the question that is asked."""
     question = dialog_of(window, QMessageBox)
-    button = next(one for one in question.buttons() if one.text() == word)
+    button = next(button for button in question.buttons() if button.text() == word)
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     return question
 

@@ -49,10 +49,13 @@ def text(table: Table) -> str:
     damage
       patch                                                         10  all refused in one line
     """
-    lines = [one for outcomes in table.values() for one in outcomes]
-    failed = sum(not one.passed for one in lines)
+    lines = [outcome for outcomes in table.values() for outcome in outcomes]
+    failed = sum(not line.passed for line in lines)
     report = [f"stress: {len(lines)} tried, {f'{failed} failed' if failed else 'all passed'}"]
     for name, outcomes in table.items():
         report.append(name)
-        report += [f"  {one.what:55} {one.times:8}  {one.found}{'' if one.passed else '   FAILED'}" for one in outcomes]
+        report += [
+            f"  {outcome.what:55} {outcome.times:8}  {outcome.found}{'' if outcome.passed else '   FAILED'}"
+            for outcome in outcomes
+        ]
     return "\n".join(report)

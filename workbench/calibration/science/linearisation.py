@@ -205,7 +205,7 @@ def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp])
 
 def _opposite(sensors: Sequence[SensorPairs | None]) -> list[str]:
     """Return messages on sensors whose readings change in the opposite direction to most."""
-    signs = [0.0 if one is None else one.sign for one in sensors]
+    signs = [0.0 if sensor is None else sensor.sign for sensor in sensors]
     return [
         f"sensor {j + 1}: its reading {'rises' if sign > 0.0 else 'falls'} with force, unlike the others'; wired the "
         "other way, or weights in reverse order?"

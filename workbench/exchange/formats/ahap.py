@@ -192,7 +192,7 @@ def _voices(document: Ahap, path: Path) -> tuple[list[Voice], tuple[str, ...]]:
         event = entry.event
         if event is None:
             continue
-        given = {one.parameter_id: one.parameter_value for one in event.event_parameters}
+        given = {held.parameter_id: held.parameter_value for held in event.event_parameters}
         known = {*DEFAULTS, "Sustained"}
         lost.update({f"event parameter {name}": None for name in given if name not in known})
         if event.event_type == "HapticTransient":

@@ -74,7 +74,7 @@ def read(path: Path) -> Imported:
 
 
 def _curve(keyframes: list[Loudness] | list[Pitch]) -> Array:
-    rows = sorted((1e-3 * one.t, one.value) for one in keyframes)
+    rows = sorted((1e-3 * keyframe.t, keyframe.value) for keyframe in keyframes)
     return np.array(rows)
 
 

@@ -132,7 +132,9 @@ def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, sett
             kept |= {name: numbers} if len(numbers) == len(given) else {}
     if not kept or len(people) < LEAST_PEOPLE:
         return
-    several = [{one.name: one.value for one in analysis.estimates(part, settings)} for part in people.values()]
+    several = [
+        {estimate.name: estimate.value for estimate in analysis.estimates(part, settings)} for part in people.values()
+    ]
     shared = [name for name in several[0] if all(math.isfinite(one.get(name, math.nan)) for one in several)]
     found = []
     for estimate in shared[:MOST_ESTIMATES]:

@@ -52,7 +52,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Report over people: thresholds, and the chosen levels."""
     found = Findings("Adaptive, Bayesian")
     people = grouped(rows, "participant")
-    lines = [(str(person), one) for (person,), part in people.items() for one in estimates(part, settings)]
+    lines = [(str(person), estimate) for (person,), part in people.items() for estimate in estimates(part, settings)]
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines))
     values = [one.value for _, one in lines if one.name.startswith("threshold")]
     over = [("all people", mean_interval("threshold", values, "dB"))]

@@ -100,7 +100,7 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
     from scipy import stats
 
     values = {name: np.asarray(v, np.float64) for name, v in conditions.items()}
-    pairs = [(one, against) for one in values if one != against] if against else list(combinations(values, 2))
+    pairs = [(value, against) for value in values if value != against] if against else list(combinations(values, 2))
     found = []
     for one, other in pairs:
         _require_groups(f"{one} - {other}", [values[one], values[other]], 2)

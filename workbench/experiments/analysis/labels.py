@@ -38,7 +38,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     printed = ", ".join(f"{name} {share:.0%}" for name, share in thesis.IMPACT_LABELS.items())
     note = f"Thesis 3.4.2, labels that name an impact: {printed}."
     found.tables.append(
-        estimates_table("Sorts", "of", [("all people", one) for one in estimates(rows, settings)], note)
+        estimates_table("Sorts", "of", [("all people", estimate) for estimate in estimates(rows, settings)], note)
     )
     sets = sorted(grouped(rows, "set").items())
     if len(sets) == 2 and len(sorts) == 2:

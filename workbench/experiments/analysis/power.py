@@ -24,7 +24,7 @@ def power_of(
     The plots are of spread against trials, and of standard error against people.
     """
     found = Findings(f"{people} simulated participants")
-    whole = [one for one in summaries if one.share == 1.0]
+    whole = [summary for summary in summaries if summary.share == 1.0]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (one.name, one.truth, one.mean, one.bias, one.spread, *(one.spread_of(n) for n in GROUPS), one.covered)
         for one in whole
@@ -60,12 +60,12 @@ def _against_trials(names: Sequence[str], summaries: Sequence[Summary]) -> Drawi
     """Plot spread and bias at shares of the trials, beside theory: the spread falls as 1 / sqrt(trials)."""
     lines = []
     for colour, name in zip(_COLOURS, names, strict=False):
-        parts = sorted((one for one in summaries if one.name == name), key=lambda one: one.share)
-        shares = np.array([100.0 * one.share for one in parts])
-        lines.append(series(name, shares, [one.spread for one in parts], colour=colour))
+        parts = sorted((summary for summary in summaries if summary.name == name), key=lambda one: one.share)
+        shares = np.array([100.0 * part.share for part in parts])
+        lines.append(series(name, shares, [part.spread for part in parts], colour=colour))
         theory = parts[-1].spread * np.sqrt(100.0 / shares)
         lines.append(series("", shares, theory, "dashed", colour))
-        lines.append(series("", shares, [one.bias for one in parts], "dots", colour))
+        lines.append(series("", shares, [part.bias for part in parts], "dots", colour))
     title = f"{names[0].split(' ')[0]}: spread (line), 1 / sqrt(trials) (dashed), bias (dots)"
     return Drawing(title, "trials, %", "in the unit of the estimate", tuple(lines), lines=(ReferenceLine("y", 0.0),))
 

@@ -41,7 +41,7 @@ def preferences(rows: Sequence[Row]) -> Findings:
     found.tables.append(Table("Which is more?", columns, tuple(lines), note))
     if len(grouped(rows, "participant")) > 1:
         means = [mean_interval(name, shares) for name, shares in sorted(by_name.items())]
-        over = tuple((one.name, one.value, one.low, one.high) for one in means)
+        over = tuple((mean.name, mean.value, mean.low, mean.high) for mean in means)
         found.tables.append(Table("Shares over people", ("stimulus", "mean", "95 % from", "to"), over))
     found.drawings.append(_drawn(rows))
     return found

@@ -113,5 +113,8 @@ def _drawn(person: str, rows: Sequence[Row], settings: Settings) -> Drawing:
         x = np.arange(1, len(run.levels_db) + 1)
         lines.append(series(f"{stimulus} {block} {which}" if k < 6 else "", x, run.levels_db, "line", colour))
         lines.append(series("", x[run.turned_at], run.turns_db, "dots", colour))
-    marks = tuple(ReferenceLine("y", one.value, dashed=True, name=one.name) for one in estimates(rows, settings)[:3])
+    marks = tuple(
+        ReferenceLine("y", estimate.value, dashed=True, name=estimate.name)
+        for estimate in estimates(rows, settings)[:3]
+    )
     return Drawing(f"Staircases of {person}", "trial of the staircase", "level, dB", tuple(lines), lines=marks)

@@ -63,9 +63,9 @@ def step_columns(steps: Iterable[Step]) -> dict[str, NDArray | list[str]]:
     """The figures of steps by name: numbers as arrays, words as lists."""
     every = list(steps)
     found: dict[str, NDArray | list[str]] = {}
-    for one in fields(Step):
-        values = [getattr(step, one.name) for step in every]
-        found[one.name] = values if one.type in (str, "str") else np.array(values)
+    for field in fields(Step):
+        values = [getattr(step, field.name) for step in every]
+        found[field.name] = values if field.type in (str, "str") else np.array(values)
     return found
 
 

@@ -42,7 +42,7 @@ def _write(export: ExportSource, path: Path) -> None:
         f"{source}{'' if source == 'vibration' else '_m_s2'}": np.concatenate(
             list(export.frames(source, f"Reading {source}"))
         ),
-        "contacts": {name: np.concatenate([getattr(one, name) for one in rows]) for name in names},
+        "contacts": {name: np.concatenate([getattr(row, name) for row in rows]) for name in names},
         "steps": {name: np.array(v, object) if isinstance(v, list) else v for name, v in step_columns(steps).items()},
         "marks": {"time_s": np.array([at for at, _ in marks]), "text": np.array([text for _, text in marks], object)},
     }
