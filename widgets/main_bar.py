@@ -110,18 +110,18 @@ class MainBar(QWidget):
         self._fill_menu(self.target.menu(), choices)
 
     def _fill_menu(self, menu: QMenu, choices: Choices) -> None:
-        for key, words in choices:
+        for key, text in choices:
             if not isinstance(key, str):
-                self._fill_menu(menu.addMenu(words), key)
+                self._fill_menu(menu.addMenu(text), key)
             elif key:
-                menu.addAction(words).triggered.connect(lambda _=False, key=key: self.target_chosen.emit(key))
+                menu.addAction(text).triggered.connect(lambda _=False, key=key: self.target_chosen.emit(key))
             else:
                 menu.addSeparator()
 
-    def set_target(self, words: str) -> None:
+    def set_target(self, text: str) -> None:
         """What the session plays on, in words."""
-        self.target.setText(words)
-        self.target.setToolTip(f"Target: {words}. Click to choose another one.")
+        self.target.setText(text)
+        self.target.setToolTip(f"Target: {text}. Click to choose another one.")
 
     def set_warnings(self, workspace: str, lines: Sequence[str]) -> None:
         """Warnings of a workspace; the sign is shown where there are any."""
@@ -142,11 +142,11 @@ class MainBar(QWidget):
         self.play.setIcon(theme.icon("play", theme.VIBRATION))
         theme.set_role(self.play, "primary" if playing else "")
 
-    def set_recording(self, words: str) -> None:
+    def set_recording(self, text: str) -> None:
         """What is recorded, in words; "" while nothing is."""
-        self.record.setChecked(bool(words))
-        theme.set_role(self.record, "alarm" if words else "")
-        self.record.setToolTip(words or "Record forces and vibration (Ctrl+R)")
+        self.record.setChecked(bool(text))
+        theme.set_role(self.record, "alarm" if text else "")
+        self.record.setToolTip(text or "Record forces and vibration (Ctrl+R)")
 
     def set_level(self, db: float) -> None:
         """The output level, without emitting `level_chosen`."""

@@ -34,8 +34,8 @@ class MainMenu(QMenu):
         self.presets = self.addMenu("Presets")
         for family, patches in preset_files.families().items():
             menu = self.presets.addMenu(family) if family else self.presets
-            for words, path in patches.items():
-                menu.addAction(words).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
+            for text, path in patches.items():
+                menu.addAction(text).triggered.connect(lambda _=False, path=path: self.preset_chosen.emit(path))
         self.addActions([actions["save"], actions["save as"]])
         self.addActions([actions["import"], actions["export"]])
         self.addSeparator()

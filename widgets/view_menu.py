@@ -28,8 +28,8 @@ class ViewMenu(QMenu):
         self.size_dialog: TextSizeDialog | None = None
         """While another size than the window's is being chosen."""
         self._themes = QActionGroup(self)
-        for name, words in THEMES.items():
-            self._add_choice(self._themes, words, name)
+        for name, text in THEMES.items():
+            self._add_choice(self._themes, text, name)
         self._themes.triggered.connect(lambda action: self._choose(theme=action.data()))
         self.addSeparator()
         self._sizes = QActionGroup(self)
@@ -43,13 +43,13 @@ class ViewMenu(QMenu):
         window.addActions([self.larger_text, self.smaller_text])
         self._show()
 
-    def _add_action(self, words: str, keys: tuple[str, ...]) -> QAction:
-        action = self.addAction(words)
+    def _add_action(self, text: str, keys: tuple[str, ...]) -> QAction:
+        action = self.addAction(text)
         action.setShortcuts([QKeySequence(key) for key in keys])
         return action
 
-    def _add_choice(self, group: QActionGroup, words: str, value: str | int) -> None:
-        action = self.addAction(words)
+    def _add_choice(self, group: QActionGroup, text: str, value: str | int) -> None:
+        action = self.addAction(text)
         action.setCheckable(True)
         action.setData(value)
         group.addAction(action)

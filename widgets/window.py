@@ -214,8 +214,8 @@ class MainWindow(QMainWindow):
         if is_busy:
             self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
         else:
-            words = "Playing on" if self.controller.is_playing else "Silent until played on"
-            self.status.show_session(f"{words}: {self._output}" if self._output else STARTING, self._silence_reason)
+            text = "Playing on" if self.controller.is_playing else "Silent until played on"
+            self.status.show_session(f"{text}: {self._output}" if self._output else STARTING, self._silence_reason)
 
     def _show_health(self, health: Health) -> None:
         self.main_bar.set_health(health, len(self.controller.target.floor.tiles))

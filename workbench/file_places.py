@@ -48,8 +48,8 @@ def file_place(message: str) -> FilePlace | None:
     if found is None:
         return None
     steps = tuple(key or int(number) for key, number in _STEP.findall(found["path"]))
-    words = "".join(f" #{step + 1}" if isinstance(step, int) else f", {step}" for step in steps)
-    says, line = f"{words.lstrip(', ')}{found['says']}", _line_of(_text(found["file"]), steps)
+    text = "".join(f" #{step + 1}" if isinstance(step, int) else f", {step}" for step in steps)
+    says, line = f"{text.lstrip(', ')}{found['says']}", _line_of(_text(found["file"]), steps)
     return FilePlace(found["file"], line, says, f"{found['file']}{f', line {line}' if line else ''}: {says}")
 
 

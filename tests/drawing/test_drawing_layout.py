@@ -24,7 +24,7 @@ def measure(words, size_px, bold):
 
 
 def texts(frame):
-    return {shape.words: shape for shape in frame.shapes if isinstance(shape, Text)}
+    return {shape.text: shape for shape in frame.shapes if isinstance(shape, Text)}
 
 
 def framed(drawing, width=640, height=400, margins=None):
@@ -47,18 +47,18 @@ def test_a_long_title_and_a_long_legend_go_on_in_the_next_line():
     lines = tuple(series(f"series of number {k}", [0, 1], [0, 1]) for k in range(9))
     frame = framed(Drawing("words " * 40, "x", "y", lines))
     shown = [shape for shape in frame.shapes if isinstance(shape, Text)]
-    assert all(shape.x + measure(shape.words, 11, False) <= 640 for shape in shown if shape.anchor == "start")
+    assert all(shape.x + measure(shape.text, 11, False) <= 640 for shape in shown if shape.anchor == "start")
     title = [shape for shape in shown if shape.bold]
     assert len(title) > 1
-    assert " ".join(shape.words for shape in title).split() == ["words"] * 40
-    assert len({shape.y for shape in shown if shape.words.startswith("series")}) == 3
+    assert " ".join(shape.text for shape in title).split() == ["words"] * 40
+    assert len({shape.y for shape in shown if shape.text.startswith("series")}) == 3
 
 
 def test_the_name_of_an_axis_without_room_loses_its_end_not_its_beginning():
     drawing = Drawing("", "energy of an event, of the bundle's units", "y", (series("", [0, 1], [0, 1]),))
     name = next(shape for words, shape in texts(framed(drawing, 160, 200)).items() if words.endswith("→"))
-    assert name.words.startswith("energy")
-    assert name.x - measure(name.words, 11, False) >= 0.0
+    assert name.text.startswith("energy")
+    assert name.x - measure(name.text, 11, False) >= 0.0
 
 
 def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
@@ -117,7 +117,7 @@ def test_a_heat_map_lies_under_lines_and_series_and_a_note_over_all():
     level, upright = shapes[1].ends[0], shapes[2].ends[0]
     assert level[:, 0].tolist() == [frame.area.left, frame.area.right]
     assert upright[:, 1].tolist() == [frame.area.bottom, frame.area.top]
-    assert [shape.words for shape in shapes if isinstance(shape, Text)] == ["felt", "nothing"]
+    assert [shape.text for shape in shapes if isinstance(shape, Text)] == ["felt", "nothing"]
 
 
 def test_nothing_one_point_and_no_room_can_be_drawn():

@@ -146,7 +146,7 @@ def test_an_acceleration_is_heard_as_it_is_and_on_one_tile():
     patch = preset("gravel")
     id = next(node.id for node in patch.nodes if node.type == "noise")
     found = auditioned(patch, REGISTRY, id, tile="t2")
-    assert found.words == "as it is, in m/s²"
+    assert found.text == "as it is, in m/s²"
     own = patch_of(("noise.out", "tile-output.acceleration"))
     assert heard(found.patch)[:, 1].any() or not heard(own).any()
     assert not heard(found.patch)[:, [0, 2, 3]].any()
@@ -156,8 +156,8 @@ def test_a_force_is_the_loudness_of_a_tone_whose_peak_is_stated():
     patch = preset("stimulus-tc")
     id = next(node.id for node in patch.nodes if node.type == "tile-force")
     found = auditioned(patch, REGISTRY, id, peak=350.0)
-    assert "200 Hz" in found.words
-    assert "350 N" in found.words
+    assert "200 Hz" in found.text
+    assert "350 N" in found.text
     loop = standing(found.patch, block=1024, plates=("accelerometer",))
     most = 0.0
     for _ in range(19):
@@ -169,10 +169,10 @@ def test_a_force_is_the_loudness_of_a_tone_whose_peak_is_stated():
 def test_events_strike_what_they_lead_to_and_tick_where_they_lead_nowhere():
     patch = patch_of(("strike.out", "modal-bank.strike"), ("modal-bank.out", "tile-output.acceleration"))
     through = auditioned(patch, REGISTRY, "strike")
-    assert through.words == "through what its events strike"
+    assert through.text == "through what its events strike"
     np.testing.assert_array_equal(heard(through.patch, "t1"), heard(patch, "t1"))
     loose = auditioned(Patch().add("strike", REGISTRY), REGISTRY, "strike")
-    assert loose.words == "its events as ticks"
+    assert loose.text == "its events as ticks"
     ticks = heard(loose.patch, "t1")
     assert np.abs(ticks[:, 0]).max() == pytest.approx(1.0, rel=0.05)
     assert not ticks[:9_600].any()

@@ -16,9 +16,9 @@ def test_lengths_of_steps_are_read_where_a_walker_treads_again_and_again():
     shapes = list(scene.shapes())
     words = [shape for shape in shapes if isinstance(shape, Text)]
     assert shapes[-len(words) :] == words
-    lengths = [shape for shape in words if shape.words.endswith("cm")]
+    lengths = [shape for shape in words if shape.text.endswith("cm")]
     assert lengths
     known = [one.step.step_length_mm for one in scene.prints if one.step is not None]
-    assert {shape.words for shape in lengths} <= {f"{0.1 * length_mm:.0f} cm" for length_mm in known}
+    assert {shape.text for shape in lengths} <= {f"{0.1 * length_mm:.0f} cm" for length_mm in known}
     for one, other in combinations(lengths, 2):
         assert abs(one.x_m - other.x_m) > WORDS_M[0] or abs(one.y_m - other.y_m) > WORDS_M[1]

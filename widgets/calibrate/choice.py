@@ -155,11 +155,11 @@ class KindCard(QPushButton):
 
     def show_part(self, part: Part | None) -> None:
         """Show the part of the profile that this procedure makes."""
-        words = part_text(part)
-        self._state.setText(words)
+        text = part_text(part)
+        self._state.setText(text)
         theme.set_role(self._state, "small" if part is None or part.good else "alarm")
-        self.setAccessibleName(f"{self._name}: {words}")
-        self.setToolTip(words if part is None else part.verdict or words)
+        self.setAccessibleName(f"{self._name}: {text}")
+        self.setToolTip(text if part is None else part.verdict or text)
 
     def visible_text(self) -> str:
         """Return the text under the name."""

@@ -78,9 +78,9 @@ class PlatePage(QWidget):
             form.addWidget(editor, place // 2, place % 2)
             editor.value_changed.connect(self.search)
         self.verdict = theme.label("")
-        for words in (about, self.verdict):
-            words.setWordWrap(True)
-            words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        for label in (about, self.verdict):
+            label.setWordWrap(True)
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.table = _table()
         self.back, self.report = QPushButton("Back"), QPushButton("Save a report…")
         self.back.setToolTip("To the calibrations (Alt+Left)")
@@ -139,8 +139,8 @@ class PlatePage(QWidget):
             least_hz=of["least_mode"],
         )
 
-    def _show_verdict(self, words: str, good: bool) -> None:
-        self.verdict.setText(words[:1].upper() + words[1:])
+    def _show_verdict(self, text: str, good: bool) -> None:
+        self.verdict.setText(text[:1].upper() + text[1:])
         theme.set_role(self.verdict, "good" if good else "alarm")
 
     def _show_found(self) -> None:
@@ -154,13 +154,13 @@ class PlatePage(QWidget):
                 self.table.setItem(row, column, item)
         self.drawings.show_drawings(() if self.found is None else (drawing(self.found),), "Nothing was searched.")
 
-    def _lay_out(self, form: QGridLayout, words: Sequence[QWidget], buttons: Sequence[QWidget]) -> None:
+    def _lay_out(self, form: QGridLayout, labels: Sequence[QWidget], buttons: Sequence[QWidget]) -> None:
         side = QWidget()
         column = QVBoxLayout(side)
         column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID)
         column.setSpacing(theme.GRID)
-        for word in words:
-            column.addWidget(word)
+        for label in labels:
+            column.addWidget(label)
         column.addLayout(form)
         column.addWidget(self.verdict)
         column.addWidget(self.table, 1)

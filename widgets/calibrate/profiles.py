@@ -58,8 +58,8 @@ class Profiles(QObject):
 
     def restore(self, tile: str, index: int) -> None:
         """Put `earlier[index]` of a tile's profile into use again."""
-        words = f"An earlier calibration of {tile} is in use again"
-        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(index), words)
+        text = f"An earlier calibration of {tile} is in use again"
+        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(index), text)
 
     def do(self, work: Callable[[], str]) -> None:
         """Queue other work with the disk; its result or error is emitted by `said`."""
@@ -85,7 +85,7 @@ class Profiles(QObject):
                 self.notified.emit(str(error))
         self._read.emit(folder, found)
 
-    def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], words: str) -> None:
+    def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], text: str) -> None:
         path = folder / f"{tile}.json"
         try:
             profile = change(Profile.load(path) if path.exists() else Profile(tile=tile))
@@ -94,7 +94,7 @@ class Profiles(QObject):
         except (UnderfootError, OSError) as error:
             self.not_saved.emit(f"Nothing is saved: {error}")
         else:
-            self._wrote.emit(folder, profile, f"{words}: {path}")
+            self._wrote.emit(folder, profile, f"{text}: {path}")
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
@@ -109,9 +109,9 @@ class Profiles(QObject):
             self.by_tile = found
             self.changed.emit()
 
-    def _set_one(self, folder: Path, profile: Profile, words: str) -> None:
+    def _set_one(self, folder: Path, profile: Profile, text: str) -> None:
         if folder == self.folder:
             self.by_tile[profile.tile] = profile
             self.changed.emit()
-        self.notified.emit(words)
+        self.notified.emit(text)
         self.saved.emit(profile.tile)

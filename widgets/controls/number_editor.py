@@ -95,18 +95,18 @@ class NumberEditor(ParameterEditor):
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
         self.reset_button.setVisible(not by and self._value != self.parameter.default)
-        words, ends = f"driven by {by}", ""
+        text, ends = f"driven by {by}", ""
         if by and signal_range is not None:
             parameter = self.parameter
             assert isinstance(parameter, Number)
             low, high = (min(max(end, parameter.low), parameter.high) for end in signal_range)
             ends = self._range_text(*((low, high) if parameter.wire == "span" else signal_range))
-            words = f"{by}: {ends}"
+            text = f"{by}: {ends}"
             places = sorted((self._position(low), self._position(high)))
             self.slider.set_range_shown((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
         else:
             self.slider.set_range_shown(None)
-        self.driver.set_full_text(words, "  ×")
+        self.driver.set_full_text(text, "  ×")
         self.driver.setToolTip(
             f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
         )

@@ -77,9 +77,9 @@ class BlindTest(QWidget):
         self.seed.setValue(int(time.time()) % 100_000)
         self.seed.setToolTip("The same seed and participant draw the same X again")
         form = QFormLayout()
-        for words, field in (("Participant", self.participant), ("Trials", self.trials), ("Seed", self.seed)):
-            field.setAccessibleName(words)
-            form.addRow(theme.label(words, "muted"), field)
+        for label, field in (("Participant", self.participant), ("Trials", self.trials), ("Seed", self.seed)):
+            field.setAccessibleName(label)
+            form.addRow(theme.label(label, "muted"), field)
         self.begin_button, leave = _button("Begin", self.begin, "primary"), _button("Cancel", self.close)
         self.complaint = theme.label("", "alarm")
         text = theme.label(

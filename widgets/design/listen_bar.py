@@ -82,11 +82,11 @@ class ListenBar(QWidget):
     def show_slot(self, slot: str, has_other: bool) -> None:
         """The slot that is edited; what compares two is offered where there are two."""
         self.slots[slot].setChecked(True)
-        words = f"Copy {slot} to {other_slot(slot)}"
+        text = f"Copy {slot} to {other_slot(slot)}"
         self.copy.setText(f"{slot} → {other_slot(slot)}")
-        self.copy.setAccessibleName(words)
-        self.copy.setToolTip(f"{words}; it can be undone there")
-        self.actions_by_name["copy to other"].setText(words)
+        self.copy.setAccessibleName(text)
+        self.copy.setToolTip(f"{text}; it can be undone there")
+        self.actions_by_name["copy to other"].setText(text)
         for widget in (self.overlay, self.match, self.blind_button):
             widget.setVisible(has_other)
         self.actions_by_name["blind test"].setEnabled(has_other)
@@ -99,9 +99,9 @@ class ListenBar(QWidget):
         self.audition_button.setChecked(bool(node))
         self.audition_button.setText(f"{node} alone  ×")
 
-    def show_match(self, words: Mapping[str, str], on: bool) -> None:
+    def show_match(self, gains: Mapping[str, str], on: bool) -> None:
         """By how much each slot is made softer, in words."""
-        said = ",  ".join(f"{slot} {gain}" for slot, gain in words.items() if gain)
+        said = ",  ".join(f"{slot} {gain}" for slot, gain in gains.items() if gain)
         self.state.setText(said if on else "as they are")
         self.state.setToolTip(said)
 

@@ -91,9 +91,9 @@ class NodeList(QListWidget):
             for type in types:
                 self._add(type, "")
 
-    def _add_words(self, words: str) -> None:
+    def _add_words(self, text: str) -> None:
         """A row that cannot be chosen."""
-        QListWidgetItem(words, self).setFlags(Qt.ItemFlag.NoItemFlags)
+        QListWidgetItem(text, self).setFlags(Qt.ItemFlag.NoItemFlags)
 
     def _add(self, type: NodeType, note: str) -> None:
         item = QListWidgetItem(type.label, self)

@@ -442,9 +442,9 @@ class PreviewPanel(QWidget):
             self._point_at_time(math.nan, math.nan)
             return
         at = self._line[self._row(frequency_hz, self._line.size)]
-        words = f"{quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}"
+        text = f"{quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}"
         amplitude = quantity(10.0 ** (float(at) / 20.0), self._signal.unit)
-        self.note.set_full_text(f"{words} ({amplitude})")
+        self.note.set_full_text(f"{text} ({amplitude})")
 
     def _row(self, frequency_hz: float, rows: int) -> int:
         return int(np.abs(np.log(self._scale.rows_hz(rows) / frequency_hz)).argmin())

@@ -258,8 +258,8 @@ class RhythmEditor(ParameterEditor):
         self.rhythms.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.rhythms)
         for rhythm in RHYTHMS:
-            words = f"{rhythm.name}: {len(rhythm.notes)} notes, {1e3 * rhythm.bar_s:.0f} ms, {rhythm.repeats} times"
-            menu.addAction(words).triggered.connect(lambda _=False, rhythm=rhythm: self.choose(rhythm))
+            text = f"{rhythm.name}: {len(rhythm.notes)} notes, {1e3 * rhythm.bar_s:.0f} ms, {rhythm.repeats} times"
+            menu.addAction(text).triggered.connect(lambda _=False, rhythm=rhythm: self.choose(rhythm))
         self.rhythms.setMenu(menu)
         self.grid.addWidget(self.rhythms, 0, 2, Qt.AlignmentFlag.AlignRight)
         self.bar = RhythmBar(self)

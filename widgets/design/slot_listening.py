@@ -245,14 +245,14 @@ class SlotListening(QObject):
         self._set_other(with_files_kept(patch, self._context.registry, path.parent, None), f"Open {title} in {slot}")
         self._canvas.show_message(f"{title} is open in {slot}; X switches", alarm=False)
 
-    def _set_other(self, patch: Patch, words: str) -> None:
+    def _set_other(self, patch: Patch, text: str) -> None:
         """Let the other slot have this patch, as an edit where it has one already."""
         self._listening.set_level(other_slot(self._open_patch.slot), None)
         other = self._open_patch.other
         if other is None:
             self._open_patch.set_other(patch)
         else:
-            self._canvas.document.edit_other(other.patch, patch, words)
+            self._canvas.document.edit_other(other.patch, patch, text)
         self._overlaid = ""
         self._show()
         self.preview_update_requested.emit()

@@ -114,9 +114,9 @@ class Document(QObject):
         if saved_patch != now:
             return
         blocked = self.blockSignals(True)
-        for words, before, after in steps:
+        for name, before, after in steps:
             self._patches[self.slot] = before
-            self.stack.push(_Edit(self, self.slot, after, words, ""))
+            self.stack.push(_Edit(self, self.slot, after, name, ""))
         self.stack.setIndex(at)
         self._patches[self.slot] = now
         self.blockSignals(blocked)

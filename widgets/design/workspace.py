@@ -414,8 +414,8 @@ class DesignWorkspace(Workspace):
         self.inspector.show_selection(self.patch(), ids, group)
 
     def _publish(self, end: str, on: bool) -> None:
-        words = "Show on the sub-patch" if on else "Do not show on the sub-patch"
-        self.document.edit(published(self.patch(), end, on), words)
+        text = "Show on the sub-patch" if on else "Do not show on the sub-patch"
+        self.document.edit(published(self.patch(), end, on), text)
 
     def _choose_previewed(self, ids: Sequence[str]) -> None:
         """Preview the selected node; with none selected, what the tile plays."""

@@ -63,12 +63,12 @@ class CardRow(QWidget):
             if name and name not in known:
                 self.device_box.setItemText(index, f"{name} (not connected)")
         for name, channels, rate_hz in devices:
-            words = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
+            text = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
             index = index_of(self.device_box, name)
             if index < 0:
-                self.device_box.addItem(words, name)
+                self.device_box.addItem(text, name)
             else:
-                self.device_box.setItemText(index, words)
+                self.device_box.setItemText(index, text)
 
 
 class CardRows(QWidget):

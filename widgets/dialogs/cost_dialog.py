@@ -36,8 +36,8 @@ class CostDialog(QDialog):
         tiles = len(request(0).floor.tiles)
         self.feet = QComboBox()
         self.feet.setAccessibleName("Tiles with a foot on them")
-        for words, count in (("every tile", tiles), ("two tiles", min(2, tiles)), ("no tile", 0)):
-            self.feet.addItem(words, count)
+        for text, count in (("every tile", tiles), ("two tiles", min(2, tiles)), ("no tile", 0)):
+            self.feet.addItem(text, count)
         self.start_button = QPushButton("Measure")
         self.start_button.clicked.connect(self._start_or_stop)
         self.summary = theme.label("", "muted")
@@ -119,9 +119,9 @@ class CostDialog(QDialog):
         item.setFlags(Qt.ItemFlag.ItemIsEnabled)
         self.table.addTopLevelItem(item)
 
-    def _row(self, name: str, ms: float, whole_ms: float, words: str) -> None:
+    def _row(self, name: str, ms: float, whole_ms: float, text: str) -> None:
         share = f"{100.0 * ms / whole_ms:.1f} %" if whole_ms else ""
-        item = QTreeWidgetItem([name, f"{ms:.3f}", share, words])
+        item = QTreeWidgetItem([name, f"{ms:.3f}", share, text])
         for column in (1, 2):
             item.setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
         self.table.addTopLevelItem(item)

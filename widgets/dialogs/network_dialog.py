@@ -58,16 +58,16 @@ class NetworkDialog(QDialog):
         grid = QGridLayout()
         grid.setHorizontalSpacing(2 * theme.GRID)
         grid.setVerticalSpacing(theme.GRID // 2)
-        for row, (name, words, help) in enumerate(ROWS):
-            self._add(grid, 3 * row, name, words, help, name in on)
+        for row, (name, text, help) in enumerate(ROWS):
+            self._add(grid, 3 * row, name, text, help, name in on)
             field = self.addresses[name] = QLineEdit(addresses[name])
-            field.setAccessibleName(words.replace("&", ""))
+            field.setAccessibleName(text.replace("&", ""))
             field.setToolTip(HINTS.get(name, HINT))
             field.setPlaceholderText(HINTS.get(name, ""))
             field.textEdited.connect(self._update_note)
             grid.addWidget(field, 3 * row, 1)
-        for row, (name, words, help) in enumerate(STREAMS, len(ROWS)):
-            self._add(grid, 3 * row, name, words, help if find_spec("pylsl") else _NO_LSL, name in on)
+        for row, (name, text, help) in enumerate(STREAMS, len(ROWS)):
+            self._add(grid, 3 * row, name, text, help if find_spec("pylsl") else _NO_LSL, name in on)
         grid.setColumnStretch(1, 1)
         self.note = theme.label("", "alarm")
         self.note.setWordWrap(True)
@@ -94,8 +94,8 @@ class NetworkDialog(QDialog):
         self._poll()
         self._update_note()
 
-    def _add(self, grid: QGridLayout, row: int, name: str, words: str, help: str, on: bool) -> None:
-        box = self.check_boxes[name] = QCheckBox(words)
+    def _add(self, grid: QGridLayout, row: int, name: str, text: str, help: str, on: bool) -> None:
+        box = self.check_boxes[name] = QCheckBox(text)
         box.setChecked(on)
         box.toggled.connect(self._update_note)
         said = theme.label(help, "small")

@@ -26,10 +26,10 @@ class Task:
         """Let it end; what comes of it is not wanted."""
         self._stopped.set()
 
-    def report(self, words: str) -> None:
+    def report(self, text: str) -> None:
         """Say how far it is."""
         if not self.is_stopped():
-            self._report(words)
+            self._report(text)
 
 
 class BackgroundWorker(QObject):

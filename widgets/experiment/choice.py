@@ -161,14 +161,14 @@ class StudyOverview(QWidget):
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
 
-    def show_equipment(self, words: str) -> None:
+    def show_equipment(self, text: str) -> None:
         """What is used beside the floor; "" for nothing."""
-        self.equipment.setText(f"Equipment: {words}…" if words else "Equipment…")
+        self.equipment.setText(f"Equipment: {text}…" if text else "Equipment…")
 
-    def show_people(self, words: str) -> None:
+    def show_people(self, text: str) -> None:
         """What simulating is called."""
-        self._simulate_words = words
-        self.simulate.setText(words)
+        self._simulate_words = text
+        self.simulate.setText(text)
 
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
         """Show what was found."""
@@ -208,8 +208,8 @@ class StudyOverview(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.setSpacing(theme.GRID)
-        for words in (self.title, self.about, self.facts):
-            column.addWidget(words)
+        for text in (self.title, self.about, self.facts):
+            column.addWidget(text)
         column.addLayout(who)
         column.addLayout(found_by)
         column.addWidget(self.state)

@@ -101,7 +101,7 @@ class EquipmentDialog(QDialog):
         except UnderfootError as error:
             self._show_note(str(error), "alarm")
             return
-        self._show_note(f"Opened: {chosen.words}." if chosen.words else "Nothing is chosen.", "good")
+        self._show_note(f"Opened: {chosen.text}." if chosen.text else "Nothing is chosen.", "good")
 
     def _show_note(self, text: str, role: str) -> None:
         theme.set_role(self.note, role)
@@ -180,7 +180,7 @@ class EquipmentDialog(QDialog):
 def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:
     """What the window remembers; nothing where it cannot be read.
 
-    >>> choice_of_settings({"trigger": "COM3"}).words, choice_of_settings({"lsl": "maybe"}).words
+    >>> choice_of_settings({"trigger": "COM3"}).text, choice_of_settings({"lsl": "maybe"}).text
     ('trigger', '')
     """
     try:

@@ -42,12 +42,12 @@ class FieldRows(QWidget):
         grid.setColumnMinimumWidth(0, LABEL_PX)
         grid.setColumnStretch(2, 1)
         for row, (name, parameter) in enumerate(parameters.items()):
-            words, unit = caption(name)
+            text, unit = caption(name)
             if parameter.label.lower() != name.replace("_", " "):
-                words = parameter.label
-            label = theme.label(words, "muted")
+                text = parameter.label
+            label = theme.label(text, "muted")
             control = self._control(name, parameter, values.get(name, parameter.default))
-            control.setAccessibleName(words)
+            control.setAccessibleName(text)
             control.setToolTip(pretty_text(f"{parameter.doc} Allowed: {parameter.allowed}".strip()))
             self.controls[name] = control
             wide = parameter.kind == "text"
@@ -99,8 +99,8 @@ class FieldRows(QWidget):
 
     def _choices(self, name: str, choices: Mapping[str, Any], value: Any) -> QComboBox:
         box = QComboBox()
-        for words, item in choices.items():
-            box.addItem(words, item)
+        for text, item in choices.items():
+            box.addItem(text, item)
         if value not in choices.values():
             box.addItem(str(value), value)
         box.setCurrentIndex(box.findData(value))

@@ -52,7 +52,7 @@ class FootFieldsView(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.drawPolygon(shape)
             painter.setPen(QColor(theme.TEXT))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, field.words)
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, field.text)
 
     def _shapes(self, fields: tuple[FootField, ...]) -> list[QPolygonF]:
         """The fields in pixels: as large as they fit, in the middle, with what is ahead above."""

@@ -90,9 +90,9 @@ class ParticipantWindow(QWidget):
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
             self.hint.setText(_hint(runner, self.form))
-            words = _continue_text(runner, self.form)
-            self.go.setText(words)
-            self.go.setVisible(bool(words))
+            text = _continue_text(runner, self.form)
+            self.go.setText(text)
+            self.go.setVisible(bool(text))
         self._plays_again = phase is Phase.ANSWERING and runner.may_play
         self.foot.show_answers(runner.foot)
         if runner.hint or may_step(runner):

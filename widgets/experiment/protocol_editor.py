@@ -189,8 +189,8 @@ class ProtocolEditor(QWidget):
             if trouble
             else -1
         )
-        for at, words in enumerate(PAGES):
-            self.tabs.button(at).setText(f"{words}  •" if at == index else words)
+        for at, text in enumerate(PAGES):
+            self.tabs.button(at).setText(f"{text}  •" if at == index else text)
         self.save_button.setEnabled(not trouble)
         self.facts.setText("" if trouble else facts_of(self.draft.checked()))
         self.problem.setVisible(bool(trouble))
@@ -201,8 +201,8 @@ class ProtocolEditor(QWidget):
         head.addWidget(self.save_button)
         head.addWidget(self.close_button)
         tabs.setSpacing(theme.GRID // 2)
-        for at, words in enumerate(PAGES):
-            tab = QPushButton(words)
+        for at, text in enumerate(PAGES):
+            tab = QPushButton(text)
             tab.setCheckable(True)
             tab.setProperty("role", "tab")
             self.tabs.addButton(tab, at)

@@ -229,11 +229,11 @@ class StageForm(QWidget):
     def _show_fields(self) -> None:
         """Say which answer has which field; nothing where there is a mistake, which is said below the form."""
         use = self._stage["method"]
-        words = ""
+        text = ""
         with suppress(UnderfootError, KeyError, msgspec.ValidationError):
             method, foot = METHODS[use["kind"]], msgspec.convert(self._stage["foot"], FootAnswer)
-            words = fields_in_words(foot, method.questions_for(method.checked(use["parameters"], self._stimuli)))
-        self.fields.setText(words)
+            text = fields_in_words(foot, method.questions_for(method.checked(use["parameters"], self._stimuli)))
+        self.fields.setText(text)
 
     def _switch_foot(self, on: bool) -> None:
         self._stage["foot"] = {} if on else None

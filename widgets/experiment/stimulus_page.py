@@ -219,8 +219,8 @@ class StimulusForm(QWidget):
         self.name = QLineEdit(name)
         self.name.textEdited.connect(self.renamed)
         self.patch = QComboBox()
-        for words, value in _patches(own).items():
-            self.patch.addItem(words, value)
+        for text, value in _patches(own).items():
+            self.patch.addItem(text, value)
         if self.patch.findData(stimulus.get("patch", "")) < 0:
             self.patch.insertItem(1, stimulus["patch"], stimulus["patch"])
         self.patch.setCurrentIndex(self.patch.findData(stimulus.get("patch", "")))
@@ -354,8 +354,8 @@ def _patches(own: Path) -> Mapping[str, Any]:
     """What can be presented, by what it is called: presets by their names, a person's own by their files."""
     found: dict[str, Any] = {NOTHING: ""}
     for preset in preset_files.all_presets(own):
-        words = f"{preset.family}: {preset.name}" if preset.family else preset.title
-        found[words] = preset.path if preset.is_user_preset else preset.path.stem
+        text = f"{preset.family}: {preset.name}" if preset.family else preset.title
+        found[text] = preset.path if preset.is_user_preset else preset.path.stem
     return {**found, FILE: FILE}
 
 
@@ -368,17 +368,17 @@ def _parsed_value(text: str) -> int | float | str:
     return text
 
 
-def _row(words: str, *controls: QWidget, wide: bool = False) -> QHBoxLayout:
+def _row(text: str, *controls: QWidget, wide: bool = False) -> QHBoxLayout:
     row = QHBoxLayout()
-    label = theme.label(words, "muted")
+    label = theme.label(text, "muted")
     label.setFixedWidth(LABEL_PX + theme.GRID)
     row.setSpacing(0)
     row.addWidget(label)
     for control in controls:
         if not wide:
             control.setFixedWidth(CONTROL_PX // len(controls))
-        if words:
-            control.setAccessibleName(control.accessibleName() or words)
+        if text:
+            control.setAccessibleName(control.accessibleName() or text)
         row.addWidget(control)
     if not wide:
         row.addStretch(1)

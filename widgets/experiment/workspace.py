@@ -321,12 +321,12 @@ class ExperimentWorkspace(Workspace):
         study, paths = self._study, sessions_of(self.root, self._study)
         self._compute(f"Writing {form}…", lambda task: written_in_process(paths, study.protocol, form, where, task))
 
-    def _compute(self, words: str, make: Callable[[Task], list[Any]]) -> None:
+    def _compute(self, text: str, make: Callable[[Task], list[Any]]) -> None:
         """Compute this, or stop what is being computed."""
         if self.background.is_busy:
             self.background.stop()
             return
-        self.overview.show_busy(words)
+        self.overview.show_busy(text)
         self.background.compute(make)
 
     def _show_findings(self, findings: Sequence[Findings]) -> None:
@@ -354,7 +354,7 @@ class ExperimentWorkspace(Workspace):
         self.equipment = choice
         if self._settings is not None:
             self._settings.study_equipment = msgspec.to_builtins(choice)
-        self.overview.show_equipment(choice.words)
+        self.overview.show_equipment(choice.text)
 
     # --- a session ---
 

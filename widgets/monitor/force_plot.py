@@ -63,8 +63,8 @@ class ForcePlot(Plot):
         shown = onsets_s[(onsets_s > now_s - self._seconds) & (onsets_s < now_s)]
         lines = [ReferenceLine("x", at_s - now_s, "onset") for at_s in shown.tolist()]
         lines += [
-            ReferenceLine("x", at_s - now_s, "events", dashed=True, name=words[:MAX_LETTERS] or "mark")
-            for at_s, words in marks
+            ReferenceLine("x", at_s - now_s, "events", dashed=True, name=text[:MAX_LETTERS] or "mark")
+            for at_s, text in marks
             if now_s - self._seconds < at_s < now_s
         ]
         self._show(x - now_s, y.astype(np.float64), lines)

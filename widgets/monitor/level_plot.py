@@ -68,17 +68,17 @@ def summary_text(
     commanded_peak, measured_peak = windowed_peak(commanded, rate_hz), windowed_peak(measured, rate_hz)
     if measured_peak < 1e-4 and commanded_peak < 1e-4:
         return "silent"
-    words = f"commanded {quantity(commanded_peak, 'm/s^2')}, measured {measured_peak:.2g}"
+    text = f"commanded {quantity(commanded_peak, 'm/s^2')}, measured {measured_peak:.2g}"
     if commanded_peak > 1e-4 and measured_peak > 1e-4:
-        words += (
+        text += (
             f" ({20.0 * math.log10(measured_peak / commanded_peak):+.1f} dB, {100.0 * unexplained:.0f} % unexplained)"
         )
     found = felt(measured, rate_hz)
     level_db = found.level_db["shoe"]
     if math.isfinite(level_db):
         side = "over" if level_db >= 0.0 else "under"
-        words += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
-    return f"{words}; {stiffness_in_words(measured_peak)}".replace("-", "−")
+        text += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
+    return f"{text}; {stiffness_in_words(measured_peak)}".replace("-", "−")
 
 
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -221,9 +221,9 @@ class MonitorWorkspace(Workspace):
         self.steps.add(steps)
         self._onsets.extend((step.tile, step.start_s) for step in steps)
 
-    def add_mark(self, words: str, at_s: float) -> None:
+    def add_mark(self, text: str, at_s: float) -> None:
         """A mark was set, by whomever."""
-        self._marks.append((at_s, words))
+        self._marks.append((at_s, text))
 
     def _show_starts(self, reports: list[object]) -> None:
         """Mark the tile on which a patch began with the step of its preview: forces of the floor are without it."""
@@ -384,9 +384,9 @@ class MonitorWorkspace(Workspace):
         """Levels of the chosen tile, where they can be seen."""
         if not self.levels.isVisible():
             return
-        response, words = self.tile_levels.of(self._row)
+        response, text = self.tile_levels.of(self._row)
         self.levels.show_response(response)
-        self._levels_line.set_full_text(words)
+        self._levels_line.set_full_text(text)
 
     def _choose_view(self, levels: bool) -> None:
         """Levels over frequency, or the spectrogram over time."""

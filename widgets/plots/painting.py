@@ -47,9 +47,9 @@ def paint(painter: QPainter, shape: Shape) -> None:
             _paint_text(painter, shape)
 
 
-def width_px(words: str, size_px: int, bold: bool) -> float:
+def width_px(text: str, size_px: int, bold: bool) -> float:
     """Return the width of a text in the font of the window."""
-    return _metrics(size_px, bold).horizontalAdvance(words)
+    return _metrics(size_px, bold).horizontalAdvance(text)
 
 
 def rectangle(box: Box) -> QRectF:
@@ -106,4 +106,4 @@ def _paint_text(painter: QPainter, shape: Text) -> None:
     painter.setFont(theme.font(shape.size_px, shape.bold))
     painter.setPen(QColor(theme.PALETTE[shape.colour]))
     share = {"start": 0.0, "middle": 0.5, "end": 1.0}[shape.anchor]
-    painter.drawText(QPointF(shape.x - share * width_px(shape.words, shape.size_px, shape.bold), shape.y), shape.words)
+    painter.drawText(QPointF(shape.x - share * width_px(shape.text, shape.size_px, shape.bold), shape.y), shape.text)

@@ -22,8 +22,8 @@ def show_menu(plot: QWidget, drawing: Drawing, event: QContextMenuEvent) -> None
     """Show a menu to save a plot."""
     menu = QMenu(plot)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    for words, suffix in KINDS:
-        text = f"Save {words.lower()} ({suffix})…"
+    for kind, suffix in KINDS:
+        text = f"Save {kind.lower()} ({suffix})…"
         menu.addAction(text).triggered.connect(lambda _=False, suffix=suffix: _ask(plot, drawing, suffix))
     menu.popup(event.globalPos())
 

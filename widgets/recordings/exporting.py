@@ -149,7 +149,7 @@ class Exporting(QWidget):
         is_over = not process.is_alive
         for message in process.receive():
             if isinstance(message, Progress):
-                self.progressed.emit(f"{message.words}: {100.0 * message.share:.0f} %")
+                self.progressed.emit(f"{message.text}: {100.0 * message.share:.0f} %")
             else:
                 self.notified.emit(message)
         if is_over:

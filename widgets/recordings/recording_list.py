@@ -205,10 +205,10 @@ class RecordingList(QWidget):
             self.notified.emit(f"{path.name} was deleted.")
         self.refresh()
 
-    def _ask(self, words: str, yes: str, then: Callable[[], object]) -> None:
+    def _ask(self, text: str, yes: str, then: Callable[[], object]) -> None:
         box = QMessageBox(self)
         box.setWindowTitle("Delete a recording")
-        box.setText(words)
+        box.setText(text)
         box.setStandardButtons(_Answer.Ok | _Answer.Cancel)
         box.button(_Answer.Ok).setText(yes)
         box.setDefaultButton(_Answer.Cancel)

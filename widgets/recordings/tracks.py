@@ -154,11 +154,11 @@ class TrackPainter:
             painter.setPen(QPen(QColor(theme.LINE), 1.0))
             painter.drawLine(QPointF(x, RULER_PX - 6.0), QPointF(x, RULER_PX - 1.0))
             painter.setPen(QColor(theme.MUTED))
-            words = time_text(k * step_s, step_s)
+            text = time_text(k * step_s, step_s)
             room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends where the picture does
-            wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(words) + 2.0)
+            wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(text) + 2.0)
             at = QRectF(x + room - wide, 14.0, wide, 14.0)
-            painter.drawText(at, Qt.AlignmentFlag.AlignHCenter, words)
+            painter.drawText(at, Qt.AlignmentFlag.AlignHCenter, text)
 
     def _paint_marks(self, painter: QPainter) -> None:
         opened = self.content.opened
@@ -176,9 +176,9 @@ class TrackPainter:
             painter.drawLine(QPointF(x, 12.0), QPointF(x, bottom))
             if x >= free:
                 painter.setPen(violet)
-                words = painter.fontMetrics().elidedText(mark.text or "mark", Qt.TextElideMode.ElideRight, 160)
-                painter.drawText(QPointF(x + 3.0, 11.0), words)
-                free = x + painter.fontMetrics().horizontalAdvance(words) + 12.0
+                text = painter.fontMetrics().elidedText(mark.text or "mark", Qt.TextElideMode.ElideRight, 160)
+                painter.drawText(QPointF(x + 3.0, 11.0), text)
+                free = x + painter.fontMetrics().horizontalAdvance(text) + 12.0
 
     def _paint_gaps(self, painter: QPainter) -> None:
         opened = self.content.opened
@@ -211,10 +211,10 @@ class TrackPainter:
         middle = 0.5 * (tile_low + tile_high)
         self._paint_line(painter, track, middle, (-0.05 * top_n, top_n), QColor(theme.TEXT))
         x = self.left + 6.0
-        for words, colour in (("all tiles", theme.FORCE), (self._tile(), theme.TEXT)):
+        for text, colour in (("all tiles", theme.FORCE), (self._tile(), theme.TEXT)):
             painter.setPen(QColor(colour))
-            painter.drawText(QPointF(x, track.top + 11.0), words)
-            x += painter.fontMetrics().horizontalAdvance(words) + 12.0
+            painter.drawText(QPointF(x, track.top + 11.0), text)
+            x += painter.fontMetrics().horizontalAdvance(text) + 12.0
         self._paint_tiles(painter, (envelope.most(self._edges) - overview.baseline_n)[:, :-1])
 
     def _paint_tiles(self, painter: QPainter, load_n: NDArray[np.float32]) -> None:
@@ -256,16 +256,16 @@ class TrackPainter:
     def _tile(self) -> str:
         return f"tile {self.content.opened.floor.tiles[self.view.tile].id}"
 
-    def _paint_axis(self, painter: QPainter, track: Track, words: tuple[str, str], low: float, high: float) -> None:
+    def _paint_axis(self, painter: QPainter, track: Track, labels: tuple[str, str], low: float, high: float) -> None:
         """The lane's name, and lines at 0 and at the top."""
         metrics = painter.fontMetrics()
         painter.setPen(QColor(theme.TEXT))
-        painter.drawText(QPointF(8.0, track.top + 11.0), words[0])
+        painter.drawText(QPointF(8.0, track.top + 11.0), labels[0])
         painter.setPen(QColor(theme.MUTED))
-        if track.bottom - track.top > 40.0 and metrics.horizontalAdvance(words[1]) <= GUTTER_PX - 12.0:
-            painter.drawText(QPointF(8.0, track.top + 24.0), words[1])
+        if track.bottom - track.top > 40.0 and metrics.horizontalAdvance(labels[1]) <= GUTTER_PX - 12.0:
+            painter.drawText(QPointF(8.0, track.top + 24.0), labels[1])
         else:
-            painter.drawText(QPointF(self.left + 6.0, track.top + 11.0), words[1])
+            painter.drawText(QPointF(self.left + 6.0, track.top + 11.0), labels[1])
         values = (0.0, 0.5 * high, high) if low > -high else (low, 0.0, high)
         for value in values:
             y = float(_place(track, value, low, high))
@@ -332,9 +332,9 @@ class TrackPainter:
             painter.drawRect(bar)
             if step and bar.width() > 26.0:
                 painter.setPen(QColor(theme.GROUND if share > 0.5 else theme.TEXT))
-                words = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
+                text = f"{step.step} {step.side[0].upper() if step.side != 'unknown' else ''}"
                 person = f"  person {step.person}" if step.person and bar.width() > 84.0 else ""
-                painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, words + person)
+                painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, text + person)
 
     def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
         """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""

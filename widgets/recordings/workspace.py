@@ -201,11 +201,11 @@ class RecordingsWorkspace(Workspace):
             self.axis.redraw()
 
     def _show_progress(self, progress: Progress) -> None:
-        if not progress.words:
+        if not progress.text:
             self.progress.setText("")
             self.reader.reread()
             return
-        self.progress.setText(f"{progress.words}: {100.0 * progress.share:.0f} %")
+        self.progress.setText(f"{progress.text}: {100.0 * progress.share:.0f} %")
         if self.content is not None and not self.content.opened.is_drawn:
             self.reader.reread()
 
@@ -391,7 +391,7 @@ class RecordingsWorkspace(Workspace):
         self.recordings.notified.connect(self.notified)
         self.exporting.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
-        self.exporting.progressed.connect(lambda words: self.stopping.setVisible(bool(words)))
+        self.exporting.progressed.connect(lambda text: self.stopping.setVisible(bool(text)))
         for keys, do in (
             ("M", self.mark),
             ("Shift+M", self.ask_mark),

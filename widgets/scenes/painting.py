@@ -74,6 +74,6 @@ def _(shape: Text, painter: QPainter) -> None:
     painter.scale(shape.height_m / (CAPITAL_SHARE * size_px), -shape.height_m / (CAPITAL_SHARE * size_px))
     painter.setFont(theme.font(size_px))
     painter.setPen(QColor(shape.colour))
-    wide = 2.0 * size_px * (len(shape.words) + 1)
-    painter.drawText(QRectF(-0.5 * wide, -size_px, wide, 2.0 * size_px), Qt.AlignmentFlag.AlignCenter, shape.words)
+    wide = 2.0 * size_px * (len(shape.text) + 1)
+    painter.drawText(QRectF(-0.5 * wide, -size_px, wide, 2.0 * size_px), Qt.AlignmentFlag.AlignCenter, shape.text)
     painter.restore()

@@ -153,9 +153,9 @@ class ScenePanel(QWidget):
                 parts.append(f"{name} after {half:.0f} ms (95 %: {most:.0f} ms)")
         self.speed.setText("  ·  ".join(parts))
 
-    def add_line(self, words: str) -> None:
+    def add_line(self, text: str) -> None:
         """Something happened."""
-        self.log.appendPlainText(words)
+        self.log.appendPlainText(text)
 
     def _start_or_stop(self) -> None:
         (self.stop_requested if self.is_playing else self.start_requested).emit()

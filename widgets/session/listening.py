@@ -98,14 +98,12 @@ class Listening(QObject):
         """Play one output alone, until `end_audition`."""
         is_new = self.auditioned_output is None or self.auditioned_output.node != output.node
         self.auditioned_output = output
-        words = self._apply()
+        text = self._apply()
         if is_new:
             self._steps_when_swapped = True
             if not self._controller.is_playing:
                 self._controller.play()
-            self.notified.emit(
-                f"Auditioning {output.node} on {output.tile or 'all tiles'}: {words}. A, again, ends it."
-            )
+            self.notified.emit(f"Auditioning {output.node} on {output.tile or 'all tiles'}: {text}. A, again, ends it.")
         self.changed.emit()
 
     def end_audition(self) -> None:
@@ -207,15 +205,15 @@ class Listening(QObject):
         open_patch, other = self._open_patch, self._open_patch.other
         here = SlotContent(open_patch.patch, open_patch.path, open_patch.patch)
         chosen = other if slot != open_patch.slot and other is not None else here
-        patch, words = chosen.patch, ""
+        patch, text = chosen.patch, ""
         if self.auditioned_output is not None:
-            patch, words = self._auditioned_patch(patch, self.auditioned_output)
+            patch, text = self._auditioned_patch(patch, self.auditioned_output)
         patch = attenuated(patch, self._registry, self.gain(slot))
         patch = with_files_kept(patch, self._registry, chosen.folder, None)
         # An edit is played at once; another selection, once it has settled.
         is_other, self._played = (slot, self.auditioned_output) != self._played, (slot, self.auditioned_output)
         self._controller.edit(patch, chosen.folder, anew=anew, settle_s=SETTLE_S if is_other else 0.0)
-        return words
+        return text
 
     def _auditioned_patch(self, patch: Patch, output: AuditionedOutput) -> tuple[Patch, str]:
         if not any(node.id == output.node for node in patch.nodes):
@@ -223,7 +221,7 @@ class Listening(QObject):
             self.changed.emit()
             return patch, ""
         found = auditioned(patch, self._registry, output.node, output.port, output.tile, output.peak)
-        return found.patch, found.words
+        return found.patch, found.text
 
 
 def gain_text(listening: Listening, slot: str) -> str:

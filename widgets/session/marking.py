@@ -26,17 +26,17 @@ class Marking(QObject):
         dialog = QInputDialog(self._window)
         dialog.setWindowTitle("A mark")
         dialog.setLabelText(f"What is at {at_s:.1f} s of the session?")
-        dialog.textValueSelected.connect(lambda words: self._mark(words, at_s))
+        dialog.textValueSelected.connect(lambda text: self._mark(text, at_s))
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
-    def _mark(self, words: str, at_s: float) -> None:
-        self._controller.send(Mark(words[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
+    def _mark(self, text: str, at_s: float) -> None:
+        self._controller.send(Mark(text[:LONGEST_TEXT], max(self._controller.played_s - at_s, 0.0)))
 
-    def _notify(self, words: str, at_s: float) -> None:
+    def _notify(self, text: str, at_s: float) -> None:
         session = self._controller.session
         kept = session is not None and session.recording is not None
-        name = f' "{words}"' if words else ""
+        name = f' "{text}"' if text else ""
         self._controller.notified.emit(
             f"Marked{name} at {at_s:.2f} s" + (" in the recording" if kept else "; nothing is being recorded") + "."
         )

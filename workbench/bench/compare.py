@@ -84,9 +84,9 @@ class Changes:
                 times = f"{change.before:.4g} -> {change.now:.4g} {change.unit}"
                 by, noise = 100.0 * abs(change.by), 100.0 * change.noise
                 found.append(f"  {word} by {by:5.1f} % (noise {noise:.0f} %)  {change.row}: {times}")
-        for words, rows in (("before, not now", self.only_before), ("now, not before", self.only_now)):
+        for text, rows in (("before, not now", self.only_before), ("now, not before", self.only_now)):
             if rows:
-                found.append(f"  measured {words}: {', '.join(rows)}")
+                found.append(f"  measured {text}: {', '.join(rows)}")
         return found
 
 

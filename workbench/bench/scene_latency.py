@@ -139,9 +139,9 @@ def requirements(quick: bool = False, progress: Callable[[str], None] = lambda l
     progress("scenes: presses on the frozen pond")
     found = measured(discover()["frozen-pond"], {}, seconds=15.0 if quick else 60.0)
     for name, values in found.distributions.items():
-        for words, share in (("median", 50), ("95 %", 95)):
+        for text, share in (("median", 50), ("95 %", 95)):
             value = 1e3 * float(np.percentile(values, share)) if values.size else np.nan
-            yield Requirement("scenes", f"frozen pond, {name}: {words}", value, "ms")
+            yield Requirement("scenes", f"frozen pond, {name}: {text}", value, "ms")
 
 
 def _content(scene: Scene) -> int:

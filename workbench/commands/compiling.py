@@ -81,5 +81,5 @@ class _CompileReporter:
 
     def _line(self, begin: str, end: str) -> None:
         kernels = "1 kernel" if self.count == 1 else f"{self.count} kernels"
-        words = f"underfoot: {kernels} compiled in {time.monotonic() - self._began:.0f} s"
-        print(f"{begin}{words}", end=end, file=sys.stderr, flush=True)
+        text = f"underfoot: {kernels} compiled in {time.monotonic() - self._began:.0f} s"
+        print(f"{begin}{text}", end=end, file=sys.stderr, flush=True)

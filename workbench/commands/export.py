@@ -38,10 +38,10 @@ def export(recording: Path, output: Path, vibration: str) -> None:
     require_outputs_writable(output, inputs=[recording])
     told = [time.monotonic()]
 
-    def progress(words: str, share: float) -> bool:
+    def progress(text: str, share: float) -> bool:
         if time.monotonic() - told[0] >= 1.0:
             told[0] = time.monotonic()
-            print(f"underfoot: {words}: {100.0 * share:.0f} %", file=sys.stderr, flush=True)
+            print(f"underfoot: {text}: {100.0 * share:.0f} %", file=sys.stderr, flush=True)
         return True
 
     with Recording(recording) as opened, report_compiling(None):

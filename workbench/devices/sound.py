@@ -127,8 +127,8 @@ class PlayRecord:
                 self._over.wait(len(self._played) / self._rate_hz + patience_s)
         except (device.PortAudioError, ValueError) as error:
             name = next((name for name in self._devices if name), "default")
-            words = " ".join(str(error).split())
-            raise DeviceError(f"sound device {name!r} cannot play and record: {words}") from None
+            text = " ".join(str(error).split())
+            raise DeviceError(f"sound device {name!r} cannot play and record: {text}") from None
         self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:

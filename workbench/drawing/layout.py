@@ -117,8 +117,8 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     """Return title, legend and labels, and the area that they leave for the axes."""
     shapes: list[Shape] = []
     room, top = width - 2.0 * _PAD, 0.0
-    for words in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
-        shapes.append(Text(words, _PAD, top + 16.0, "text", "start", TITLE_PX, True))
+    for line in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
+        shapes.append(Text(line, _PAD, top + 16.0, "text", "start", TITLE_PX, True))
         top += _TITLE_LINE_PX
     for row in _legend_rows([series for series in drawing.series if series.name], room, measure):
         for left, one in row:
@@ -136,19 +136,19 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     return area, shapes
 
 
-def _cut(words: str, room: float, measure: Measure) -> str:
+def _cut(text: str, room: float, measure: Measure) -> str:
     """Return as much of a text as there is room for."""
-    if measure(words, SMALL_PX, False) <= room:
-        return words
-    while words and measure(f"{words}…", SMALL_PX, False) > room:
-        words = words[:-1]
-    return f"{words}…"
+    if measure(text, SMALL_PX, False) <= room:
+        return text
+    while text and measure(f"{text}…", SMALL_PX, False) > room:
+        text = text[:-1]
+    return f"{text}…"
 
 
-def _wrapped(words: str, room: float, measure: Callable[[str], float]) -> list[str]:
+def _wrapped(text: str, room: float, measure: Callable[[str], float]) -> list[str]:
     """Break a text into lines no wider than `room`, at spaces; an empty text has no lines."""
     lines: list[str] = []
-    for word in words.split(" ") if words else []:
+    for word in text.split(" ") if text else []:
         if lines and measure(f"{lines[-1]} {word}") <= room:
             lines[-1] += f" {word}"
         else:
@@ -217,18 +217,18 @@ def _tick_texts(
     drawing: Drawing, width: float, area: Box, x: Axis, y: Axis, measure: Measure, margins: Margins | None
 ) -> Iterator[Shape]:
     if margins is None or margins.bottom >= _ROOM_PX:
-        for at, words in _with_unit(x, drawing.x if margins else ""):
-            half = measure(words, SMALL_PX, False) / 2.0 + 1.0
+        for at, text in _with_unit(x, drawing.x if margins else ""):
+            half = measure(text, SMALL_PX, False) / 2.0 + 1.0
             middle = min(max(float(x.place(at)), half), width - half)
-            yield Text(words, middle, area.bottom + 15.0, "muted", "middle")
+            yield Text(text, middle, area.bottom + 15.0, "muted", "middle")
     if margins is None or margins.left >= _ROOM_PX:
-        for at, words in _with_unit(y, drawing.y if margins else ""):
-            yield Text(words, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, "muted", "end")
+        for at, text in _with_unit(y, drawing.y if margins else ""):
+            yield Text(text, area.left - _TEXT_GAP_PX, float(y.place(at)) + 4.0, "muted", "end")
 
 
 def _right_texts(drawing: Drawing, area: Box, right: Axis, margins: Margins | None) -> Iterator[Shape]:
-    for at, words in _with_unit(right, drawing.right if margins else ""):
-        yield Text(words, area.right + _TEXT_GAP_PX, float(right.place(at)) + 4.0, _right_colour(drawing))
+    for at, text in _with_unit(right, drawing.right if margins else ""):
+        yield Text(text, area.right + _TEXT_GAP_PX, float(right.place(at)) + 4.0, _right_colour(drawing))
 
 
 def _right_colour(drawing: Drawing) -> str:
@@ -239,5 +239,5 @@ def _right_colour(drawing: Drawing) -> str:
 def _with_unit(axis: Axis, label: str) -> list[tuple[float, str]]:
     """Return ticks and their texts, the last with the unit of the label."""
     unit = pretty_unit(unit_of(label))
-    *others, (last, words) = axis.ticks or ((axis.high, ""),)
-    return [*others, (last, f"{words} {unit}" if unit and words else words)]
+    *others, (last, text) = axis.ticks or ((axis.high, ""),)
+    return [*others, (last, f"{text} {unit}" if unit and text else text)]

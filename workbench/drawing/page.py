@@ -31,7 +31,7 @@ def facts_table(facts: Iterable[tuple[str, str]]) -> str:
     >>> facts_table([("tile", "A1")])
     '<table class="facts"><tr><th>tile</th><td>A1</td></tr></table>'
     """
-    rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(words)}</td></tr>" for name, words in facts)
+    rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in facts)
     return f'<table class="facts">{rows}</table>'
 
 

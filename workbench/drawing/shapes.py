@@ -100,7 +100,7 @@ class Backdrop:
 class Text:
     """Text with its baseline at `y`; `anchor` gives the part of it at `x`: start, middle or end."""
 
-    words: str
+    text: str
     x: float
     y: float
     colour: str

@@ -63,8 +63,8 @@ def _name(kind: str, what: str) -> str:
     return f"{kind}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 
-def _width_px(words: str, size_px: int, bold: bool) -> float:
-    return _EM_SHARE * size_px * len(words) * (1.1 if bold else 1.0)
+def _width_px(text: str, size_px: int, bold: bool) -> float:
+    return _EM_SHARE * size_px * len(text) * (1.1 if bold else 1.0)
 
 
 @singledispatch
@@ -135,7 +135,7 @@ def _(shape: Text, colours: str) -> Iterator[str]:
     bold = ' font-weight="bold"' if shape.bold else ""
     yield (
         f'<text x="{shape.x:.1f}" y="{shape.y:.1f}" text-anchor="{shape.anchor}" font-size="{shape.size_px}"{bold} '
-        f'fill="{palette(colours)[shape.colour]}">{html.escape(shape.words)}</text>'
+        f'fill="{palette(colours)[shape.colour]}">{html.escape(shape.text)}</text>'
     )
 
 

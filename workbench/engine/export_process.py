@@ -30,11 +30,11 @@ def run(connection: Connection, request: ExportRequest) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     due = time.monotonic() + TELL_S
 
-    def progress(words: str, share: float) -> bool:
+    def progress(text: str, share: float) -> bool:
         nonlocal due
         if time.monotonic() >= due:
             due = time.monotonic() + TELL_S
-            connection.send(Progress(words, share))
+            connection.send(Progress(text, share))
         return not connection.poll()
 
     with suppress(OSError):

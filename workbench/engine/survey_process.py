@@ -19,7 +19,7 @@ TELL_S = 0.5
 class Progress:
     """Progress as a text and a share."""
 
-    words: str
+    text: str
     share: float
 
 

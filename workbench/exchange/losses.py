@@ -48,10 +48,10 @@ def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
     for node in patch.nodes:
         type = registry[node.type]
         for name in _features(node, type):
-            words = node.id
+            text = node.id
             if name == "parameters" and type.parameters:
-                words += f" ({', '.join(type.parameters)})"
-            found.setdefault(name, []).append(words)
+                text += f" ({', '.join(type.parameters)})"
+            found.setdefault(name, []).append(text)
     for name in ("title", "comment", "seed"):
         if getattr(patch, name):
             found[name] = []

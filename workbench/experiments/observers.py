@@ -66,13 +66,13 @@ class Identifier(Observer):
     rates_differ = Number(0.3, 0.0, 3.0, doc="Standard deviation of rates from person to person, in logits.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        words = self.given["answers"]
-        most = len(words) or len(self.given["identified"])
-        number = correct = words.index(trial.correct) + 1 if words else int(trial.correct)
+        labels = self.given["answers"]
+        most = len(labels) or len(self.given["identified"])
+        number = correct = labels.index(trial.correct) + 1 if labels else int(trial.correct)
         if random.random() >= self._rate(trial.block):
             other = int(random.integers(1, most))
             number = other + (other >= correct)
-        return {"answer": words[number - 1]} if words else {"number": number}
+        return {"answer": labels[number - 1]} if labels else {"number": number}
 
     def truths(self) -> dict[str, float]:
         sessions = range(1, self.given["sessions"] + 1)
@@ -82,9 +82,9 @@ class Identifier(Observer):
         return found | {f"rate in session {session}": rate for session, rate in rates.items()}
 
     def _bits(self, rate: float) -> float:
-        names, words = self.given["identified"], self.given["answers"]
-        right = [words.index(self.protocol.stimuli[name].correct) for name in names] if words else range(len(names))
-        return uniform_guess_bits(rate, len(words) or len(names), right)
+        names, text = self.given["identified"], self.given["answers"]
+        right = [text.index(self.protocol.stimuli[name].correct) for name in names] if text else range(len(names))
+        return uniform_guess_bits(rate, len(text) or len(names), right)
 
     def _rate(self, session: int) -> float:
         last: float = self.truth["last_rate"]

@@ -62,8 +62,8 @@ def _rows(excerpt: Excerpt) -> bytes:
 
 
 def _sidecar(excerpt: Excerpt) -> dict[str, Any]:
-    _, suffix, unit, words = _KINDS[excerpt.kind]
-    columns = {name: {"Description": words.format(name), "Units": unit} for name in excerpt.columns}
+    _, suffix, unit, text = _KINDS[excerpt.kind]
+    columns = {name: {"Description": text.format(name), "Units": unit} for name in excerpt.columns}
     return {
         "SamplingFrequency": excerpt.rate_hz,
         "StartTime": excerpt.first,

@@ -147,13 +147,13 @@ def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
     return _table(lines, ["participant_id", *(column.removeprefix(OF_PERSON) for column in asked)], "\t", "n/a")
 
 
-def bids_label(words: str) -> str:
+def bids_label(text: str) -> str:
     """A label as BIDS allows it: letters and digits.
 
     >>> bids_label("P-01")
     'P01'
     """
-    return re.sub(r"[^A-Za-z0-9]", "", words)
+    return re.sub(r"[^A-Za-z0-9]", "", text)
 
 
 def _bids_row(row: Row) -> dict[str, Any]:

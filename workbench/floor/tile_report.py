@@ -76,8 +76,8 @@ def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
         series("50 Hz", modulus[[0, -1]], [F0_LIMIT_HZ] * 2, "dashed", "alarm"),
         series("this tile", [chosen] * 2, [float(f0[0]), float(f0[-1])], "dashed", "muted"),
     )
-    words = "Suspension resonance (figure 4.9)"
-    return "suspension-resonance", Drawing(words, "Young's modulus, MPa", "f0, Hz", lines, x_log=True)
+    title = "Suspension resonance (figure 4.9)"
+    return "suspension-resonance", Drawing(title, "Young's modulus, MPa", "f0, Hz", lines, x_log=True)
 
 
 def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
@@ -93,9 +93,9 @@ def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
         series("5 mm", modulus[[0, -1]], [_MILLI * SAG_LIMIT_M] * 2, "dashed", "alarm"),
         series("this tile", [chosen] * 2, [shared[-1], corner[0]], "dashed", "muted"),
     )
-    words = "Deflection under 1000 N (figure 4.9)"
+    title = "Deflection under 1000 N (figure 4.9)"
     return "suspension-deflection", Drawing(
-        words, "Young's modulus, MPa", "deflection, mm", lines, x_log=True, y_log=True
+        title, "Young's modulus, MPa", "deflection, mm", lines, x_log=True, y_log=True
     )
 
 
@@ -112,8 +112,8 @@ def _trade_off_drawing(here: TileProperties) -> tuple[str, Drawing]:
         series("thesis: 49 Hz, 4.5 mm", [49.0], [4.5], "dots", "events"),
         series("this tile", [f0] * 2, [float(shared[-1]), 4.0 * float(shared[0])], "dashed", "muted"),
     )
-    words = "Deflection under 1000 N over f0, whatever the material"
-    return "suspension-trade-off", Drawing(words, "f0, Hz", "deflection, mm", lines, y_log=True)
+    title = "Deflection under 1000 N over f0, whatever the material"
+    return "suspension-trade-off", Drawing(title, "f0, Hz", "deflection, mm", lines, y_log=True)
 
 
 def _suspensions(here: TileProperties) -> tuple[NDArray[np.float64], list[Suspension]]:
@@ -141,8 +141,8 @@ def _plate_drawing(here: TileProperties) -> tuple[str, Drawing]:
     f1 = here.plate.frequency_hz(here.tile.size_m)
     lines.append(series("this plate", [100.0 * here.plate.thickness_m], [f1], "dots", "events"))
     lines.append(series("1 kHz", [0.4, 5.0], [1000.0] * 2, "dashed", "alarm"))
-    words = "First bending mode, edges held, without shaker"
-    return "plate-modes", Drawing(words, "thickness, cm", "f1, Hz", tuple(lines))
+    title = "First bending mode, edges held, without shaker"
+    return "plate-modes", Drawing(title, "thickness, cm", "f1, Hz", tuple(lines))
 
 
 def _places_drawing(here: TileProperties) -> tuple[str, Drawing]:
@@ -152,8 +152,8 @@ def _places_drawing(here: TileProperties) -> tuple[str, Drawing]:
         series(name, here.frequencies_hz[seen], level[seen], colour=colour)
         for (name, level), colour in zip(here.places_db().items(), colours, strict=True)
     )
-    words = "Acceleration of the plate at four places (figure 4.11)"
-    return "response-places", Drawing(words, "frequency, Hz", "dB re a rigid tile", lines)
+    title = "Acceleration of the plate at four places (figure 4.11)"
+    return "response-places", Drawing(title, "frequency, Hz", "dB re a rigid tile", lines)
 
 
 def _loads_drawing(here: TileProperties) -> tuple[str, Drawing]:
@@ -165,8 +165,8 @@ def _loads_drawing(here: TileProperties) -> tuple[str, Drawing]:
     low, high = float(levels["none"].min()), float(levels["none"].max())
     for name, edge in (("10 dB band", here.low_hz), ("", here.high_hz)):
         lines.append(series(name, [edge] * 2, [low, high], "dashed", "muted"))
-    words = "Response at the accelerometer (figure 4.13)"
-    return "response-loads", Drawing(words, "frequency, Hz", "dB re 1 m/s^2 a full-scale unit", tuple(lines))
+    title = "Response at the accelerometer (figure 4.13)"
+    return "response-loads", Drawing(title, "frequency, Hz", "dB re 1 m/s^2 a full-scale unit", tuple(lines))
 
 
 def _is_seen(here: TileProperties) -> NDArray[np.bool_]:

@@ -105,9 +105,9 @@ class SerialMarks:
                 self._find_again()
                 continue
             at_s = time.monotonic()
-            words, text = split_marks(text + came, is_over=not came)
-            for word in words:
-                self._take(word, at_s)
+            marks, text = split_marks(text + came, is_over=not came)
+            for mark in marks:
+                self._take(mark, at_s)
         self._port.close()
 
     def _find_again(self) -> None:
@@ -138,4 +138,4 @@ def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
     if is_over and text:
         found.append(f"trigger {text[0]}" if len(text) == 1 else text.decode(errors="replace").strip())
         text = b""
-    return [words for words in found if words], text
+    return [mark for mark in found if mark], text

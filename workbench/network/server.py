@@ -316,13 +316,13 @@ class NetworkServer:
             if isinstance(inlet, kind):
                 inlet.close()
 
-    def _take_mark(self, allowance: "_Allowance", words: str, at_s: float) -> None:
+    def _take_mark(self, allowance: "_Allowance", text: str, at_s: float) -> None:
         """A mark that an inlet has got."""
         if not allowance.spends(1.0):
             self._refuse(f"more than {MOST_MARKS_S:g} marks came in a second")
             return
         self.counts.received += 1
-        self._cues.append(Received(MarkCue(words[:LONGEST_TEXT]), None, at_s))
+        self._cues.append(Received(MarkCue(text[:LONGEST_TEXT]), None, at_s))
 
     def _refuse(self, reason: str) -> None:
         self.counts.refused += 1

@@ -19,7 +19,7 @@ class Audition:
     """Patch in which one output is played alone, and a description of how."""
 
     patch: Patch
-    words: str
+    text: str
 
 
 def auditioned(
@@ -35,7 +35,7 @@ def auditioned(
 
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tile-force", REGISTRY)
-    >>> auditioned(patch, REGISTRY, "tile-force", peak=700.0).words
+    >>> auditioned(patch, REGISTRY, "tile-force", peak=700.0).text
     'as the loudness of a tone of 200 Hz, 1 m/s² at 700 N'
     """
     type = registry[patch.node(node).type]
@@ -50,8 +50,8 @@ def auditioned(
     if unit_of(patch, registry, node, output) == "m/s^2":
         return Audition(_played(plain, registry, f"{node}.{output.name}", tile), "as it is, in m/s²")
     largest = quantity(peak, output.unit, 3) if output.unit else f"{peak:.3g}"
-    words = f"as the loudness of a tone of {CARRIER_HZ:g} Hz, {quantity(LEVEL_M_S2, 'm/s^2')} at {largest}"
-    return Audition(_as_loudness(plain, registry, f"{node}.{output.name}", tile, peak), words)
+    text = f"as the loudness of a tone of {CARRIER_HZ:g} Hz, {quantity(LEVEL_M_S2, 'm/s^2')} at {largest}"
+    return Audition(_as_loudness(plain, registry, f"{node}.{output.name}", tile, peak), text)
 
 
 def attenuated(patch: Patch, registry: Registry, factor: float) -> Patch:

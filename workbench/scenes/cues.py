@@ -81,7 +81,7 @@ class Play:
 class Say:
     """A line for the experimenter: something happened that is worth a line."""
 
-    words: str
+    text: str
 
 
 Cue = Strike | Set | Play | Say

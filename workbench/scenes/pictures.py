@@ -93,7 +93,7 @@ class Canvas:
 
     @_add.register
     def _(self, shape: Text) -> None:
-        lines = written(shape.words, shape.x_m, shape.y_m, shape.height_m)
+        lines = written(shape.text, shape.x_m, shape.y_m, shape.height_m)
         self._add(Lines(lines, shape.colour, _STROKE * shape.height_m, shape.opacity))
 
 

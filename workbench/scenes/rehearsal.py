@@ -26,7 +26,7 @@ class Rehearsed:
     @property
     def said(self) -> list[str]:
         """The lines that it said."""
-        return [cue.words for _, cue in self.cues if isinstance(cue, Say)]
+        return [cue.text for _, cue in self.cues if isinstance(cue, Say)]
 
     @property
     def strikes(self) -> list[Strike]:

@@ -54,7 +54,7 @@ class Text:
 
     x_m: float
     y_m: float
-    words: str
+    text: str
     height_m: float
     colour: str
     opacity: float = 1.0

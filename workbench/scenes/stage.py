@@ -84,5 +84,5 @@ class Stage:
                 session.send(commands.Set(node, name, float(value)))
             case Play():
                 session.edit(cue.beside(self._own, self.scene.floor, session.registry))
-            case Say(words):
-                self.said.append(words)
+            case Say(text):
+                self.said.append(text)

@@ -36,7 +36,7 @@ def _strokes() -> dict[str, tuple[NDArray[np.float64], ...]]:
     return found
 
 
-def written(words: str, x: float, y: float, height: float) -> NDArray[np.float64]:
+def written(text: str, x: float, y: float, height: float) -> NDArray[np.float64]:
     """The lines of words around (x, y), y upwards, whose capitals are `height` high: shape (n, 2, 2).
 
     What the table does not have is a gap.
@@ -45,9 +45,9 @@ def written(words: str, x: float, y: float, height: float) -> NDArray[np.float64
     [[[0.0, -3.0], [0.0, 3.0]]]
     """
     unit = height / HIGH
-    width = ADVANCE * len(words) - (ADVANCE - WIDE)
+    width = ADVANCE * len(text) - (ADVANCE - WIDE)
     lines = []
-    for place, letter in enumerate(words.upper()):
+    for place, letter in enumerate(text.upper()):
         for stroke in _strokes().get(letter, ()):
             points = stroke + np.array([place * ADVANCE - width / 2.0, -HIGH / 2.0])
             lines.append(np.stack([points[:-1], points[1:]], axis=1))

@@ -23,10 +23,10 @@ class Equipment:
     masking: Masking | None = None
     markers: Sequence[Markers] = ()
 
-    def mark(self, what: str, words: str, ago_s: float = 0.0) -> None:
+    def mark(self, what: str, text: str, ago_s: float = 0.0) -> None:
         """Tell all markers that something happened so long ago."""
         for marker in self.markers:
-            marker.mark(what, words, ago_s)
+            marker.mark(what, text, ago_s)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Give all markers new force samples, [sample, tile]."""
@@ -46,7 +46,7 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
     A `plate` is as in `plate_of`, `masking` the device for sound ("" the default one, None for no sound), `trigger` a
     serial port; `lsl` stands for streams.
 
-    >>> EquipmentChoice(trigger="/dev/ttyUSB0", masking="").words
+    >>> EquipmentChoice(trigger="/dev/ttyUSB0", masking="").text
     'masking sound, trigger'
     """
 
@@ -56,7 +56,7 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
     lsl: bool = False
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What is used, in a line; "" for nothing."""
         used = {
             "plate": self.plate,

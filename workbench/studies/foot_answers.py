@@ -27,11 +27,11 @@ class FootField:
     high_m: float
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What it says.
 
         >>> from underfoot.floor.layout import default_floor
-        >>> FootField(33.333, default_floor().tiles[0], -0.1, 0.1).words
+        >>> FootField(33.333, default_floor().tiles[0], -0.1, 0.1).text
         '33'
         """
         return f"{self.value:.0f}" if isinstance(self.value, float) else str(self.value)

@@ -28,7 +28,7 @@ def place_of(page: Page | Entry) -> str:
 class Markers(Protocol):
     """Whoever wants to know what happens in a study."""
 
-    def mark(self, what: str, words: str, ago_s: float) -> None:
+    def mark(self, what: str, text: str, ago_s: float) -> None:
         """Something happened so long ago; `words` say of which trial."""
         ...
 
@@ -58,9 +58,9 @@ class LslMarkers:
                 channel.append_child_value(key, value)
         self._markers, self._force = self._lsl.StreamOutlet(markers), self._lsl.StreamOutlet(force)
 
-    def mark(self, what: str, words: str, ago_s: float) -> None:
+    def mark(self, what: str, text: str, ago_s: float) -> None:
         """Push a marker, `begin main.12`, with the time at which it happened."""
-        self._markers.push_sample([f"{what} {words}".strip()], self._lsl.local_clock() - ago_s)
+        self._markers.push_sample([f"{what} {text}".strip()], self._lsl.local_clock() - ago_s)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Push samples."""
@@ -84,7 +84,7 @@ class SerialTrigger:
         except (OSError, ValueError) as error:
             raise DeviceError(f"the trigger {port} cannot be opened: {error}") from None
 
-    def mark(self, what: str, words: str, ago_s: float) -> None:
+    def mark(self, what: str, text: str, ago_s: float) -> None:
         """Send the byte of a mark; a port that has gone away is no reason to end a study."""
         try:
             self._port.write(bytes([BYTES[what]]))

@@ -103,8 +103,8 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
         case _:
             results.write_report(where, analysed(results.rows, results.protocol, Settings()))
     people = len({row["participant"] for row in results.rows})
-    words = f"{form[0].upper()}{form[1:]} of {len(results.rows)} trials, participants: {people}. It is in {where}"
-    return [Findings("Written", remarks=[words, *_left_out(results)])]
+    text = f"{form[0].upper()}{form[1:]} of {len(results.rows)} trials, participants: {people}. It is in {where}"
+    return [Findings("Written", remarks=[text, *_left_out(results)])]
 
 
 def _others(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
@@ -113,8 +113,8 @@ def _others(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[R
     seen = {tuple(row.get(column, 1) for column in columns) for row in known}
     for row in rows:
         if tuple(row.get(column, 1) for column in columns) in seen:
-            words = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
-            raise BadValue(f"{path}: {words} is in a file before it, too; analyse one of them")
+            text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
+            raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them")
     return rows
 
 

@@ -67,5 +67,5 @@ def _drawing(found: FreeModes, mode: int, name: str) -> Drawing:
     moved = np.abs(found.shape(np.stack(np.meshgrid(along, along), axis=-1), mode))
     cm = (-100.0 * half_m, 100.0 * half_m)
     heat = HeatMap((255.0 * moved).astype(np.uint8), cm, cm)
-    words = f"{name}: {found.frequencies_hz[mode]:.0f} Hz"
-    return Drawing(words, "x, cm", "y, cm", x_range=cm, y_range=cm, heat=heat, equal=True)
+    text = f"{name}: {found.frequencies_hz[mode]:.0f} Hz"
+    return Drawing(text, "x, cm", "y, cm", x_range=cm, y_range=cm, heat=heat, equal=True)

@@ -96,9 +96,9 @@ def quasi_static(samples: int) -> Iterator[Requirement]:
         failed = FibreBundle(2000, mass=0.0, damping=0.0).response(slow, 1000.0, seed).failures
         found[seed] = slow[np.flatnonzero(np.cumsum(failed) < 1000)[-1]]
     off = 1.0 + 4.0 * 32.0 / math.sqrt(samples)
-    words = f"of {samples} exact bundles"
-    yield Requirement("bundles", f"mean strength {words}", float(found.mean()), "", 2766.0 - off, 2766.0 + off)
-    yield Requirement("bundles", f"deviation of the strength {words}", float(found.std()), "", 32.0 - off, 32.0 + off)
+    text = f"of {samples} exact bundles"
+    yield Requirement("bundles", f"mean strength {text}", float(found.mean()), "", 2766.0 - off, 2766.0 + off)
+    yield Requirement("bundles", f"deviation of the strength {text}", float(found.std()), "", 32.0 - off, 32.0 + off)
 
 
 def _dynamic(samples: int) -> Iterator[Requirement]:

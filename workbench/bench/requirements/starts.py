@@ -18,9 +18,9 @@ _BEST_S = {"--help": 0.19, "render --seconds 1": 0.62}
 def timings() -> Iterator[Timing]:
     """Yield timings of whole processes, including imports, by the wall clock; kernels are cached."""
     patch = str(preset_files.patches()["gravel"])
-    for words, arguments in (("--help", ["--help"]), ("render --seconds 1", ["render", patch, "--seconds", "1"])):
+    for text, arguments in (("--help", ["--help"]), ("render --seconds 1", ["render", patch, "--seconds", "1"])):
         run = Run(partial(started, [sys.executable, "-m", "underfoot", *arguments]), time.perf_counter)
-        yield Timing("starts", f"underfoot {words}, a new process", run, "s", 1.0, _BEST_S[words])
+        yield Timing("starts", f"underfoot {text}, a new process", run, "s", 1.0, _BEST_S[text])
 
 
 def started(command: Sequence[str]) -> str:

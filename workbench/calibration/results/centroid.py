@@ -76,30 +76,30 @@ def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]
 def verdict_of(found: CentroidAccuracy) -> str:
     """Return in plain words how accurate the centroid is, and what limits it."""
     figures = {name: value for name, value, _ in quantities_of(found)}
-    words = (
+    text = (
         f"The centroid is accurate to {figures['mean_after_mm']:.1f} mm on average, "
         f"{figures['worst_after_mm']:.1f} mm at worst (uncorrected: {figures['mean_before_mm']:.1f} mm and "
         f"{figures['worst_before_mm']:.1f} mm)"
     )
-    words += "." if found.good else f"; {1e3 * ALLOWED_M:.0f} mm on average is allowed."
+    text += "." if found.good else f"; {1e3 * ALLOWED_M:.0f} mm on average is allowed."
     if "mean_over_time_mm" in figures:
-        words += (
+        text += (
             f" With hysteresis and creep compensated: {figures['mean_over_time_mm']:.1f} mm, "
             f"{figures['worst_over_time_mm']:.1f} mm at worst."
         )
     if figures["mean_after_mm"] <= 1.1 * figures.get("mean_bound_mm", 0.0):
-        words += (
+        text += (
             f" Because of hysteresis, static curves cannot do better than about {figures['mean_bound_mm']:.1f} mm, "
             f"{figures['worst_bound_mm']:.1f} mm at worst."
         )
     if found.form == "none":
-        words += " No correction improves places that were left out of its fit, so none is made."
+        text += " No correction improves places that were left out of its fit, so none is made."
     if figures["shear_mm"] > 0.0:
-        words += (
+        text += (
             f" While walking, shear forces add about {figures['shear_mm']:.1f} mm: vertical sensors "
             f"{1e3 * found.tile.sensor_depth_m:.0f} mm below the surface do not measure them."
         )
-    return words
+    return text
 
 
 def part_of(found: CentroidAccuracy, reference: str, today: date | None = None) -> Centroid:

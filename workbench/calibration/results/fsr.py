@@ -67,26 +67,26 @@ def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:
 def verdict_of(found: Linearisation) -> str:
     """Return in plain words how accurate the forces are, and what limits them."""
     figures = {name: value for name, value, _ in quantities_of(found)}
-    words = f"Forces are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
+    text = f"Forces are accurate to {found.error_percent:.1f} % of full scale ({found.full_scale_n:.0f} N)"
     if "memory_error_percent" in figures:
-        words += f", or to {figures['memory_error_percent']:.1f} % with hysteresis and creep compensated"
+        text += f", or to {figures['memory_error_percent']:.1f} % with hysteresis and creep compensated"
     if found.error_percent > ALLOWED_PERCENT:
-        words += f"; {ALLOWED_PERCENT:.0f} % is allowed"
-    words += "."
+        text += f"; {ALLOWED_PERCENT:.0f} % is allowed"
+    text += "."
     bound = figures["bound_percent"]
     if found.error_percent <= 1.1 * bound and bound > 0.5:
-        words += f" Because of hysteresis, no static curve can be more accurate than {bound:.1f} %."
+        text += f" Because of hysteresis, no static curve can be more accurate than {bound:.1f} %."
     worst = max(found.calibrated, key=lambda j: found.sensors[j].curve.error_percent)
     if found.sensors[worst].curve.error_percent > ALLOWED_PERCENT >= found.error_percent:
         error = found.sensors[worst].curve.error_percent
-        words += f" The error of sensor {worst + 1} is {error:.1f} %; {ALLOWED_PERCENT:.0f} % is allowed."
+        text += f" The error of sensor {worst + 1} is {error:.1f} %; {ALLOWED_PERCENT:.0f} % is allowed."
     if found.saturated:
         ends = ", ".join(f"sensor {j + 1} above {end_n:.3g} N" for j, end_n in found.saturated)
-        words += f" Saturated: {ends}; larger forces are underestimated."
+        text += f" Saturated: {ends}; larger forces are underestimated."
     missing = [f"sensor {j + 1}: {found.sensors[j].curve.uncalibrated}" for j in range(4) if j not in found.calibrated]
     if missing:
-        words += f" Not calibrated: {'; '.join(missing)}."
-    return words
+        text += f" Not calibrated: {'; '.join(missing)}."
+    return text
 
 
 def part_of(found: Linearisation, reference: str, today: date | None = None) -> Fsr:

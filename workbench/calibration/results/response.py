@@ -52,10 +52,10 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     warnings = _warnings(found, values)
     good = values[after] <= ALLOWED_DB
     low, high = values["usable_low_hz"], values["usable_high_hz"]
-    words = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
+    text = "measured again through the equaliser" if found.again is not None else "computed, not measured again"
     verdict = (
         f"With {_WITH[found.load]}, flat within {values[after]:.2f} dB from {INNER_HZ[0]:g} to {INNER_HZ[1]:g} Hz "
-        f"({words}; {values['flatness_before_db']:.1f} dB before). {_otherwise(found, values)} "
+        f"({text}; {values['flatness_before_db']:.1f} dB before). {_otherwise(found, values)} "
         f"Usable from {low:.0f} to {high:.0f} Hz. A full-scale signal gives {found.level:.3g} m/s^2."
     )
     if not good:

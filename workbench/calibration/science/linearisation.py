@@ -125,7 +125,7 @@ def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: b
         if fit.curve.uncalibrated:
             warnings.append(f"sensor {j + 1} is not calibrated: {fit.curve.uncalibrated}")
         elif fit.pairs is not None:
-            warnings += [f"sensor {j + 1}: {words}" for words in _doubts(fit.pairs)]
+            warnings += [f"sensor {j + 1}: {text}" for text in _doubts(fit.pairs)]
     warnings += _opposite([fit.pairs for fit in fits])
     first, second, third, fourth = fits
     found = Linearisation(pairs.tile, full, (first, second, third, fourth), tuple(warnings))

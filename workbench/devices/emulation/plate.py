@@ -50,8 +50,8 @@ class SimulatedServo:
     def close(self) -> None:
         """Nothing is left to be released."""
 
-    def _obey(self, words: list[str]) -> None:
-        match words:
+    def _obey(self, text: list[str]) -> None:
+        match text:
             case ["MOVE", position, seconds]:
                 try:
                     to, takes = float(position), float(seconds)
@@ -71,7 +71,7 @@ class SimulatedServo:
             case []:
                 pass
             case _:
-                self._say(f"ERR {' '.join(words)}")
+                self._say(f"ERR {' '.join(text)}")
 
     def _say(self, text: str) -> None:
         self._replies += f"{text}\n".encode()

@@ -118,13 +118,13 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
         "reference_devices": [],
         "channels": channels,
     }
-    words = f"{export.patch.title}; " if export.patch.title else ""
+    text = f"{export.patch.title}; " if export.patch.title else ""
     document = {
         "version": "2023",
         "profile": "Main",
         "level": 1,
         "date": datetime.date.today().isoformat(),
-        "description": f"{words}{scale_in_words(full_m_s2)}",
+        "description": f"{text}{scale_in_words(full_m_s2)}",
         "timescale": TICKS,
         "avatars": [],
         "perceptions": [perception],

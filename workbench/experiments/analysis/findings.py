@@ -46,7 +46,7 @@ def estimates_table(title: str, first: str, rows: Sequence[tuple[str, Estimate]]
     return Table(
         title,
         (first, "estimate", "value", "95 % from", "to", "unit"),
-        tuple((words, e.name, e.value, e.low, e.high, e.unit) for words, e in rows),
+        tuple((text, e.name, e.value, e.low, e.high, e.unit) for text, e in rows),
         note,
     )
 

@@ -44,8 +44,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         parts = sorted(grouped(rows, column).items())
         lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for (value,), part in parts]
         times = [
-            (words, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
-            for (words, _), (_, part) in zip(lines, parts, strict=True)
+            (text, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
+            for (text, _), (_, part) in zip(lines, parts, strict=True)
         ]
         found.tables.append(estimates_table(f"By {name}", name, lines + times, _THESIS if name == "width" else ""))
         found.drawings.append(_drawn(name, column, factor, unit, rows))

@@ -42,9 +42,9 @@ class AbsoluteIdentification(ListedMethod):
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        question, words = given["question"], given["answers"]
-        if words:
-            return (ask("answer", Choice(words[0], options=words, doc=question)),)
+        question, labels = given["question"], given["answers"]
+        if labels:
+            return (ask("answer", Choice(labels[0], options=labels, doc=question)),)
         return (ask("number", Count(1, 1, len(given["identified"]), doc=question)),)
 
     @classmethod

@@ -34,7 +34,7 @@ class ExportSource:
     recording: Recording
     vibration: str = "measured"
     """The one of `VIBRATION` that a format takes which carries one alone."""
-    progress: Callable[[str, float], bool] = field(default=lambda words, share: True)
+    progress: Callable[[str, float], bool] = field(default=lambda text, share: True)
     """Is told what is being written, and which share of that is done; says whether to go on."""
 
     @property
@@ -42,22 +42,22 @@ class ExportSource:
         """Its floor, its rates and its force samples."""
         return RecordedForces(self.recording)
 
-    def pieces(self, words: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Times (n,) and corner forces (n, tiles, 4), piece by piece."""
         forces = self.forces
         for time_s, force_n in forces.pieces():
-            self.report_progress(words, float(time_s[-1]) / max(forces.length_s, 1e-9))
+            self.report_progress(text, float(time_s[-1]) / max(forces.length_s, 1e-9))
             yield time_s, force_n
 
-    def found(self, words: str) -> Iterator[Detections]:
+    def found(self, text: str) -> Iterator[Detections]:
         """Contacts and footsteps, piece by piece."""
         forces = self.forces
         for found in forces.found():
             if len(found.rows):
-                self.report_progress(words, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
+                self.report_progress(text, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
             yield found
 
-    def frames(self, source: str, words: str) -> Iterator[NDArray[np.float32]]:
+    def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
         """What a table of `VIBRATION` has, [frame, tile], from the recording's first frame to its last, piece by
         piece; 0 where nothing was recorded."""
         forces = self.forces
@@ -66,7 +66,7 @@ class ExportSource:
             if first > at:
                 yield from _still(first - at, len(forces.floor.tiles))
             kept = rows[max(at - first, 0) : forces.end - first]
-            self.report_progress(words, (first - forces.first) / max(forces.end - forces.first, 1))
+            self.report_progress(text, (first - forces.first) / max(forces.end - forces.first, 1))
             yield kept
             at = max(at, first + len(rows))
         yield from _still(forces.end - at, len(forces.floor.tiles))
@@ -76,9 +76,9 @@ class ExportSource:
         forces = self.forces
         return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
 
-    def report_progress(self, words: str, share: float) -> None:
+    def report_progress(self, text: str, share: float) -> None:
         """Say how far it is; raises `ExportStopped` where that is not wanted any more."""
-        if not self.progress(words, min(max(share, 0.0), 1.0)):
+        if not self.progress(text, min(max(share, 0.0), 1.0)):
             raise ExportStopped("the export was stopped")
 
 

@@ -147,7 +147,7 @@ def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
     if events:
         _put(made, "EVENT", "CONTEXTS", [context for _, context, _, _ in events])
         _put(made, "EVENT", "LABELS", [label for _, _, label, _ in events])
-        _put(made, "EVENT", "DESCRIPTIONS", [words for *_, words in events])
+        _put(made, "EVENT", "DESCRIPTIONS", [text for *_, text in events])
         _put(made, "EVENT", "SUBJECTS", [""] * len(events))
         _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
 
@@ -167,9 +167,9 @@ def _events(export: ExportSource) -> Iterator[tuple[float, str, str, str]]:
     for found in export.found("Looking for steps"):
         for step in found.steps:
             context = {"left": "Left", "right": "Right"}.get(step.side, "General")
-            words = f"step {step.step}, person {step.person}, tile {step.tile}"
-            yield step.start_s, context, "Foot Strike", words
-            yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", words
+            description = f"step {step.step}, person {step.person}, tile {step.tile}"
+            yield step.start_s, context, "Foot Strike", description
+            yield step.start_s + 1e-3 * step.contact_ms, context, "Foot Off", description
     for time_s, text in export.marks():
         yield time_s, "General", "Mark", text[:100]
 

@@ -82,15 +82,15 @@ class TargetSelection(Scene):
             return
         target, self.target = self.target, None
         self._next_s = now + self.given["pause_s"]
-        words = f"width {100.0 * target.width_m:.1f} cm"
+        text = f"width {100.0 * target.width_m:.1f} cm"
         if answers["selected"] == YES:
             self._hit = target
             self.times_s.append(float(answers["time_s"]))
             yield Strike("click", target.x_m, target.y_m)
-            yield Say(f"hit after {answers['time_s']:.2f} s, {words}")
+            yield Say(f"hit after {answers['time_s']:.2f} s, {text}")
         else:
             self.missed += 1
-            yield Say(f"missed, {words}")
+            yield Say(f"missed, {text}")
         if not self.left:
             yield Say(f"done: {self.state}")
 

@@ -84,8 +84,8 @@ class Control(ABC):
     def shapes(self) -> Iterator[Shape]:
         """What it looks like now."""
 
-    def _label(self, words: str) -> Text:
-        return Text(self.x_m, self.y_m - 0.5 * self.height_m - 0.022, words, 0.016, WORDS)
+    def _label(self, text: str) -> Text:
+        return Text(self.x_m, self.y_m - 0.5 * self.height_m - 0.022, text, 0.016, WORDS)
 
 
 class Button(Control):
