@@ -48,6 +48,7 @@ BAD_PATCHES = {
     "wire to no port": (bad_patch(nodes=GAINS, wires=[["a.out", "b.nope"]]), "the inputs of b: signal, gain"),
     "cycle": (bad_patch(nodes=GAINS, wires=[["a.out", "b.signal"], ["b.out", "a.signal"]]), "wires make a cycle"),
     "nested deep": (b'{"format": "underfoot-patch", "title": ' + b"[" * 100_000, "is nested deeper than"),
+    "a number without end": (bad_patch(seed=0).replace(b'"seed": 0', b'"seed": ' + b"9" * 5000), "thousands of digits"),
     "nested as it ends": (bad_patch(title=0).replace(b"0", b"[" * 1000 + b"]" * 1000), "a.json"),
     "sound file missing": (
         bad_patch(

@@ -80,8 +80,10 @@ def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
         raise BadFile(f"{source} is not JSON: it is not UTF-8 text") from None
     except RecursionError:
         raise BadFile(f"{source} is nested deeper than {deepest} lists and objects") from None
-    except ValueError as error:
+    except json.JSONDecodeError as error:
         raise BadFile(f"{source} is not JSON: {_lower(error)}") from None
+    except ValueError:  # of Python's own limit
+        raise BadFile(f"{source} has a whole number of thousands of digits; allowed: what fits in 64 bits") from None
     _require_plain(raw, source, deepest)
     return raw
 

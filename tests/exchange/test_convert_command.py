@@ -63,6 +63,7 @@ def test_what_cannot_be_converted_is_one_line(refused, folder):
     (folder / "c.haptic").write_text("{}")
     assert "allowed: .ahap, .haptic" in refused("convert", "a.xyz", "-o", "p.json")
     assert "b.json does not look like macaron or syntacts" in refused("convert", "b.json", "-o", "p.json")
+    assert "allowed: 'underfoot-patch'" in refused("convert", "b.json", "-o", "p.haptic")
     assert "version, major is null; allowed: 1" in refused("convert", "c.haptic", "-o", "p.json")
     assert "allowed: a name that ends in .json" in refused("convert", "c.haptic", "-o", "p.wav")
     assert "is of no format that can be written" in refused("convert", SINE, "-o", "p.xyz")

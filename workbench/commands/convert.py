@@ -49,18 +49,20 @@ def convert(options: ConvertOptions) -> None:
         return
     if options.source is None or options.output is None:
         raise BadValue("IN or -o OUT is missing; `underfoot convert --formats` lists what there is")
-    if _is_patch(options.source):
+    if _is_patch(options.source, options.output):
         _write(options, options.source, options.output)
     else:
         _read(options, options.source, options.output)
 
 
-def _is_patch(path: Path) -> bool:
-    """Whether a file says of itself that it is a patch."""
+def _is_patch(path: Path, output: Path) -> bool:
+    """Whether a file says of itself that it is a patch, or must be one: other programs' files only become patches."""
     from underfoot.files import read_file
     from underfoot.patch.patch import FORMAT
 
-    return path.suffix.lower() == PATCH_SUFFIX and f'"{FORMAT}"'.encode() in read_file(path)[:4096]
+    if path.suffix.lower() != PATCH_SUFFIX:
+        return False
+    return output.suffix.lower() != PATCH_SUFFIX or f'"{FORMAT}"'.encode() in read_file(path)[:4096]
 
 
 def _write(options: ConvertOptions, source: Path, output: Path) -> None:
