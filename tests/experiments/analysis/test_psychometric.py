@@ -82,7 +82,9 @@ def test_the_pse_has_no_bias_where_the_slope_is_known_to_rise():
 
 
 @pytest.mark.parametrize("with_lapses", [False, True])
-@pytest.mark.parametrize(("yes", "is_bounded"), [([9, 11, 10, 10, 9, 11, 10], False), ([1, 3, 7, 12, 13, 15, 19], True)])
+@pytest.mark.parametrize(
+    ("yes", "is_bounded"), [([9, 11, 10, 10, 9, 11, 10], False), ([1, 3, 7, 12, 13, 15, 19], True)]
+)
 def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with_lapses):
     """As Fieller's interval does, which is bounded where the slope differs from 0."""
     drawn, slope, _ = psychometric.estimates(X, yes, TWENTY, bootstrap=60, with_lapses=with_lapses)
