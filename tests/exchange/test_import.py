@@ -212,7 +212,7 @@ BAD = {
         "$.signals.continuous.envelopes.amplitude[1].amplitude",
     ),
     "nested": ("ahap", b'{"Pattern": ' + b"[" * 100 + b"]" * 100 + b"}", "nested deeper than 64"),
-    "deep signals": ("syntacts", b'{"value0": ' * 5000, "nested deeper than 600"),
+    "deep signals": ("syntacts", b'{"value0": ' * 5000 + b"0" + b"}" * 5000, "nested deeper than 600"),
     "no signal": ("syntacts", b'{"value0": {}}', "has no m_ptr"),
     "no end": ("ahap", json.dumps(made.ahap(made.event("HapticContinuous", 0.0))).encode(), "EventDuration is missing"),
 }

@@ -7,6 +7,7 @@ from made_studies import first_answers
 from underfoot.engine.commands import PressTile
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
+from underfoot.errors import BadValue
 from underfoot.experiments.store import SessionFile
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -105,7 +106,11 @@ def taking_part(session, protocol, path, until, equipment=None):
     """Yield a participant with a runner of a new or existing session file."""
     file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
     session.send(PressTile("t1", 0.0, 0.0, 0.0))
-    runner = Runner(session, file, protocol, None, equipment)
+    try:
+        runner = Runner(session, file, protocol, None, equipment)
+    except BadValue:
+        file.close()
+        raise
     try:
         yield Person(runner, until)
     finally:

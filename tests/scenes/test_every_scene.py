@@ -81,7 +81,7 @@ def test_the_same_walk_gives_the_same_scene(kind, floor):
         return found.cues, scene.state, [seen(shape) for shape in check_shapes(scene)]
 
     (cues, state, shapes), (others, other_state, other_shapes) = done(), done()
-    assert (cues, state) == (others, other_state)
+    assert (repr(cues), state) == (repr(others), other_state)  # a time that is not a number equals none
     assert shapes == other_shapes
 
 
@@ -136,7 +136,7 @@ def test_moments_do_not_depend_on_how_forces_are_cut():
         return found
 
     some, others = moments(480), moments(7_777)
-    assert some[: len(others)] == others[: len(some)]
+    assert repr(some[: len(others)]) == repr(others[: len(some)])
     assert sum(len(moment.down) for moment in some) >= 4
 
 

@@ -189,6 +189,7 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     bench.qtbot.mouseRelease(desk.map, LEFT, pos=place_on(desk.map, tile))
     bench.until(Phase.ANSWERING)
     slider = desk.form.sliders["rating"]
+    assert desk.window().focusWidget() is desk  # so keys answer, and do not choose tiles
     bench.qtbot.keyClick(desk, Qt.Key.Key_Return)
     assert desk.news.text() == "Move the slider to answer: How was it?"
     bench.qtbot.mouseClick(slider, LEFT, pos=slider.rect().center())

@@ -89,12 +89,12 @@ def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_pres
     assert len(made.opened().studies) == count + 1
 
 
-def test_a_mistake_is_said_as_the_file_would_and_cannot_be_saved(made):
+def test_a_mistake_is_said_by_its_stage_and_field_and_cannot_be_saved(made):
     made.click(made.workspace.list.new)
     made.page(3)
     made.type(made.protocol_editor.stages.form.parameters.controls["blocks"], "0")
     made.qtbot.waitUntil(lambda: bool(made.protocol_editor.problem.text()))
-    said = "$.stages[0].method.parameters.blocks is 0; allowed: whole numbers 1 to 1000"
+    said = "Stage main, Blocks is 0; allowed: whole numbers 1 to 1000"
     assert made.protocol_editor.problem.text() == said
     assert not made.protocol_editor.save_button.isEnabled()
     assert "•" in made.protocol_editor.tabs.button(3).text()
@@ -159,6 +159,21 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     assert protocol.stages[1].block_pause_s == 1.5
     assert (protocol.stages[1].foot.by, protocol.stages[1].foot.tiles) == ("halves", ("t3",))
     assert protocol.sounds.noise == "pink"
+
+
+def test_a_form_that_is_made_anew_stays_where_it_was(made):
+    made.click(made.workspace.list.new)
+    made.page(3)
+    page = made.protocol_editor.stages
+    page.detail.ensureWidgetVisible(page.form.foot)
+    made.qtbot.waitUntil(lambda: page.detail.verticalScrollBar().value() > 0)
+    before, scrolled = page.form, page.detail.verticalScrollBar().value()
+    page.form.foot.setFocus()
+    made.qtbot.keyClick(page.form.foot, Qt.Key.Key_Space)
+    assert page.form is not before
+    assert page.form.foot_rows is not None
+    assert page.focusWidget() is page.form.foot
+    made.qtbot.waitUntil(lambda: page.detail.verticalScrollBar().value() == scrolled)
 
 
 def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):

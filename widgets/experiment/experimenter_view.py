@@ -87,6 +87,7 @@ class ExperimenterView(QWidget):
         ):
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
         self.map, self.drawings = FloorMap(), DrawingColumn()
+        self.map.setFocusProxy(self)  # behind a step with the mouse, arrows and Return answer
         self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
         self._form_key = ""
         self._lay_out()

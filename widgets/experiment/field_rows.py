@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QPlainTextEdit, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption
+from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption, shown_name
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
@@ -42,9 +42,7 @@ class FieldRows(QWidget):
         grid.setColumnMinimumWidth(0, LABEL_PX)
         grid.setColumnStretch(2, 1)
         for row, (name, parameter) in enumerate(parameters.items()):
-            text, unit = caption(name)
-            if parameter.label.lower() != name.replace("_", " "):
-                text = parameter.label
+            text, unit = shown_name(name, parameter), caption(name)[1]
             label = theme.label(text, "muted")
             control = self._control(name, parameter, values.get(name, parameter.default))
             control.setAccessibleName(text)
@@ -91,7 +89,7 @@ class FieldRows(QWidget):
             case StimulusNames():
                 line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])
             case TextLine():
-                line.setPlaceholderText("all")
+                line.setPlaceholderText("none")
             case Rows(columns=columns):
                 line.setPlaceholderText("; ".join([", ".join(column for column, _, _ in columns)] * 2) + "; …")
         line.textEdited.connect(lambda typed: self._set(name, parsed_value(parameter, typed)))

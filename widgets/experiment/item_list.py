@@ -1,10 +1,19 @@
 """A list of things with a form beside it: add, copy, move and remove by buttons and keys."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QListWidget, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QGridLayout,
+    QHBoxLayout,
+    QListWidget,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.widgets import theme
 
@@ -26,6 +35,8 @@ class ItemList(QWidget):
         self.list = QListWidget()
         self.list.setAccessibleName(f"{what.capitalize()}s")
         self.list.setMinimumHeight(8 * theme.GRID)
+        self.list.setWordWrap(True)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.add, self.copy, self.remove, self.up, self.down = (
             QPushButton("Add"),
             QPushButton("Copy"),
@@ -87,6 +98,20 @@ class ItemList(QWidget):
         item = self.list.item(index)
         if item is not None:
             item.setText(name)
+
+    def rebuild_detail(self, show: Callable[[], None]) -> None:
+        """Show the form of the same thing anew by `show`: the focus and the place it was scrolled to stay."""
+        focus, scrolled = QApplication.focusWidget(), self.detail.verticalScrollBar().value()
+        name = focus.accessibleName() if focus is not None and self.detail.isAncestorOf(focus) else ""
+        show()
+        form = self.detail.widget()
+        if form is None:
+            return
+        again = next((one for one in form.findChildren(QWidget) if name and one.accessibleName() == name), None)
+        if again is not None:
+            again.setFocus()
+        form.adjustSize()
+        self.detail.verticalScrollBar().setValue(scrolled)
 
     def show_detail(self, form: QWidget) -> None:
         """Show the form of what is chosen."""

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 from underfoot.errors import UnderfootError
 from underfoot.experiments.declared import fields_of
 from underfoot.experiments.draft import Draft, unused_path
+from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.choice import facts_of
@@ -182,7 +183,7 @@ class ProtocolEditor(QWidget):
         if self.draft is None:
             return
         trouble = self.draft.first_mistake()
-        self.problem.setText(trouble)
+        self.problem.setText(in_form(trouble, self.draft.raw))
         theme.set_role(self.problem, "alarm")
         index = (
             _PAGE_OF_FIELD.get(trouble.removeprefix("$.").split(".")[0].split("[")[0].split(":")[0], 0)

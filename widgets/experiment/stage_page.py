@@ -67,7 +67,7 @@ class StagePage(ItemList):
         self.form = form = StageForm(self._stages[index], self.draft.raw["stimuli"], others)
         form.changed.connect(lambda: self._update_name(index))
         form.renamed.connect(self._follow)
-        form.rebuilt.connect(lambda: self._show_form(index))
+        form.rebuilt.connect(lambda: self.rebuild_detail(lambda: self._show_form(index)))
         self.show_detail(form)
 
     def _update_name(self, index: int) -> None:
@@ -214,6 +214,7 @@ class StageForm(QWidget):
         foot = self._stage.get("foot")
         self._column.addWidget(theme.label("ANSWER BY FOOT", "heading"))
         self.foot = QCheckBox("An answer can be given by stepping on the floor")
+        self.foot.setAccessibleName(self.foot.text())
         self.foot.setChecked(foot is not None)
         self.foot.toggled.connect(self._switch_foot)
         self._column.addWidget(self.foot, 0, Qt.AlignmentFlag.AlignLeft)

@@ -93,7 +93,7 @@ class StimulusPage(ItemList):
         self.form = form = StimulusForm(name, self._stimuli[name], self.draft, self._own)
         form.changed.connect(self.changed)
         form.renamed.connect(lambda new: self._rename(index, new))
-        form.rebuilt.connect(lambda: self._show_form(index))
+        form.rebuilt.connect(lambda: self.rebuild_detail(lambda: self._show_form(index)))
         form.notified.connect(self.notified)
         form.patch_requested.connect(lambda path: self._ask_to_run(path, lambda: form.set_patch_file(path)))
         form.measure.clicked.connect(lambda: self._measure(name))

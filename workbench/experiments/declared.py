@@ -98,6 +98,18 @@ def caption(name: str) -> tuple[str, str]:
     return name.replace("_", " ").capitalize(), ""
 
 
+def shown_name(name: str, parameter: Parameter | None) -> str:
+    """What a form calls a field: by the label that was declared for it, or by its name.
+
+    >>> from underfoot.experiments.protocol import Stage
+    >>> shown_name("start", fields_of(Stage, ["start"])["start"]), shown_name("trial_pause_s", None)
+    ('Begun by', 'Trial pause')
+    """
+    if parameter is not None and parameter.label.lower() != name.replace("_", " "):
+        return parameter.label
+    return caption(name)[0]
+
+
 def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
     label, unit = caption(name)
     doc = ""

@@ -81,9 +81,17 @@ def test_the_pse_has_no_bias_where_the_slope_is_known_to_rise():
     assert abs(means["plain"] - pse) > 2.0
 
 
-def test_a_slope_that_may_be_none_leaves_the_pse_open():
-    pse, _, _ = psychometric.estimates(X, [9, 11, 10, 10, 9, 11, 10], TWENTY, bootstrap=0)
-    assert (pse.low, pse.high) == (-np.inf, np.inf)
+@pytest.mark.parametrize("with_lapses", [False, True])
+@pytest.mark.parametrize(
+    ("yes", "is_bounded"), [([9, 11, 10, 10, 9, 11, 10], False), ([1, 3, 7, 12, 13, 15, 19], True)]
+)
+def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with_lapses):
+    """As Fieller's interval does, which is bounded where the slope differs from 0."""
+    drawn, slope, _ = psychometric.estimates(X, yes, TWENTY, bootstrap=60, with_lapses=with_lapses)
+    by_covariance, _, _ = psychometric.estimates(X, yes, TWENTY, bootstrap=0)
+    assert slope.covers(0.0) is not is_bounded
+    for pse in (drawn, by_covariance):
+        assert (pse.low, pse.high) == (-np.inf, np.inf) if not is_bounded else 60.0 < pse.low < pse.high < 140.0
 
 
 @pytest.mark.parametrize(("x", "yes"), [(X, np.zeros(7)), (X, TWENTY), ([90.0] * 7, TWENTY // 2)])

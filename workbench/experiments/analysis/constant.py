@@ -1,5 +1,6 @@
 """Constant stimuli: psychometric curves by condition, and their differences (thesis figure 6.7, tables 6.2, 6.3)."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -91,6 +92,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     people = {person: estimates(part, settings) for (person,), part in grouped(rows, "participant").items()}
     lines = [(str(person), one) for person, several in people.items() for one in several]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
+    if any(math.isinf(one.high) for _, one in lines):
+        how += " From -inf to inf: the slope may be 0, and these trials do not bound the PSE."
     found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
     by_name: dict[str, list[float]] = {}
     for several in people.values():

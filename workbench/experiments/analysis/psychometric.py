@@ -3,7 +3,9 @@
 The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate, which a probit
 link lacks, SciPy maximises the likelihood. Intervals are from a parametric bootstrap, in which data are drawn from the
 fitted curve and fitted again, or, faster, from the regression's covariance: Wald's for slope and intercept, and
-Fieller's (Some problems in interval estimation, 1954) for the PSE, which is a ratio. The PSE is estimated without bias
+Fieller's (Some problems in interval estimation, 1954) for the PSE, which is a ratio. A slope that may be 0 bounds the
+PSE by neither: percentiles of ratios then end wherever some draw's slope is nearest to 0, and hold the truth too
+rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The PSE is estimated without bias
 as a ratio whose denominator has a known sign (Andrews and Armstrong, Quantitative Economics 8, 2017): the plain ratio,
 minus intercept over slope, is biased upwards by the few curves with a slope near zero.
 """
@@ -98,7 +100,12 @@ def estimates(
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
-    Bootstrap curves that cannot be fitted are omitted. With lapses, intervals need draws.
+    Bootstrap curves that cannot be fitted are omitted. With lapses, intervals need draws. Where the slope's interval
+    holds 0, the PSE has no bounds.
+
+    >>> pse, _, _ = estimates([52, 64, 76, 90, 106, 124, 146], [4, 5, 5, 4, 6, 5, 5], [10] * 7, bootstrap=40)
+    >>> pse.low, pse.high
+    (-inf, inf)
     """
     curve = fit(x, yes, of, with_lapses)
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
@@ -116,7 +123,10 @@ def estimates(
     for name in ("pse", "slope", "intercept"):
         value = getattr(curve, name)
         found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
-    return replace(found[0], value=pse), found[1], found[2]
+    bounded, slope, intercept = found
+    if slope.covers(0.0):
+        bounded = replace(bounded, low=-math.inf, high=math.inf)
+    return replace(bounded, value=pse), slope, intercept
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:

@@ -1,6 +1,7 @@
 """Shares of right answers by condition: of each stimulus, and of each value of its factors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from underfoot.experiments.analysis.estimate import mean_interval, share_interval
 from underfoot.experiments.analysis.findings import Cell, Table
@@ -10,7 +11,7 @@ from underfoot.experiments.table import Row, factors_of, grouped
 def right_answers(rows: Sequence[Row]) -> list[Table]:
     """The table of right answers by condition; none where no trial has a right answer.
 
-    >>> rows = [{"participant": "P1", "stimulus": name, "right": k} for name in ("ice", "sand") for k in (0, 1, 1, 1)]
+    >>> rows = [{"participant": "P1", "stimulus": name, "right": k} for name in ("sand", "ice") for k in (0, 1, 1, 1)]
     >>> [row[:5] for row in right_answers(rows)[0].rows]
     [('all', 1, 6, 8, 0.75), ('ice', 1, 3, 4, 0.75), ('sand', 1, 3, 4, 0.75)]
     """
@@ -21,11 +22,16 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     for factor in factors_of(scored):
         parts = grouped([row for row in scored if factor in row], factor)
         if len(parts) < len(grouped(scored, "stimulus")):  # else it says what the stimuli say
-            lines += [_line(f"{factor}: {value}", part) for (value,), part in parts.items()]
-    lines += [_line(str(name), part) for (name,), part in grouped(scored, "stimulus").items()]
+            lines += [_line(f"{factor}: {value}", part) for (value,), part in _in_order(parts)]
+    lines += [_line(str(name), part) for (name,), part in _in_order(grouped(scored, "stimulus"))]
     columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
     note = "Of one person Wilson's intervals; of more the mean over people, with Student's."
     return [Table("Right answers", columns, tuple(lines), note)]
+
+
+def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[Any, ...], list[Row]]]:
+    """By value, numbers before words: trials come in an order of each person's own."""
+    return sorted(parts.items(), key=lambda part: [(isinstance(value, str), value) for value in part[0]])
 
 
 def _line(name: str, rows: Sequence[Row]) -> tuple[Cell, ...]:

@@ -24,9 +24,7 @@ class AbsoluteIdentification(ListedMethod):
         "information come of it."
     )
     identified = StimulusNames((), doc="What is told apart; its number is its place here, from 1.", least=2)
-    answers = TextLine(
-        (), doc="TextLine to choose from; each stimulus has its right answer. None: the stimulus's number."
-    )
+    answers = TextLine((), doc="Words to choose from; each stimulus has its right answer. None: the stimulus's number.")
     question = Text("Which one was it?", doc="What is asked after each trial.")
     sessions = Count(6, 1, 100, doc="Each is one block, with every stimulus as often as repeats says.")
     repeats = Count(2, 1, 100, doc="How often each stimulus comes in a session.")
