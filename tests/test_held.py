@@ -36,7 +36,7 @@ WALKS = ("adult/walk1", "adult/walk2", "adult/walk3", "three-steps/walk", "two-p
 SECONDS, BLOCK = 2.0, 1024
 OTHERS = ((64, SECONDS), (7, 0.4))
 """Block sizes that must give the same bytes, and for how long: blocks of 7 frames take long."""
-WIZARDS = ("fsr", "centroid", "response", "latency")
+WIZARDS = ("fsr", "centroid", "response", "latency", "plate")
 
 
 def machine():

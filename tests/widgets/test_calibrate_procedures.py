@@ -1,4 +1,4 @@
-"""The three calibrations from first to last page by clicks and keys, on the simulator, into one profile."""
+"""The calibrations from first to last page by clicks and keys, on the simulator, into one profile."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,17 @@ from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+from underfoot.devices.emulation.plate import EmulatedPlate
+from underfoot.devices.plate import plate_of
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
 from underfoot.floor.simulated_tile import SimulatedTile
+from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.calibrate.catalogue import KINDS
 from underfoot.widgets.calibrate.measuring import Pace
 from underfoot.widgets.calibrate.workspace import CalibrateWorkspace
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog
 from underfoot.widgets.session.settings import Settings
 
 LONG_MS = 120_000
@@ -71,6 +75,13 @@ class Hands:
         box.setFocus()
         while box.currentText() != option:
             QTest.keyClick(box, Qt.Key.Key_Down)
+
+    def name_plate(self, text):
+        self.click(self.workspace.choice.cards["plate"])
+        field = self.workspace.overview.editor.field
+        field.setFocus()
+        self.wait(field.hasFocus)
+        QTest.keyClicks(field, text)
 
     def to_the_end(self):
         """Continue on every page until the last."""
@@ -193,3 +204,44 @@ def test_a_weight_typed_ten_times_too_heavy_is_refused_on_the_spot(hands):
     assert "was typed" in hands.refused[-1]
     assert hands.wizard.snapshot.page.key == taken
     hands.wait(hands.wizard.refusal.isVisible)
+
+
+def test_a_plate_by_clicks_into_the_equipment_of_a_study(hands, workspace):
+    emulated = EmulatedPlate()
+    try:
+        hands.name_plate(emulated.name)
+        hands.begin("plate")
+        hands.type("positions", "0 1")
+        hands.type("footsteps", "3")
+        hands.to_the_end()
+        assert [round(to, 4) for _, to, _ in emulated.servo.moves] == [0.0, 1.0]
+        result = hands.wizard.snapshot.result
+        assert "footstep's line is off the others" in hands.wizard.result.verdict.text()
+        hands.wait(lambda: len(hands.wizard.drawings.plots) == len(result.drawings) == 2)
+        profile, kind, folder = hands.save()
+        assert (kind, profile) == ("plate", Profile.load(folder / "t1.json"))
+        np.testing.assert_allclose(profile.plate.stiffness_n_mm, [40.0, 160.0], rtol=0.02)
+        assert workspace.choice.cards["plate"].visible_text().startswith(profile.plate.made)
+        used = []
+        dialog = EquipmentDialog(used.append, EquipmentChoice(), None, workspace._settings.calibrated_plate)
+        hands.qtbot.addWidget(dialog)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+        show(hands.qtbot, dialog)
+        QTest.keyClick(dialog.check_boxes["plate"], Qt.Key.Key_Space)
+        hands.click(dialog.use_button)
+        plate = plate_of(used[0].plate)
+        assert used[0].plate == f"{emulated.name}:{folder / 't1.plate.json'}"
+        assert plate.calibration.stiffness_n_mm == profile.plate.stiffness_n_mm
+        plate.close()
+    finally:
+        emulated.close()
+
+
+def test_a_plate_that_is_not_there_is_said_before_anything_is_asked(hands, workspace, tmp_path):
+    hands.name_plate(str(tmp_path / "no-port"))
+    hands.click(workspace.overview.begin)
+    hands.wait(hands.wizard.refusal.isVisible)
+    assert hands.wizard.refusal.text().startswith(f"the plate at {tmp_path / 'no-port'} cannot be opened")
+    assert "\n" not in hands.wizard.refusal.text()
+    hands.click(hands.wizard.leaving)
+    hands.wait(lambda: not workspace.is_measuring)

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from underfoot.calibration.declaration import PRESSING, SHAKING, Calibration, MeasurementSetup
+from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING, Calibration, MeasurementSetup
 from underfoot.calibration.procedure import Procedure, ask
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
 from underfoot.engine.target import Target
-from underfoot.errors import DeviceError
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Profile
 from underfoot.parameters import Parameter, Text
@@ -26,7 +26,8 @@ MakeProcedure = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
 class CalibrationKind:
     """A calibration: the part of a profile that it makes, its name, its purpose, and its factory.
 
-    `reference` is the parameter that asks for the reference on hardware; `first` is the part that must be calibrated
+    `reference` is the parameter that asks for the reference on hardware; on the simulator only if it
+    `asks_always`. `first` is the part that must be calibrated
     before.
     """
 
@@ -37,6 +38,7 @@ class CalibrationKind:
     make: MakeProcedure
     reference: Parameter
     first: str = ""
+    asks_always: bool = False
 
 
 def by_hand(target: Target) -> bool:
@@ -88,6 +90,30 @@ def _shaking_rig(target: Target, tile: Tile, accelerometer: str) -> Rig:
     return SoundCard(card.output.name, accelerometer, channel - card.first)
 
 
+def _stepping_rig(target: Target, tile: Tile, plate: str) -> Rig:
+    """Create a rig that steps on a plate on `tile`: the simulator, or a person, with the sensors that are named."""
+    from underfoot.calibration.rigs.device import DeviceRig, displacement_of, load_cell_of
+    from underfoot.calibration.rigs.plate import PlateRig, simulated_plate_rig
+    from underfoot.devices.plate import SIMULATED, PlateServo
+    from underfoot.devices.transports import transport_of
+
+    plate_at, displacement, cell = (*plate.split(), "", "", "")[:3]
+    if not by_hand(target):
+        return simulated_plate_rig(_simulated(target, tile), plate_at or SIMULATED)
+    if not displacement:
+        raise BadValue(
+            f"plate is {plate!r}; allowed: its port and a displacement sensor, as /dev/ttyACM0 9.2:0.001:120"
+        )
+    sensor, load_cell = displacement_of(displacement), load_cell_of(cell) if cell else None
+    servo = PlateServo(plate_at)
+    try:
+        port = transport_of(target.kind, target.source)
+        return PlateRig(DeviceRig(port, target.floor.index(tile.id), load_cell, displacement=sensor), servo)
+    except BaseException:
+        servo.close()
+        raise
+
+
 def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     """Return the tile as in the simulated floor of `target`; for an ideal floor, one of the usual kind."""
     from underfoot.floor.simulated_tile import SimulatedTile
@@ -96,7 +122,7 @@ def _simulated(target: Target, tile: Tile) -> "SimulatedTile":
     return SimulatedTile(tile, simulation(target.simulation)[0])
 
 
-_RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig}
+_RIGS = {PRESSING: _pressing_rig, SHAKING: _shaking_rig, STEPPING: _stepping_rig}
 _REFERENCES = {
     PRESSING: ask(
         "load_cell",
@@ -110,10 +136,28 @@ _REFERENCES = {
         "accelerometer",
         Text("", doc="The sound card that hears it, by a part of its name. Nothing: the default input."),
     ),
+    STEPPING: ask(
+        "plate",
+        Text(
+            "",
+            doc="The serial port of the plate; on the simulator, nothing: a simulated plate. On a tile, then a "
+            "displacement sensor on the tile's line: its tile number and sensor, mm a count, and its reading at rest, "
+            "as 9.2:0.001:120. Then a load cell, as 9.1:0.05:120; nothing: the tile measures the force.",
+        ),
+    ),
 }
 """Parameters that ask for a rig's reference on hardware."""
 
 KINDS = tuple(
-    CalibrationKind(one.kind, one.name, one.title, one.about, partial(_make, one), _REFERENCES[one.rig], one.requires)
+    CalibrationKind(
+        one.kind,
+        one.name,
+        one.title,
+        one.about,
+        partial(_make, one),
+        _REFERENCES[one.rig],
+        one.requires,
+        asks_always=one.rig == STEPPING,
+    )
     for one in CALIBRATIONS.values()
 )

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Series, series
 from underfoot.floor.layout import Tile
-from underfoot.floor.profile import Centroid, Fsr, Part, Profile, Response
+from underfoot.floor.profile import Centroid, Fsr, Part, PlateStiffness, Profile, Response
 
 _POINTS = 200
 _LOAD_N = 1000.0
@@ -31,6 +31,8 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
                 curves += _moves(tile, one, is_old)
             case Response():
                 curves += _responses(one, is_old)
+            case PlateStiffness():
+                curves.append(_stiffness(one, is_old))
     if not curves:
         return ()
     match part or earlier:
@@ -38,6 +40,8 @@ def drawings_of(tile: Tile, part: Part | None, earlier: Part | None = None) -> t
             return (Drawing("Force over reading", "reading, counts", "force, N", tuple(curves)),)
         case Centroid():
             return (Drawing("Correction of the centroid", "x, mm", "y, mm", tuple(curves), equal=True),)
+        case PlateStiffness():
+            return (Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", tuple(curves)),)
         case _:
             title, y = "Acceleration of the plate at full scale", "acceleration, m/s^2"
             return (Drawing(title, "frequency, Hz", y, tuple(curves), x_log=True, y_log=True),)
@@ -71,6 +75,11 @@ def _loads(tile: Tile) -> NDArray[np.float64]:
     middle = (low + high) / 2.0
     corners = [(np.array(at_m) > middle).astype(float) for at_m in tile.sensors_m]
     return np.column_stack([np.abs(1 - right - across) * np.abs(1 - top - up) for right, top in corners])
+
+
+def _stiffness(part: PlateStiffness, is_old: bool) -> Series:
+    name, style, colour = ("earlier", "dashed", "muted") if is_old else ("in use", "line", "force")
+    return series(name, part.positions, part.stiffness_n_mm, style, colour)
 
 
 def _responses(part: Response, is_old: bool) -> list[Series]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from underfoot.calibration.files.plate_profiles import write_plate_file
 from underfoot.calibration.result import Result
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
@@ -91,6 +92,7 @@ class Profiles(QObject):
             profile = change(Profile.load(path) if path.exists() else Profile(tile=tile))
             folder.mkdir(parents=True, exist_ok=True)
             profile.save(path)
+            write_plate_file(profile, path)
         except (UnderfootError, OSError) as error:
             self.not_saved.emit(f"Nothing is saved: {error}")
         else:

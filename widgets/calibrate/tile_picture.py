@@ -150,6 +150,8 @@ class TilePicture(QWidget):
         painter.setPen(QPen(amber, 1.5))
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)) if press.sensor is None else ():
             painter.drawLine(here + QPointF(x, y) * 4, here + QPointF(x, y) * 11)
+        if press.footstep:
+            return  # as heavy as the person is
         painter.setPen(QColor(theme.TEXT))
         text, area = quantity(press.force_n, "N"), self.area()
         above = here.y() - 36 > area.top()
@@ -196,6 +198,8 @@ def press_text(press: PressRequest) -> str:
     >>> press_text(PressRequest((0.1, -0.02), 400.0))
     'Press 400 N at x 100 mm, y −20 mm from the middle'
     """
+    if press.footstep:
+        return "Step on the plate and off again"
     if press.force_n <= 0.0:
         return "Stand clear of the tile"
     if press.sensor is not None:

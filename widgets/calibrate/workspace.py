@@ -9,7 +9,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
+from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Result
+from underfoot.devices.plate import SIMULATED
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile
 from underfoot.floor.profile import Part, Profile
@@ -141,7 +143,8 @@ class CalibrateWorkspace(Workspace):
             why_not(self._target) or busy or self._lacks(profile), not by_hand(self._target)
         )
         reference = self._settings.references.get(self._kind.key, "")
-        self.overview.show_reference(self._kind.reference if by_hand(self._target) else None, reference)
+        asks = by_hand(self._target) or self._kind.asks_always
+        self.overview.show_reference(self._kind.reference if asks else None, reference)
 
     def _lacks(self, profile: Profile) -> str:
         """Return what must be calibrated first; "" for nothing."""
@@ -252,7 +255,15 @@ class CalibrateWorkspace(Workspace):
             self.wizard.mark_saved()
             if self._measurement is not None:
                 self._measurement.stop()
+        self._remember_plate(tile)
         self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
+
+    def _remember_plate(self, tile: str) -> None:
+        """Have the equipment of studies suggest the plate that was just calibrated."""
+        path = plate_file(self.profiles.folder / f"{tile}.json")
+        if self._kind.key == "plate":
+            port = (self._settings.references.get("plate", "").split() or [SIMULATED])[0]
+            self._settings.calibrated_plate = f"{port}:{path}"
 
     def _not_saved(self, why: str) -> None:
         self.notified.emit(why)

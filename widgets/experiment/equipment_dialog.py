@@ -32,10 +32,17 @@ _TRIED_HZ = 1000.0
 
 
 class EquipmentDialog(QDialog):
-    """Edits a choice; Use hands it to `use`. Try opens all that is chosen, and lets go of it again."""
+    """Edits a choice; Use hands it to `use`. Try opens all that is chosen, and lets go of it again.
+
+    While no plate is chosen, `calibrated` is suggested, `PORT:FILE` of the one that was calibrated last.
+    """
 
     def __init__(
-        self, use: Callable[[EquipmentChoice], object], choice: EquipmentChoice, parent: QWidget | None = None
+        self,
+        use: Callable[[EquipmentChoice], object],
+        choice: EquipmentChoice,
+        parent: QWidget | None = None,
+        calibrated: str = "",
     ) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -61,7 +68,7 @@ class EquipmentDialog(QDialog):
         self.use_button = self.buttons.addButton("Use", QDialogButtonBox.ButtonRole.AcceptRole)
         self.use_button.setDefault(True)
         self._lay_out()
-        self._show(choice)
+        self._show(choice, calibrated)
         for box in self.check_boxes.values():
             box.toggled.connect(self._enable)
         self._enable()
@@ -107,9 +114,9 @@ class EquipmentDialog(QDialog):
         theme.set_role(self.note, role)
         self.note.setText(text)
 
-    def _show(self, choice: EquipmentChoice) -> None:
-        if choice.plate:
-            port, path = split_plate(choice.plate)
+    def _show(self, choice: EquipmentChoice, calibrated: str) -> None:
+        if plate := choice.plate or calibrated:
+            port, path = split_plate(plate)
             self.plate.setCurrentText(port)
             self.calibration.setText(path)
         self.trigger.setCurrentText(choice.trigger)
@@ -144,7 +151,7 @@ class EquipmentDialog(QDialog):
         controls = {"plate": self.plate, "masking": self.masking, "trigger": self.trigger}
         helps = {
             "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load. A simulated one has "
-            "40 to 160 N/mm, and needs no calibration.",
+            "40 to 160 N/mm, and needs no calibration. Calibrate others under Calibrate, Stiffness.",
             "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
             "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
             "lsl": "Markers and forces as streams of the Lab Streaming Layer."

@@ -348,7 +348,8 @@ class ExperimentWorkspace(Workspace):
 
     def ask_equipment(self) -> None:
         """Ask what is used beside the floor."""
-        EquipmentDialog(self._use_equipment, self.equipment, self.window()).open()
+        calibrated = "" if self._settings is None else self._settings.calibrated_plate
+        EquipmentDialog(self._use_equipment, self.equipment, self.window(), calibrated).open()
 
     def _use_equipment(self, choice: EquipmentChoice) -> None:
         self.equipment = choice

@@ -39,9 +39,10 @@ class Settings(msgspec.Struct):
     `network_addresses` are the chosen ones of `DEFAULT_ADDRESSES`, and `network_on` the active ones, also of
     `plan.FLAGS`. `recordings` are files and folders of recordings besides the folder recorded to. `outside_files`
     are files that the user allowed patches in other folders to read. `run_code` has the SHA-256 of each custom
-    node's file that the user has agreed to run. `study_equipment` is the equipment of studies besides the floor, by
-    the fields of `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`,
-    in percent; `splitters` are splitter positions by name, and `workspace` is the one last shown.
+    node's file that the user has agreed to run. `calibrated_plate` is the stiffness plate that was calibrated last,
+    PORT:FILE. `study_equipment` is the equipment of studies besides the floor, by the fields of
+    `studies.equipment.EquipmentChoice`. `theme` is one of `THEMES`, `text_size` one of `TEXT_SIZES`, in percent;
+    `splitters` are splitter positions by name, and `workspace` is the one last shown.
 
     >>> import tempfile
     >>> folder = Path(tempfile.mkdtemp())
@@ -71,6 +72,7 @@ class Settings(msgspec.Struct):
     projector_turn: float = 0.0
     network_addresses: dict[str, str] = {}
     network_on: list[str] = []
+    calibrated_plate: str = ""
     study_equipment: dict[str, str | bool | None] = {}
     theme: str = "dark"
     text_size: int = 100

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from underfoot.floor.layout import Tile
     from underfoot.floor.profile import Profile
 
-PRESSING, SHAKING = "pressing", "shaking"
-"""Rigs: one that presses the tile and reads it, and one that plays the shaker and records an accelerometer."""
+PRESSING, SHAKING, STEPPING = "pressing", "shaking", "stepping"
+"""Rigs: one that presses the tile and reads it, one that plays the shaker and records an accelerometer, and one that
+steps on a variable stiffness plate and moves it."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Calibration(ABC):
     summary: ClassVar[str]
     """First line of its command's help."""
     rig: ClassVar[str]
-    """Rig that it needs: `PRESSING` or `SHAKING`."""
+    """Rig that it needs: `PRESSING`, `SHAKING` or `STEPPING`."""
     file_options: ClassVar[tuple[str, ...]]
     """Options that name files with a measurement: either all of them, or none if a target is measured."""
     requires: ClassVar[str] = ""

@@ -15,13 +15,16 @@ from numpy.typing import NDArray
 class PressRequest:
     """Position and force of a press: `at_m` in the tile's frame, newtons; 0 N means to stand clear.
 
-    `sensor` (0 to 3) is set if the load goes over one sensor. `hold_s` is the duration of the hold.
+    `sensor` (0 to 3) is set if the load goes over one sensor. `hold_s` is the duration of the hold. A `footstep` is a
+    load that comes and goes. `position`, 0 to 1, is where a variable stiffness plate goes meanwhile; None to hold it.
     """
 
     at_m: tuple[float, float]
     force_n: float
     hold_s: float = 0.5
     sensor: int | None = None
+    footstep: bool = False
+    position: float | None = None
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,8 @@ class Sound:
 class Readings:
     """Readings: `time_s` (n,), `values` (n, 4) in the sensors' units, and `force_n` (n,) of the reference or None.
 
-    n may be 0. Lost samples are left out: `time_s` jumps.
+    n may be 0. Lost samples are left out: `time_s` jumps. Of a variable stiffness plate, `displacement_mm` (n,) is how
+    far it is down, and `position` (n,) where its servo is, NaN on the way; otherwise None.
 
     >>> readings = Readings(np.arange(4.0), np.zeros((4, 4)), np.arange(4.0))
     >>> readings.last(1.0).force_n, readings.last(5.0)
@@ -52,25 +56,36 @@ class Readings:
     time_s: NDArray[np.float64]
     values: NDArray[np.float64]
     force_n: NDArray[np.float64] | None = None
+    displacement_mm: NDArray[np.float64] | None = None
+    position: NDArray[np.float64] | None = None
 
     def followed_by(self, later: "Readings") -> "Readings":
         """Return these readings and then `later` ones; without a reference unless both have one."""
         if self.time_s.size == 0:
             return later
-        force = None
-        if self.force_n is not None and later.force_n is not None:
-            force = np.concatenate([self.force_n, later.force_n])
-        return Readings(np.concatenate([self.time_s, later.time_s]), np.concatenate([self.values, later.values]), force)
+        return Readings(
+            np.concatenate([self.time_s, later.time_s]),
+            np.concatenate([self.values, later.values]),
+            _joined(self.force_n, later.force_n),
+            _joined(self.displacement_mm, later.displacement_mm),
+            _joined(self.position, later.position),
+        )
 
     def since(self, index: int) -> "Readings":
         """Return the readings from this index on."""
-        force = None if self.force_n is None else self.force_n[index:]
-        return Readings(self.time_s[index:], self.values[index:], force)
+        others = (self.force_n, self.displacement_mm, self.position)
+        return Readings(
+            self.time_s[index:], self.values[index:], *(None if one is None else one[index:] for one in others)
+        )
 
     def last(self, seconds: float) -> "Readings | None":
         """Return the last `seconds` of the readings; None if they are shorter."""
         start = self.time_s[-1] - seconds
         return None if self.time_s[0] > start else self.since(int(np.searchsorted(self.time_s, start)))
+
+
+def _joined(one: NDArray[np.float64] | None, two: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    return None if one is None or two is None else np.concatenate([one, two])
 
 
 NO_READINGS = Readings(np.empty(0), np.empty((0, 4)), None)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from underfoot.calibration.declaration import Calibration, MeasurementSetup
     from underfoot.calibration.procedure import Page
     from underfoot.calibration.result import Result
-    from underfoot.commands.rigs import PressingRig, ShakingRig
+    from underfoot.commands.rigs import MeasuringRig
     from underfoot.commands.tile_options import TileOptions
     from underfoot.floor.layout import Floor
 
@@ -63,7 +63,7 @@ def command_of(declared: "type[Calibration]") -> click.Command:
     return click.Command(declared.kind, params=parameters, callback=run, help=declared.summary)
 
 
-def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", options: "TileOptions") -> None:
+def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOptions") -> None:
     """Measure on a target, and put the result into the profile; first what the calibration requires."""
     from underfoot.calibration.declaration import MeasurementSetup
     from underfoot.calibration.procedures import CALIBRATIONS
@@ -83,9 +83,7 @@ def _on_target(calibration: "Calibration", rig: "PressingRig | ShakingRig", opti
     options.conclude(found, known)
 
 
-def _measured(
-    calibration: "Calibration", rig: "PressingRig | ShakingRig", floor: "Floor", setup: "MeasurementSetup"
-) -> "Result":
+def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", setup: "MeasurementSetup") -> "Result":
     """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused."""
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run

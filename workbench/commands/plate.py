@@ -63,8 +63,8 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     verdict = f"{len(fit.lines)} footsteps; a line is off the others at its position by {fit.calibration.error:.1%}."
     advice = "" if fit.good else " That is too much: measure again."
     if options.report is not None:
-        first = {position: samples[::-1] for (position, _), samples in reversed(profiles.items())}
-        body = [f"<p>{verdict}{advice}</p>", *(svg(drawing) for drawing in drawings_of(fit, first))]
+        drawings = drawings_of(fit, list(profiles.values()))
+        body = [f"<p>{verdict}{advice}</p>", *(svg(drawing) for drawing in drawings)]
         write_file(make_folder(options.report) / "plate.html", page("Variable stiffness plate", body).encode())
     pairs = list(zip(fit.calibration.positions, fit.calibration.stiffness_n_mm, strict=True))
     if options.as_json:

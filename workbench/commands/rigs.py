@@ -1,12 +1,13 @@
 """The rigs that `underfoot calibrate` can measure on, and the options that choose one.
 
-A rig is of one of the two sorts that a calibration can need (`calibration.declaration`): it presses, or it shakes.
+A rig is of one of the sorts that a calibration can need (`calibration.declaration`): it presses, it shakes, or it steps
+on a variable stiffness plate.
 """
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from underfoot.calibration.declaration import PRESSING, SHAKING
+from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING
 from underfoot.devices.transports import split_target, target_forms, transport_of
 from underfoot.errors import BadValue
 from underfoot.options import option
@@ -89,7 +90,58 @@ class ShakingRig:
         return SimulatedShaker(simulated)
 
 
-RIGS: dict[str, type[PressingRig] | type[ShakingRig]] = {PRESSING: PressingRig, SHAKING: ShakingRig}
+@dataclass(frozen=True)
+class SteppingRig:
+    """Options of a rig with a variable stiffness plate on a tile: the simulator steps on it, or a person."""
+
+    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which steps), {target_forms()}.", "")
+    plate: str = option('Serial port of the plate, or "simulated".', "simulated")
+    displacement: str = option("Displacement sensor on the target: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.01:120.", "")
+    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO; else the tile's forces.", "")
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether the target steps by itself."""
+        from underfoot.engine.target import simulation_of
+
+        return simulation_of(self.target) is not None
+
+    @property
+    def has_load_cell(self) -> bool:
+        """Whether readings come with a reference force."""
+        return bool(self.cell) or self.is_simulated
+
+    def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
+        """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such plate."""
+        from underfoot.calibration.rigs.device import DeviceRig, displacement_of, load_cell_of
+        from underfoot.calibration.rigs.plate import PlateRig, simulated_plate_rig
+        from underfoot.devices.plate import PlateServo
+
+        simulated = _simulated_tile(self.target, tile, seed)
+        if simulated is not None:
+            if self.cell or self.displacement:
+                raise BadValue("--cell and --displacement are for hardware; the simulator has its own")
+            return simulated_plate_rig(simulated, self.plate, seed)
+        hardware = split_target(self.target)
+        if hardware is None:
+            raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
+        if not self.displacement:
+            raise BadValue("--displacement is missing; allowed: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120")
+        sensor, cell = displacement_of(self.displacement), load_cell_of(self.cell) if self.cell else None
+        servo = PlateServo(self.plate)
+        try:
+            return PlateRig(DeviceRig(transport_of(*hardware), floor.index(tile.id), cell, displacement=sensor), servo)
+        except BaseException:
+            servo.close()
+            raise
+
+
+MeasuringRig = PressingRig | ShakingRig | SteppingRig
+RIGS: dict[str, type[MeasuringRig]] = {
+    PRESSING: PressingRig,
+    SHAKING: ShakingRig,
+    STEPPING: SteppingRig,
+}
 
 
 def _simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":

@@ -52,6 +52,7 @@ class TileOptions:
 
     def conclude(self, result: "Result", known: "Profile") -> None:
         """Put a result into what is known: write the report, then the profile, whole or not at all, then print."""
+        from underfoot.calibration.files.plate_profiles import write_plate_file
         from underfoot.calibration.files.report import figures, write_report
         from underfoot.calibration.results.labels import label_of
 
@@ -60,6 +61,7 @@ class TileOptions:
             write_report(result, self.report, new, operator=self.operator)
         if self.profile is not None:
             new.save(self.profile)
+            write_plate_file(new, self.profile)
         if self.as_json:
             print(json.dumps(figures(result)))
             return

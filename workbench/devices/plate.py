@@ -59,6 +59,14 @@ class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
         require(low <= stiffness_n_mm <= high, "stiffness", stiffness_n_mm, f"{low:g} to {high:g} N/mm")
         return float(np.interp(np.log(stiffness_n_mm), np.log(self.stiffness_n_mm), self.positions))
 
+    def stiffness(self, position: float) -> float:
+        """Return the stiffness at a position, N/mm; beyond the calibrated ones, that of the nearest.
+
+        >>> round(SIMULATED_CALIBRATION.stiffness(0.5), 6)
+        80.0
+        """
+        return float(np.exp(np.interp(position, self.positions, np.log(self.stiffness_n_mm))))
+
     @staticmethod
     def load(path: str | Path) -> "PlateCalibration":
         """Load a calibration; raise `BadFile` if the file is not one."""
@@ -73,32 +81,26 @@ SIMULATED_CALIBRATION = PlateCalibration(positions=(0.0, 1.0), stiffness_n_mm=(4
 """A simulated plate's own: the thesis's range (6.3.6)."""
 
 
-class Plate:
-    """The plate at a serial port, or a simulated one.
+class PlateServo:
+    """The servo of a plate at a serial port, or of a simulated one.
 
-    `request_stiffness` sets the stiffness; `poll` drives it there without waiting.
+    `request_position` sets the position; `poll` drives it there without waiting.
 
     It never moves under a load: a requested move waits until nobody is on the plate, and a move in progress is held
     when somebody steps on, and then repeated.
     """
 
-    def __init__(
-        self,
-        port: str,
-        calibration: PlateCalibration,
-        move_s: float = MOVE_S,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self.calibration, self._move_s, self._clock = calibration, move_s, clock
-        self._line = _opened(port)
+    def __init__(self, port: str, move_s: float = MOVE_S, clock: Callable[[], float] = time.monotonic) -> None:
+        self._move_s, self._clock = move_s, clock
+        self._line = _opened(port, clock)
         self._port, self._text = port, b""
         self._position = 0.0
         self._is_requested = self._is_moving = False
         self._due = 0.0
 
-    def request_stiffness(self, stiffness_n_mm: float) -> None:
-        """Go to a stiffness; takes as long if the plate has it already. Raises `BadValue` outside the range."""
-        self._position, self._is_requested = self.calibration.position(stiffness_n_mm), True
+    def request_position(self, position: float) -> None:
+        """Go to a position, 0 to 1; takes as long if the servo is there already."""
+        self._position, self._is_requested = position, True
 
     def poll(self, is_loaded: bool) -> bool:
         """Continue the move; return whether the plate has arrived. Raises `DeviceError` if it is lost."""
@@ -140,6 +142,24 @@ class Plate:
             raise DeviceError(f"the plate at {self._port} went away: {error}") from None
 
 
+class Plate(PlateServo):
+    """A plate with its calibration: `request_stiffness` sets the stiffness."""
+
+    def __init__(
+        self,
+        port: str,
+        calibration: PlateCalibration,
+        move_s: float = MOVE_S,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(port, move_s, clock)
+        self.calibration = calibration
+
+    def request_stiffness(self, stiffness_n_mm: float) -> None:
+        """Go to a stiffness; takes as long if the plate has it already. Raises `BadValue` outside the range."""
+        self.request_position(self.calibration.position(stiffness_n_mm))
+
+
 def plate_of(text: str) -> Plate:
     """Open the plate of `PORT:FILE`, a serial port and a calibration file, or of `simulated`.
 
@@ -177,11 +197,11 @@ def _number(text: str) -> float:
         return -1.0
 
 
-def _opened(port: str) -> Any:
+def _opened(port: str, clock: Callable[[], float]) -> Any:
     import serial
 
     if port == SIMULATED:
-        return SimulatedServo()
+        return SimulatedServo(clock)
     try:
         return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)
     except (OSError, ValueError) as error:

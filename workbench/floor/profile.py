@@ -1,7 +1,8 @@
 """The calibration of one tile, in one file: from readings to newtons, to a centroid, and from drive to acceleration.
 
-A profile has up to four parts. `fsr` turns readings into newtons, `centroid` newtons into a place, `response` says how
-the plate responds to its shaker, and `latency` how long that takes. Each part keeps its date, its reference, its
+A profile has up to five parts. `fsr` turns readings into newtons, `centroid` newtons into a place, `response` says how
+the plate responds to its shaker, and `latency` how long that takes; `plate` is the stiffness of a variable stiffness
+plate that stands on it. Each part keeps its date, its reference, its
 measured error and its verdict; a part that is replaced goes to `earlier` and can be restored.
 """
 
@@ -29,7 +30,7 @@ from underfoot.parameters import IDENTIFIER
 
 FORMAT = "underfoot-profile"
 VERSION = 1
-PARTS = ("fsr", "centroid", "response", "latency")
+PARTS = ("fsr", "centroid", "response", "latency", "plate")
 OLD_DAYS = 90
 """A part older than this is flagged: rubber creeps, resistors wear, screws work loose."""
 NOMINAL_ACCELERATION = 20.0
@@ -130,6 +131,20 @@ class Latency(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
         require_numbers("round_trip_ms", (self.round_trip_ms,), 1e5)
 
 
+class PlateStiffness(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Stiffness in N/mm of a variable stiffness plate at positions of its servo, both rising."""
+
+    positions: tuple[float, ...]
+    stiffness_n_mm: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        same = len(self.positions) == len(self.stiffness_n_mm)
+        require(same, "stiffness_n_mm", len(self.stiffness_n_mm), f"as many as positions, {len(self.positions)}")
+        require_numbers("positions", self.positions, 1.0)
+        require_numbers("stiffness_n_mm", self.stiffness_n_mm, 1e6)
+
+
 class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A part that was replaced, and the day it was."""
 
@@ -138,6 +153,7 @@ class Earlier(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     centroid: Centroid | None = None
     response: Response | None = None
     latency: Latency | None = None
+    plate: PlateStiffness | None = None
 
     @property
     def kind(self) -> str:
@@ -168,6 +184,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     centroid: Centroid | None = None
     response: Response | None = None
     latency: Latency | None = None
+    plate: PlateStiffness | None = None
     earlier: tuple[Earlier, ...] = ()
 
     def __repr__(self) -> str:
@@ -403,7 +420,8 @@ def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def _kind(part: Part) -> str:
-    return {Fsr: "fsr", Centroid: "centroid", Response: "response", Latency: "latency"}[type(part)]
+    kinds = dict(zip((Fsr, Centroid, Response, Latency, PlateStiffness), PARTS, strict=True))
+    return kinds[type(part)]
 
 
 def _require_date(name: str, given: str) -> None:

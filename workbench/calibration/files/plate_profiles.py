@@ -1,4 +1,7 @@
-"""Footsteps on a variable stiffness plate, from a CSV `position,footstep,force_n,displacement_mm`, a row per sample."""
+"""Files of a variable stiffness plate: footsteps on it, and its calibration for studies.
+
+Footsteps are a CSV `position,footstep,force_n,displacement_mm`, a row per sample.
+"""
 
 import csv
 import io
@@ -7,8 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadFile
 from underfoot.files import read_file
+from underfoot.floor.profile import Profile
 
 COLUMNS = ("position", "footstep", "force_n", "displacement_mm")
 Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -35,3 +40,29 @@ def read_plate_profiles(path: str | Path) -> Profiles:
         raise BadFile(f"{path} has no samples; allowed: a CSV with the columns {', '.join(COLUMNS)}")
     arrays = {key: np.array(samples) for key, samples in found.items()}
     return {key: (samples[:, 0], samples[:, 1]) for key, samples in arrays.items()}
+
+
+def plate_file(profile_path: Path) -> Path:
+    """Return the place of the plate's own file, beside its tile's profile.
+
+    >>> plate_file(Path("t1.json")).name
+    't1.plate.json'
+    """
+    return profile_path.with_suffix(".plate.json")
+
+
+def write_plate_file(profile: Profile, profile_path: Path) -> Path | None:
+    """Write the plate in a tile's profile to a file of its own beside it, for studies; None if there is no plate.
+
+    >>> write_plate_file(Profile(tile="t1"), Path("t1.json")) is None
+    True
+    """
+    part = profile.plate
+    if part is None:
+        return None
+    path = plate_file(profile_path)
+    calibration = PlateCalibration(
+        positions=part.positions, stiffness_n_mm=part.stiffness_n_mm, error=part.error / 100.0, made=part.made
+    )
+    calibration.save(path)
+    return path

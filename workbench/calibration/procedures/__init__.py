@@ -10,7 +10,7 @@ def discover() -> dict[str, type[Calibration]]:
     """Return every calibration declared by this package's modules, by kind, each after the one that it requires.
 
     >>> list(discover())
-    ['fsr', 'centroid', 'latency', 'response']
+    ['fsr', 'centroid', 'latency', 'plate', 'response']
     """
     found = {}
     for module in pkgutil.iter_modules(__path__):

@@ -6,8 +6,8 @@ Names of figures are keys of profiles and of JSON output; they end with their un
 import re
 
 _UNITS = {
-    "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2", "per_unit": "m/s^2", "n": "N",
-    "m": "m", "s": "s",
+    "n_per_mm": "N/mm", "percent": "%", "mm": "mm", "hz": "Hz", "db": "dB", "ms": "ms", "ms2": "m/s^2",
+    "per_unit": "m/s^2", "n": "N", "m": "m", "s": "s",
 }  # fmt: skip
 """Units as suffixes of the names of figures."""
 _WORDS = {

@@ -1,4 +1,4 @@
-"""Hardware rig: a tile that sends its readings, a person who presses it, and a load cell beside it."""
+"""Hardware rig: a tile that sends its readings, a person who presses it, and other sensors beside it."""
 
 import threading
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from underfoot.errors import BadValue, DeviceError, require
 _MOST_S = 30.0
 """Longest time for which unread readings are kept; the oldest are dropped first."""
 _KEPT_ARRIVALS = 50
-"""Arrivals of load cell frames kept to time the tile's readings."""
+"""Arrivals of frames of a load cell or displacement sensor kept to time the tile's readings."""
 
 
 @dataclass(frozen=True)
@@ -52,18 +52,40 @@ def load_cell_of(text: str) -> LoadCell:
         raise BadValue(f"cell is {text!r}; allowed: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120") from None
 
 
+def displacement_of(text: str) -> LoadCell:
+    """Parse a displacement sensor on the tile's transport, `TILE.SENSOR:MM_A_COUNT:ZERO`: as a load cell, but in mm.
+
+    >>> displacement_of("9.2:0.001").newtons_per_count
+    0.001
+    """
+    try:
+        return load_cell_of(text)
+    except BadValue:
+        raise BadValue(f"displacement is {text!r}; allowed: TILE.SENSOR:MM_A_COUNT:ZERO, as 9.2:0.001:120") from None
+
+
 class DeviceRig:
-    """Rig that reads tile number `tile` from `port`, and an optional load cell; a person presses.
+    """Rig that reads tile number `tile` from `port`, an optional load cell and displacement sensor; a person presses.
+
+    `displacement` is on the tile's own transport, and gives mm for newtons.
 
     `read` never waits. When the line is lost, readings stop until it is back. After `silent_reads` calls without a
     reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
     """
 
-    def __init__(self, port: Transport, tile: int, cell: LoadCell | None = None, silent_reads: int = 2000) -> None:
+    def __init__(
+        self,
+        port: Transport,
+        tile: int,
+        cell: LoadCell | None = None,
+        silent_reads: int = 2000,
+        displacement: LoadCell | None = None,
+    ) -> None:
         self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
+        self._displacement = displacement
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
-        self._forces: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        self._beside: tuple[_Arrivals, _Arrivals] = ([], [])
         self._zero_s: dict[tuple[int, int], float] = {}
         self._last_s = -np.inf
         self._empty_reads = 0
@@ -80,7 +102,7 @@ class DeviceRig:
         """Return the readings since the last call; `DeviceError` if nothing arrived for ten seconds."""
         with self._lock:
             frames, self._frames = self._frames, []
-            cell = list(self._forces)
+            force, displacement = (list(arrivals) for arrivals in self._beside)
         if not frames:
             self._empty_reads += 1
             if self._empty_reads > self._silent_reads:
@@ -93,11 +115,7 @@ class DeviceRig:
         time_s, values = time_s[later], values[later]
         if time_s.size:
             self._last_s = float(time_s[-1])
-        if self._cell is None or not cell:
-            return Readings(time_s, values)
-        cell_s = np.concatenate([times for times, _ in cell])
-        cell_n = np.concatenate([newtons for _, newtons in cell])
-        return Readings(time_s, values, np.interp(time_s, cell_s, cell_n))
+        return Readings(time_s, values, _at(time_s, force), _at(time_s, displacement))
 
     def notices(self) -> str:
         """Return the latest notices of the transports, a sentence each."""
@@ -122,17 +140,25 @@ class DeviceRig:
                     mine = samples[samples["tile"] == self._tile]
                     if len(mine):
                         self._frames.append((now, self._times(0, mine, now), mine["readings"].astype(np.float64)))
-                if self._cell is not None and (not is_tiles or self._cell.port is None):
-                    cells = samples[samples["tile"] == self._cell.tile]
-                    if len(cells):
-                        counts = cells["readings"][:, self._cell.sensor].astype(np.float64)
-                        newtons = self._cell.newtons_per_count * (counts - self._cell.zero)
-                        self._forces.append((self._times(1, cells, now), newtons))
-                        del self._forces[:-_KEPT_ARRIVALS]
+                if not is_tiles or (self._cell is not None and self._cell.port is None):
+                    self._take_beside(0, self._cell, samples, now)
+                if is_tiles:
+                    self._take_beside(1, self._displacement, samples, now)
                 while self._frames and self._frames[-1][0] - self._frames[0][0] > _MOST_S:
                     del self._frames[0]
 
         return take_samples
+
+    def _take_beside(self, place: int, sensor: LoadCell | None, samples: NDArray[np.void], now: float) -> None:
+        """Take what the load cell (`place` 0) or the displacement sensor (1) sends."""
+        if sensor is None:
+            return
+        frames = samples[samples["tile"] == sensor.tile]
+        if len(frames):
+            counts = frames["readings"][:, sensor.sensor].astype(np.float64)
+            arrivals = self._beside[place]
+            arrivals.append((self._times(1 + place, frames, now), sensor.newtons_per_count * (counts - sensor.zero)))
+            del arrivals[:-_KEPT_ARRIVALS]
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
         """Map device time to the host's clock: even, and set once per epoch of a device by its first arrival."""
@@ -140,3 +166,15 @@ class DeviceRig:
         epoch = (line, int(samples["epoch"][-1]))
         zero = self._zero_s.setdefault(epoch, now - float(device_s[-1]))
         return np.asarray(device_s + zero)
+
+
+_Arrivals = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Times and values, an entry per arrival."""
+
+
+def _at(time_s: NDArray[np.float64], arrivals: _Arrivals) -> NDArray[np.float64] | None:
+    """Return a sensor's values at these times; None if nothing has arrived."""
+    if not arrivals:
+        return None
+    at_s, values = (np.concatenate(column) for column in zip(*arrivals, strict=True))
+    return np.interp(time_s, at_s, values)

@@ -4,9 +4,10 @@ Each footstep is a profile of force over displacement. Its stiffness is the slop
 plate at a position is the mean over the profiles there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
+from itertools import cycle
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,10 @@ LEAST_TRAVEL_MM = 0.2
 """Smallest travel of the plate that shows its stiffness."""
 ALLOWED_ERROR = 0.03
 """Mean relative error above which a calibration should be repeated; the thesis had about 1 %."""
+
+_DOTS = 40
+"""Samples of a footstep that are drawn; more hide its line."""
+_COLOURS = ("force", "contact", "vibration", "events", "muted")
 
 Array = NDArray[np.float64]
 
@@ -96,20 +101,26 @@ def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
     return PlateFit(calibration, tuple(lines), errors)
 
 
-def drawings_of(fit: PlateFit, profiles: Mapping[float, tuple[Array, Array]]) -> tuple[Drawing, ...]:
-    """Return stiffness over position, and one profile of each position (displacement, force) with its line."""
+def drawings_of(fit: PlateFit, profiles: Sequence[tuple[Array, Array]]) -> tuple[Drawing, ...]:
+    """Return stiffness over position, and a footstep of each position with its line."""
     at = [line.position for line in fit.lines]
     every = series("footsteps", at, [line.stiffness_n_mm for line in fit.lines], "dots", "force")
     mean = series("calibration", fit.calibration.positions, fit.calibration.stiffness_n_mm)
-    drawn = [Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", (every, mean))]
-    lines = []
-    for position, (displacement, force) in sorted(profiles.items()):
-        fitted = next(line for line in fit.lines if line.position == position)
+    over = Drawing("Stiffness over position", "position of the servo", "stiffness, N/mm", (every, mean))
+    return over, profiles_drawn(fit.lines, profiles)
+
+
+def profiles_drawn(lines: Sequence[FootstepLine], profiles: Sequence[tuple[Array, Array]]) -> Drawing:
+    """Return the latest footstep of each position with its line; `profiles` are force and displacement of each line."""
+    latest = {line.position: (line, *profile) for line, profile in zip(lines, profiles, strict=True)}
+    drawn = []
+    for (position, (line, force, displacement)), colour in zip(sorted(latest.items()), cycle(_COLOURS), strict=False):
         ends = np.array([displacement.min(), displacement.max()])
-        lines.append(series(f"{position:g}", displacement, force, "dots", "force"))
-        lines.append(series("", ends, fitted.force_at_zero_n + fitted.stiffness_n_mm * ends))
-    drawn.append(Drawing("A footstep at each position", "displacement, mm", "force, N", tuple(lines)))
-    return tuple(drawn)
+        some = slice(None, None, max(len(force) // _DOTS, 1))
+        drawn.append(series("", displacement[some], force[some], "dots", colour))
+        name = f"{position:g}: {line.stiffness_n_mm:.1f} N/mm"
+        drawn.append(series(name, ends, line.force_at_zero_n + line.stiffness_n_mm * ends, "line", colour))
+    return Drawing("A footstep at each position", "displacement, mm", "force, N", tuple(drawn))
 
 
 def _error(line: FootstepLine, alike: Sequence[FootstepLine]) -> float:

@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 
 from underfoot.errors import DeviceError
@@ -14,7 +15,8 @@ class SimulatedServo:
     `moves` has every move that was begun: start, end, and duration in seconds.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self.moves: list[tuple[float, float, float]] = []
         self._from, self._to, self._began, self._takes = 0.0, 0.0, 0.0, 0.0
         self.is_moving = False
@@ -25,13 +27,13 @@ class SimulatedServo:
         """Present position, 0 to 1."""
         if not self.is_moving or self._takes <= 0.0:
             return self._to
-        along = min((time.monotonic() - self._began) / self._takes, 1.0)
+        along = min((self._clock() - self._began) / self._takes, 1.0)
         return self._from + (self._to - self._from) * along
 
     @property
     def in_waiting(self) -> int:
         """Number of bytes to read."""
-        if self.is_moving and time.monotonic() - self._began >= self._takes:
+        if self.is_moving and self._clock() - self._began >= self._takes:
             self.is_moving = False
             self._say(f"AT {self._to:.4f}")
         return len(self._replies)
@@ -62,7 +64,7 @@ class SimulatedServo:
                     self._say(f"ERR position {to:g} is not within 0 to 1")
                     return
                 self._from, self._to, self._takes = self.position, to, takes
-                self._began, self.is_moving = time.monotonic(), True
+                self._began, self.is_moving = self._clock(), True
                 self.moves.append((self._from, to, takes))
                 self._say("MOVING")
             case ["HOLD"]:

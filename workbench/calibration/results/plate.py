@@ -1,0 +1,83 @@
+"""Results of a variable stiffness plate: stiffness at each position, a verdict, drawings, and the profile's part."""
+
+from collections.abc import Sequence
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+
+from underfoot.calibration.result import Result
+from underfoot.calibration.science.plate_stiffness import ALLOWED_ERROR, FootstepLine, drawings_of, plate_fit
+from underfoot.floor.profile import PlateStiffness
+
+METHOD = (
+    "At each position of the servo somebody steps on the plate. Each footstep is a profile of force over displacement; "
+    "its stiffness is the slope of the least-squares line, that of the plate the mean of those at a position. "
+    "The error is how far a line is off the mean of the others at its position. Between positions the logarithm of the "
+    "stiffness is interpolated."
+)
+
+
+def result_of(
+    lines: Sequence[FootstepLine],
+    samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    reference: str,
+    today: date | None = None,
+) -> Result:
+    """Return the result of footsteps: their lines, and force and displacement of each; `today` dates the part."""
+    fit = plate_fit(lines)
+    found, errors = fit.calibration, 100.0 * fit.errors[np.isfinite(fit.errors)]
+    error = 100.0 * found.error
+    quantities = (
+        ("mean_error_percent", error, "%"),
+        ("worst_error_percent", float(errors.max(initial=0.0)), "%"),
+        *(
+            (f"stiffness_at_{at:.3f}_n_per_mm", stiffness, "N/mm")
+            for at, stiffness in zip(found.positions, found.stiffness_n_mm, strict=True)
+        ),
+        ("least_r_squared", min(line.r_squared for line in lines), ""),
+        ("footsteps", float(len(lines)), ""),
+    )
+    soft, stiff = found.stiffness_n_mm[0], found.stiffness_n_mm[-1]
+    verdict = (
+        f"The plate has {soft:.1f} to {stiff:.1f} N/mm. A footstep's line is off the others at its position by "
+        f"{error:.1f} % on average."
+    )
+    if not fit.good:
+        verdict += f" That is more than {100.0 * ALLOWED_ERROR:.0f} %: measure again."
+    if not errors.size:
+        verdict += " There is one footstep a position, so nothing says how accurate that is."
+    part = PlateStiffness(
+        made=(today or date.today()).isoformat(),
+        reference=reference,
+        error=float(f"{error:.4g}"),
+        error_allowed=100.0 * ALLOWED_ERROR,
+        error_unit="%",
+        good=fit.good,
+        verdict=verdict,
+        figures={name: float(f"{value:.6g}") for name, value, _ in quantities[1:]},
+        positions=found.positions,
+        stiffness_n_mm=found.stiffness_n_mm,
+    )
+    return Result(
+        kind="plate",
+        title="Stiffness of a plate",
+        quantities=quantities,
+        verdict=verdict,
+        good=fit.good,
+        drawings=drawings_of(fit, samples),
+        raw=(("footsteps", "position,footstep,force_n,displacement_mm", _rows(lines, samples)),),
+        apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
+        method=METHOD,
+    )
+
+
+def _rows(
+    lines: Sequence[FootstepLine], samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]
+) -> NDArray[np.float64]:
+    """Return a row per sample, as the table of footsteps has them."""
+    rows = [
+        np.column_stack([np.full(len(force), line.position), np.full(len(force), k), force, displacement])
+        for k, (line, (force, displacement)) in enumerate(zip(lines, samples, strict=True), 1)
+    ]
+    return np.concatenate(rows)
