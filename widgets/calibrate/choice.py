@@ -1,4 +1,4 @@
-"""The choice of a calibration: the tile, the three procedures with the state of its profile, and its history."""
+"""The choice of a calibration: the tile, the procedures with the state of its profile, and its history."""
 
 from collections.abc import Sequence
 

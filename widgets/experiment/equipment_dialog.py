@@ -151,7 +151,7 @@ class EquipmentDialog(QDialog):
         controls = {"plate": self.plate, "masking": self.masking, "trigger": self.trigger}
         helps = {
             "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load. A simulated one has "
-            "40 to 160 N/mm, and needs no calibration. Calibrate others under Calibrate, Stiffness.",
+            "40 to 160 N/mm, and needs no calibration. Others: see Calibrate, Stiffness.",
             "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
             "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
             "lsl": "Markers and forces as streams of the Lab Streaming Layer."
@@ -181,7 +181,7 @@ class EquipmentDialog(QDialog):
         column.addWidget(self.note)
         column.addStretch(1)
         column.addWidget(self.buttons)
-        self.resize(72 * theme.GRID, 44 * theme.GRID)
+        self.resize(72 * theme.GRID, 48 * theme.GRID)
 
 
 def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:

@@ -38,7 +38,7 @@ class Calibrations(click.Group):
 
 @click.group(cls=Calibrations)
 def calibrate() -> None:
-    """Calibrate a tile: forces, contact centroid, vibration, and latency."""
+    """Calibrate a tile: forces, contact centroid, vibration, latency, and the stiffness of a plate on it."""
 
 
 def command_of(declared: "type[Calibration]") -> click.Command:
