@@ -5,10 +5,17 @@ import threading
 import numpy as np
 import pytest
 
+from underfoot.calibration.procedure import run
+from underfoot.calibration.procedures.plate import PlateProcedure
 from underfoot.calibration.rig import Sound
-from underfoot.calibration.rigs.device import DeviceRig, LoadCell, load_cell_of
+from underfoot.calibration.rigs.device import DeviceRig, LoadCell, displacement_of, load_cell_of
+from underfoot.calibration.rigs.plate import PlateRig, SimulatedFootsteps
 from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.plate import PlateServo
 from underfoot.errors import BadValue, DeviceError
+from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 
 class Line:
@@ -102,3 +109,42 @@ def test_a_cell_is_named_in_a_word():
     for text in ("9", "9.5:1:0", "9.1:0:0", "a.1:1:1"):
         with pytest.raises(BadValue):
             load_cell_of(text)
+
+
+class Walker:
+    """A person on a plate: what simulated feet press goes over the line of a real rig, as counts."""
+
+    def __init__(self, seed=1):
+        tile = default_floor(1, 1).tiles[0]
+        self.feet, self.line, self.sent = SimulatedFootsteps(SimulatedTile(tile, seed=seed), seed), Line(), 0
+        cell, displacement = load_cell_of("9.1:0.05:120"), displacement_of("9.2:0.001:200")
+        self.rig = DeviceRig(self.line, 0, cell, displacement=displacement)
+        self.close, self.press = self.rig.close, self.feet.press
+
+    def read(self):
+        felt = self.feet.read()
+        begin, self.sent = self.sent, self.sent + len(felt.time_s)
+        counts = np.rint(np.column_stack([felt.force_n / 0.05 + 120.0, felt.displacement_mm / 0.001 + 200.0])).clip(0)
+        both = np.empty((2 * len(counts), 7), dtype=int)
+        both[0::2] = frames(0, begin, len(counts), lambda i: felt.values[i - begin].astype(int))
+        both[1::2] = frames(9, begin, len(counts), lambda i: (*counts[i - begin].astype(int), 0, 0))
+        self.line.put(both)
+        return gathered(self.rig, self.line)
+
+
+def test_a_plate_is_calibrated_through_a_load_cell_and_a_displacement_sensor_on_the_line():
+    walker = Walker()
+    servo = PlateServo("simulated", clock=walker.feet.now)
+    rig = PlateRig(walker, servo)
+    try:
+        result = run(PlateProcedure(default_floor(1, 1).tiles[0]), rig, {"footsteps": 3, "positions": (0.0, 1.0)})
+    finally:
+        rig.close()
+    found = result.apply(Profile(tile="t1")).plate.stiffness_n_mm
+    np.testing.assert_allclose(found, [40.0, 160.0], rtol=0.02)
+
+
+def test_a_displacement_sensor_is_named_in_a_word():
+    assert displacement_of("9.2:-0.001:120") == LoadCell(9, 1, -0.001, 120.0)
+    with pytest.raises(BadValue, match=r"displacement is .9\.2.; allowed: TILE\.SENSOR:MM_A_COUNT:ZERO"):
+        displacement_of("9.2")

@@ -357,6 +357,7 @@ def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):
     driver.wait(lambda: driver.page == "setup")
     driver.go("weigh")
     driver.made[0][1].hand_n = 500.0
+    driver.wait(driver.wizard.going.isEnabled)
     driver.click(driver.wizard.going)
     driver.wait(lambda: "the scale says more" in driver.wizard.refusal.text())
     assert driver.page == "weigh"
