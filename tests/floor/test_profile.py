@@ -11,7 +11,7 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.floor.centroid_correction import CentroidCorrection, nearest_within
 from underfoot.floor.curves import Compensation, Curve
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Centroid, Fsr, Profile, Response, load_for_tile, profiles_of
+from underfoot.floor.profile import Centroid, Fsr, PlateStiffness, Profile, Response, load_for_tile, profiles_of
 
 SENSORS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
 TODAY = date(2024, 6, 1)
@@ -292,3 +292,20 @@ def test_numbers_that_cannot_be_are_refused_when_a_file_is_read(path, value, sai
     with pytest.raises(BadFile, match=said) as error:
         Profile.loads(json.dumps(document), "t1.json")
     assert "\n" not in str(error.value)
+
+
+def test_a_part_that_is_in_use_is_not_replaced_by_itself():
+    once = whole()
+    assert once.with_part(fsr()) == once
+    assert len(once.with_part(fsr(*(compensated(),) * 4)).earlier) == 1
+
+
+def test_a_plate_is_a_part_like_any_other():
+    soft, stiff = (
+        PlateStiffness(made="2024-05-01", positions=(0.0, 1.0), stiffness_n_mm=(40.0, most)) for most in (150.0, 160.0)
+    )
+    profile = Profile.loads(whole().with_part(soft).with_part(stiff).dumps())
+    assert profile.plate == stiff
+    assert profile.restored(0).plate == soft
+    with pytest.raises(BadValue, match="stiffness_n_mm is 1; allowed: as many as positions, 2"):
+        PlateStiffness(made="2024-05-01", positions=(0.0, 1.0), stiffness_n_mm=(40.0,))

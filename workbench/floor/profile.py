@@ -322,10 +322,15 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return found
 
     def with_part(self, part: Part, today: date | None = None) -> "Profile":
-        """The profile with a new part; the one it replaces goes to `earlier` with today's date."""
+        """The profile with a new part; the one it replaces goes to `earlier` with today's date.
+
+        With the part that is in use already, the same profile.
+        """
         kind = _kind(part)
         day = (date.today() if today is None else today).isoformat()
         old = self.part(kind)
+        if old == part:
+            return self
         kept = self.earlier if old is None else (*self.earlier, Earlier(replaced=day, **{kind: old}))  # type: ignore[arg-type]
         return msgspec.structs.replace(
             self, **{kind: part}, earlier=kept, made=part.made, reference=part.reference, software=__version__
