@@ -363,11 +363,30 @@ def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
     half = max(tile.size_m) / 2.0
     columns = (("x m", -half, half), ("y m", -half, half))
     return (
-        ask("form", Choice("full", options=FORMS, doc="Full: fifty places; quick: nine.")),
-        ask("pattern", Choice("jittered", options=PATTERNS, doc="How the places lie on the tile.")),
-        ask("places_m", Rows((), columns=columns, doc="Places of your own, in the tile's frame, metres.")),
+        ask(
+            "form",
+            Choice("full", options=FORMS, label="Form: fifty places, or nine", doc="Full: fifty places; quick: nine."),
+        ),
+        ask(
+            "pattern",
+            Choice("jittered", options=PATTERNS, label="Where the places are", doc="How the places lie on the tile."),
+        ),
+        ask(
+            "places_m",
+            Rows(
+                (), columns=columns, label="Places of your own", doc="Places of your own, in the tile's frame, metres."
+            ),
+        ),
         ask("loads_n", Numbers(DEFAULT_LOADS_N, 1.0, 5000.0, most=10, unit="N", doc="Loads, rising.")),
-        ask("falling", Choice("no", options=("no", "yes"), doc="Press with falling loads, too, to show hysteresis.")),
+        ask(
+            "falling",
+            Choice(
+                "no",
+                options=("no", "yes"),
+                label="Falling loads, too",
+                doc="Press with falling loads, too, to show hysteresis.",
+            ),
+        ),
     )
 
 

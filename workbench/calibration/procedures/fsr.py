@@ -380,9 +380,18 @@ def _setup_questions() -> tuple[Parameter, ...]:
             "full_scale_n",
             Number(DEFAULT_FULL_N, 5.0, 5000.0, unit="N", scale="log", doc="Largest force, with a load cell."),
         ),
-        ask("loadings", Count(3, low=1, high=20, doc="How often each sensor is loaded, with a load cell.")),
+        ask(
+            "loadings",
+            Count(
+                3,
+                low=1,
+                high=20,
+                label="Loadings of each sensor",
+                doc="How often each sensor is loaded, with a load cell.",
+            ),
+        ),
         ask("hold_s", Number(10.0, 2.0, 100.0, unit="s", doc="How long a force is held, to measure creep.")),
-        ask("weights_n", Numbers(weights, 0.1, 5000.0, least=3, most=40, unit="N", doc=doc)),
+        ask("weights_n", Numbers(weights, 0.1, 5000.0, least=3, most=40, unit="N", label="Known weights, N", doc=doc)),
     )
 
 

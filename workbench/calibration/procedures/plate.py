@@ -241,12 +241,31 @@ class PlateProcedure(PagedProcedure):
 
 def _setup_questions() -> tuple[Parameter, ...]:
     return (
-        ask("force", Choice(LOAD_CELL, FORCES, doc="What measures the force: a load cell, or the tile, calibrated.")),
+        ask(
+            "force",
+            Choice(
+                LOAD_CELL,
+                FORCES,
+                label="Force measured by",
+                doc="What measures the force: a load cell, or the tile, calibrated.",
+            ),
+        ),
         ask(
             "positions",
-            Numbers(POSITIONS, 0.0, 1.0, least=2, most=20, doc="Positions of the servo, from softest to stiffest."),
+            Numbers(
+                POSITIONS, 0.0, 1.0, least=2, most=20, label="Positions of the servo", doc="From softest to stiffest."
+            ),
         ),
-        ask("footsteps", Count(FOOTSTEPS, low=LEAST_FOOTSTEPS, high=50, doc="Footsteps at each position.")),
+        ask(
+            "footsteps",
+            Count(
+                FOOTSTEPS,
+                low=LEAST_FOOTSTEPS,
+                high=50,
+                label="Footsteps at each position",
+                doc="Sixty in all are the thesis's.",
+            ),
+        ),
     )
 
 
