@@ -211,7 +211,7 @@ class PlateProcedure(PagedProcedure):
         if readings.displacement_mm is None:
             return PageProgress(_NO_DISPLACEMENT)
         force = readings.force_n - self._rest_n()
-        shown = (("force", float(force[-1]), "N"), ("displacement", float(readings.displacement_mm[-1]), "mm"))
+        shown = (("force", float(force[-1]), "N"), ("depth", float(readings.displacement_mm[-1]), "mm"))
         contact = _contact(readings.time_s, force)
         if contact is None:
             peak = min(float(force.max()) / _STEP_N, 0.9)

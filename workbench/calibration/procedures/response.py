@@ -289,11 +289,17 @@ def _setup_questions() -> tuple[Parameter, ...]:
         "What is on the tile where the equaliser is to be flat: nobody, a person in its middle, or a foot on a corner."
     )
     return (
-        ask("sensitivity", Number(SENSITIVITY, 1e-3, 1e6, unit="m/s^2", scale="log", doc=doc)),
-        ask("order", Count(14, low=2, high=MOST_ORDER, doc="Order of the equaliser, even.")),
+        ask(
+            "sensitivity",
+            Number(SENSITIVITY, 1e-3, 1e6, unit="m/s^2", scale="log", label="Full scale of the input", doc=doc),
+        ),
+        ask(
+            "order",
+            Count(14, low=2, high=MOST_ORDER, label="Order of the equaliser", doc="Order of the equaliser, even."),
+        ),
         ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
-        ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", doc="Length of a sweep.")),
-        ask("passes", Count(3, low=1, high=20, doc="Sweeps for each load.")),
+        ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", label="Length of a sweep", doc="From 10 Hz to 2 kHz.")),
+        ask("passes", Count(3, low=1, high=20, label="Sweeps for each load", doc="How often it is played.")),
         ask("load", Choice("none", label="Equaliser for this load", options=LOADS, doc=load_doc)),
     )
 
