@@ -145,10 +145,45 @@ TOES_WHERE_THE_LAST_FOOTS_TOES_ARE = (
     (0.691, 0.677, 1.293, 1.281, 2.158, 0.260, 0.039, 770.0, 518.0, 772.0),
     (1.223, 0.69, 1.397, 1.54, 2.996, 0.260, 0.039, 778.0, 506.0, 761.0),
 )
+HEEL_WHERE_THE_LAST_FOOT_LEAVES_AND_TOES_ON_THE_NEXT_TILE = (
+    (0.15, 0.673, 1.365, 0.914, 4.961, 0.260, 0.039, 776.0, 502.0, 758.0),
+    (0.703, 0.691, 1.453, 0.739, 4.511, 0.260, 0.039, 776.0, 494.0, 756.0),
+)
+A_HEEL_ON_TWO_TILES_BESIDE_THE_LAST_TOES = (
+    (0.15, 0.676, 0.839, 1.066, 3.774, 0.260, 0.039, 760.0, 501.0, 745.0),
+    (0.683, 0.682, 0.637, 0.919, 4.368, 0.260, 0.039, 769.0, 503.0, 747.0),
+)
+A_TILE_THAT_THREE_FEET_TOUCH = (
+    (0.15, 0.66, 1.362, 1.16, 2.284, 0.260, 0.039, 751.0, 493.0, 740.0),
+    (0.733, 0.648, 1.299, 1.335, 2.529, 0.260, 0.039, 779.0, 495.0, 777.0),
+)
+A_FOOT_ON_THE_TOES_OF_THE_LAST = (
+    (0.15, 0.669, 0.711, 0.686, 4.145, 0.260, 0.039, 770.0, 504.0, 755.0),
+    (0.68, 0.674, 0.571, 0.563, 4.514, 0.260, 0.039, 770.0, 505.0, 743.0),
+)
+BOTH_TILES_PASS_ON_AT_ONCE = (
+    (0.15, 0.659, 1.12, 0.506, 3.187, 0.260, 0.039, 763.0, 506.0, 766.0),
+    (0.709, 0.684, 0.938, 0.41, 3.397, 0.260, 0.039, 767.0, 508.0, 778.0),
+)
+A_HEEL_ON_THREE_TILES = (
+    (0.15, 0.667, 1.163, 0.845, 4.402, 0.260, 0.039, 768.0, 515.0, 775.0),
+    (0.706, 0.681, 0.977, 0.63, 4.192, 0.260, 0.039, 759.0, 505.0, 758.0),
+)
 
 
 @pytest.mark.parametrize(
-    "feet", [TOES_UNDER_THE_NEXT_HEEL, TOES_AND_A_LIGHT_HEEL_OVER_A_GAP, TOES_WHERE_THE_LAST_FOOTS_TOES_ARE]
+    "feet",
+    [
+        TOES_UNDER_THE_NEXT_HEEL,
+        TOES_AND_A_LIGHT_HEEL_OVER_A_GAP,
+        TOES_WHERE_THE_LAST_FOOTS_TOES_ARE,
+        HEEL_WHERE_THE_LAST_FOOT_LEAVES_AND_TOES_ON_THE_NEXT_TILE,
+        A_HEEL_ON_TWO_TILES_BESIDE_THE_LAST_TOES,
+        A_TILE_THAT_THREE_FEET_TOUCH,
+        A_FOOT_ON_THE_TOES_OF_THE_LAST,
+        BOTH_TILES_PASS_ON_AT_ONCE,
+        A_HEEL_ON_THREE_TILES,
+    ],
 )
 def test_feet_that_turn_on_a_seam_are_told_from_those_still_there(feet):
     steps = [
@@ -159,7 +194,7 @@ def test_feet_that_turn_on_a_seam_are_told_from_those_still_there(feet):
     alone = time_s < steps[-1].start_s + steps[-1].duration_s + 0.3
     found = finished(contacts_of(default_floor(6, 6), time_s[alone], force_n[alone]))[: len(steps)]
     for contact, step in zip(found, steps, strict=True):
-        assert contact.force_n.max() == pytest.approx(max(step.peak1_n, step.peak2_n), abs=25.0)
+        assert contact.force_n.max() == pytest.approx(max(step.peak1_n, step.peak2_n), abs=50.0)
         # Less than this another foot may press beside a gap on a tile that this one has left.
         told_s, true_s = contact.time_s[contact.force_n >= 60.0], time_s[step.force_n(time_s) >= 60.0]
         assert told_s[[0, -1]] == pytest.approx(true_s[[0, -1]], abs=0.015)

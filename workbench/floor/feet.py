@@ -9,7 +9,8 @@ a load each; where two feet meet on a tile, it has one for both. What tells them
 - *A walker's next foot comes down late.* A load that begins within 0.3 s of a foot's first is the same foot's, if it
   fits. A later one is the foot's toes, if it begins beside where the foot presses, not behind it, and does not outlast
   the rest of the foot; else it is another foot.
-- *A foot bears weight once.* A load is none of a foot's if what both bear together would fall far and rise again.
+- *A foot bears weight once.* A load is none of a foot's if what both bear would fall far and rise again. One has passed
+  on if what a foot bears dips twice, as it does once between its peaks.
 - *A foot rolls, it does not jump.* A load has passed from one foot to the next if its centroid goes 0.1 m within
   0.15 s, or 0.06 m to the side or back; or if it falls to a third and rises again, elsewhere on the tile or while
   another load begins beside it. On plates on which people stand with both feet this is not asked.
@@ -32,15 +33,19 @@ from underfoot.floor.loads import (
     APART_M,
     BEFORE_S,
     LENGTH_M,
+    SWING_S,
     Load,
     bears_twice,
-    centre_m,
     columns,
+    dips,
     distance_m,
     fits_in_foot,
+    light_load_m,
     loaded,
     nearest_distance_m,
     present_distance_m,
+    toes_m,
+    total,
 )
 from underfoot.floor.shared_loads import (
     BOTH_FEET_S,
@@ -57,13 +62,8 @@ from underfoot.floor.shared_loads import (
 GAP_M = 0.030
 """Tiles at most so far apart touch: a foot that lies over both presses on both."""
 
-SWING_S, DECIDED_S, FIT_DECIDED_S = 0.30, 0.70, 0.40
-"""A walker's feet come down at least `SWING_S` apart (200 steps a minute). What began together is one foot if it
-still fits into a box after `FIT_DECIDED_S`; every question is decided after `DECIDED_S`."""
-
-TOES_M, BEHIND_M, TOES_OUTLAST_S = 0.14, 0.03, 0.15
-"""The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
-`TOES_OUTLAST_S` after the rest."""
+DECIDED_S, FIT_DECIDED_S = 0.70, 0.40
+"""What began together is one foot if it fits into a box after `FIT_DECIDED_S`; all is decided after `DECIDED_S`."""
 
 LARGEST_TILE_DIAGONAL_M = 0.5
 """On a plate of a longer diagonal people stand with both feet and shift their weight: its load stays one contact."""
@@ -73,6 +73,9 @@ SETTLED_S = JUMP_S + STAYS_LOADED_S + 0.04
 
 GAP_ROLL_SPEED_M_S = 0.5
 """A foot that rolls over a gap between tiles so fast presses on neither meanwhile."""
+
+TWO_STEPS_S, LONGEST_STANCE_S = 0.7, 1.2
+"""A load that lasts so long may have been passed on although its centroid stayed; a walker's foot stays no longer."""
 
 SHORTEST_TOUCH_S = 0.08
 """No foot leaves so soon: what does is its heel, and the rest comes down on another tile up to `BEFORE_S` later."""
@@ -262,9 +265,10 @@ class FootFinder:
             if self._is_small[load.tile] and len(load.track()) and load.track()[-1, 0] >= self._now_s - STAYS_LOADED_S:
                 at_s = jump_time_s(load.track(), load.start_s, self._touchdown_m(load), load.shared is not None)
                 at_s = self._relief_s(load) if at_s is None else at_s
+                at_s = self._second_dip_s(load) if at_s is None else at_s
                 if at_s is not None:
                     self._divide(load, at_s)
-        for load in sorted((load for load in self._loads if load.foot == 0), key=_rank):
+        for load in sorted((load for load in self._loads if load.foot == 0), key=Load.rank):
             self._decide(load)
 
     def _near(self, load: Load) -> list[Load]:
@@ -283,12 +287,32 @@ class FootFinder:
     def _relief_s(self, load: Load) -> float | None:
         """When one foot had left a load, and another came on: elsewhere on the tile, or with a load beside it."""
         begin_s = max(self._now_s - HELD_S + 1.5 * BEFORE_S, load.start_s + HEEL_STRIKE_S)
-        found = relief_time_s(load.track(), begin_s)
+        track = load.track()
+        if load.shared is not None:  # what the first foot bore as it left is no relief of the second
+            track = track[track[:, 0] >= load.start_s + JUMP_S]
+        found = relief_time_s(track, begin_s)
         if found is None:
             return None
         least_s, moved = found
         begins = any(abs(other.start_s - least_s) <= 2.0 * BEFORE_S for other in self._near(load))
         return least_s if moved or begins else None
+
+    def _second_dip_s(self, load: Load) -> float | None:
+        """When a load passed on: one beside it began or ended, and the sum dips before and after, as once in a step."""
+        parts = [one for one in self._loads if one.foot == load.foot and len(one.track())] if load.foot else [load]
+        first_s = min(one.start_s for one in parts)
+        if not TWO_STEPS_S <= self._now_s - first_s <= LONGEST_STANCE_S + HELD_S:
+            return None
+        begin_s = max(self._now_s - HELD_S + 1.5 * BEFORE_S, first_s + SWING_S, load.start_s + BEFORE_S)
+        near = self._near(load)
+        times_s = [one.start_s for one in near] + [one.end_s for one in parts if one is not load]
+        for at_s in sorted(at for at in times_s if begin_s <= at <= self._now_s - BOTH_FEET_S):
+            later = [one for one in near if one not in parts and one.start_s >= at_s - BEFORE_S]
+            time_s, force_n = total([*parts, *later])
+            at, alone = np.searchsorted(time_s, [at_s, at_s + BOTH_FEET_S])
+            if dips(force_n[:at]) and dips(force_n[at:], int(alone - at)):
+                return at_s
+        return None
 
     def _touchdown_m(self, load: Load) -> NDArray[np.float64]:
         """Where the foot of a load came down, as far as is known: from there to the load it rolls."""
@@ -313,14 +337,16 @@ class FootFinder:
         self._on[load.tile] = other
         self._loads.append(other)
         # What was decided meanwhile took two feet for one.
-        wrong = [part for part in self._loads if part.sample >= first - self._doubtful]
+        feet = {part.foot for part in self._loads if self._touches[part.tile, load.tile]}
+        near = [part for part in self._loads if part.foot in feet or self._touches[part.tile, load.tile]]
+        wrong = [part for part in near if part.sample >= first - self._doubtful]
         # Without one of its loads, a foot may not have got those that were put to it later.
-        begun = {part.foot: _rank(part) for part in sorted(wrong, key=_rank, reverse=True)}
+        begun = {part.foot: part.rank() for part in sorted(wrong, key=Load.rank, reverse=True)}
         kept_from = self._count - self._held_samples
         wrong += [
             part
-            for part in self._loads
-            if part.foot and part.sample > kept_from and _rank(part) > begun.get(part.foot, (math.inf, 0))
+            for part in near
+            if part.foot and part.sample > kept_from and part.rank() > begun.get(part.foot, (math.inf, 0))
         ]
         for part in wrong:
             part.foot = 0
@@ -386,13 +412,13 @@ class FootFinder:
     def _candidates(self, load: Load) -> list[Load]:
         """The loads on touching tiles that lasted together with it, and of whose foot it may be a part.
 
-        These are earlier ones; a load that was divided from another comes behind those that began a little later.
+        These are earlier ones and decided ones; one that was divided comes behind those that began a little later.
         """
         others = {one.foot for one in self._loads if one is load.shared or one.shared is load} - {0}
         return [
             other
             for other in self._loads
-            if _rank(other) < _rank(load)
+            if (other.foot or other.rank() < load.rank())
             and self._touches[other.tile, load.tile]
             and self._lasted(other, load)
             and (load.end is None or load.end > other.sample)
@@ -442,7 +468,7 @@ class FootFinder:
         rest_s = max(other.end_s for other in parts)
         ripe = final or age_s >= DECIDED_S
         if not len(mine) or not len(track):
-            return self._judge_light_load(load, parts) if ripe or over else math.nan
+            return light_load_m(load, parts, now_s) if ripe or over else math.nan
         near = distance_m(mine[0], track)
         if not fits_in_foot(np.concatenate([mine, track])[:, 1:3]):
             return None
@@ -452,7 +478,8 @@ class FootFinder:
             sure = ripe or age_s >= FIT_DECIDED_S or over or rest_s < math.inf
             cost: float | None = near if sure else math.nan
         else:
-            cost = self._judge_toes(load, mine, track, (ripe, over, rest_s))
+            cost = toes_m(mine, track, min(load.end_s, now_s) - rest_s)
+            cost = cost if cost is None or over or ripe else math.nan
         is_sure = cost is not None and not math.isnan(cost)
         return None if is_sure and bears_twice([*parts, load]) and not bears_twice(parts) else cost
 
@@ -471,32 +498,3 @@ class FootFinder:
             return track
         elsewhere_m = np.hypot(*(track[:at, 1:3] - track[at % len(track), 1:3]).T).max()
         return track[at:] if elsewhere_m >= JUMP_M else track
-
-    def _judge_light_load(self, load: Load, parts: list[Load]) -> float | None:
-        """`_distance_from_foot` for a load too light to tell anything but where it is."""
-        mine, track = load.track(), np.concatenate([other.track() for other in parts])
-        if not len(mine) or not len(track):
-            return LENGTH_M
-        near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
-        outlasts = late and min(load.end_s, self._now_s) - max(other.end_s for other in parts) > TOES_OUTLAST_S
-        return near if near <= (TOES_M if late else LENGTH_M) and not outlasts else None
-
-    def _judge_toes(
-        self, load: Load, mine: NDArray[np.float64], track: NDArray[np.float64], state: tuple[bool, bool, float]
-    ) -> float | None:
-        """`_distance_from_foot` for a load that began so late that only the foot's toes can have come down."""
-        ripe, over, rest_s = state
-        near = distance_m(mine[0], track)
-        if near > TOES_M or min(load.end_s, self._now_s) - rest_s > TOES_OUTLAST_S:
-            return None
-        centre = centre_m(track, float(mine[0, 0]))
-        first = track[track[:, 0] <= track[0, 0] + 0.1]
-        rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
-        length_m = float(np.hypot(*rolled))
-        if length_m >= 2.0 * BEHIND_M and float((mine[0, 1:3] - centre) @ rolled) < -BEHIND_M * length_m:
-            return None
-        return near if over or ripe else math.nan
-
-
-def _rank(load: Load) -> tuple[float, int]:
-    return load.start_s + (0.0 if load.shared is None else SWING_S), load.token

@@ -6,17 +6,27 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.shared_loads import JUMP_S, LOADED_N
+from underfoot.floor.shared_loads import BOTH_FEET_S, JUMP_S, LOADED_N
 
 LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
 """The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
 they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
+
+SWING_S = 0.30
+"""A walker's feet come down at least so long apart (200 steps a minute)."""
+
+TOES_M, BEHIND_M, TOES_OUTLAST_S = 0.14, 0.03, 0.15
+"""The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
+`TOES_OUTLAST_S` after the rest."""
 
 BEFORE_S = 0.10
 """So long before that two feet may have been on the tile."""
 
 RELIEVED_SHARE = 0.4
 """Between its peaks a walker's foot bears more than this share of the first; and its second is larger than that."""
+
+DIP_SHARE, DIP_RISE = 0.8, 1.1
+"""Between its peaks a walker's foot bears at most this share of the first, and then at least so many times as much."""
 
 KEPT_S = 2.0
 """So much of a load's track is looked at."""
@@ -48,6 +58,11 @@ class Load:
     is_divided: bool = False
     is_cut: bool = False
     tracks: list[NDArray[np.float64]] = field(default_factory=list)
+
+    def rank(self) -> tuple[float, int]:
+        """Its place in the order of decisions: one that was divided may turn out to have begun earlier, and is late."""
+        late_s = 0.0 if self.shared is None else BOTH_FEET_S if self.is_parted else SWING_S
+        return self.start_s + late_s, self.token
 
     def track(self) -> NDArray[np.float64]:
         """Its last two seconds: shape (n, 4)."""
@@ -96,11 +111,23 @@ def nearest_distance_m(mine: NDArray[np.float64], track: NDArray[np.float64]) ->
     return min(distance_m(row, track) for row in mine[:: max(1, len(mine) // 8)])
 
 
+def total(loads: list[Load]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What loads bear together: times and forces."""
+    tracks = np.concatenate([load.track() for load in loads])
+    time_s, at = np.unique(tracks[:, 0], return_inverse=True)
+    return time_s, np.asarray(np.bincount(at, tracks[:, 3]), np.float64)
+
+
+def dips(force_n: NDArray[np.float64], begin: int = 0) -> bool:
+    """Whether a force is, from `begin` on, as small as a walker's foot's between its two peaks."""
+    before, after = np.maximum.accumulate(force_n), np.maximum.accumulate(force_n[::-1])[::-1]
+    low = (force_n <= DIP_SHARE * before) & (DIP_RISE * force_n <= after)
+    return bool(low[begin:].any())
+
+
 def bears_twice(loads: list[Load]) -> bool:
     """Whether what loads bear together falls far and rises again, as no foot's does."""
-    tracks = np.concatenate([load.track() for load in loads])
-    _, at = np.unique(tracks[:, 0], return_inverse=True)
-    force_n = np.bincount(at, tracks[:, 3])
+    _, force_n = total(loads)
     if not len(force_n):
         return False
     most_n = np.maximum.accumulate(force_n)
@@ -109,6 +136,30 @@ def bears_twice(loads: list[Load]) -> bool:
         return False
     later = force_n[int(relieved.argmax()) :]
     return bool((later - np.minimum.accumulate(later)).max() >= RELIEVED_SHARE * most_n[-1])
+
+
+def light_load_m(load: Load, parts: list[Load], now_s: float) -> float | None:
+    """How far a load, too light to tell anything but where it is, began from a foot of which it is a part; None if it
+    is none."""
+    mine, track = load.track(), np.concatenate([other.track() for other in parts])
+    if not len(mine) or not len(track):
+        return LENGTH_M
+    near, late = distance_m(mine[0], track), load.start_s - min(other.start_s for other in parts) >= SWING_S
+    outlasts = late and min(load.end_s, now_s) - max(other.end_s for other in parts) > TOES_OUTLAST_S
+    return near if near <= (TOES_M if late else LENGTH_M) and not outlasts else None
+
+
+def toes_m(mine: NDArray[np.float64], track: NDArray[np.float64], outlasts_s: float) -> float | None:
+    """How far from a foot its toes came down, if a load that outlasts the rest by `outlasts_s` are they; else None."""
+    near = distance_m(mine[0], track)
+    if near > TOES_M or outlasts_s > TOES_OUTLAST_S:
+        return None
+    centre = centre_m(track, float(mine[0, 0]))
+    first = track[track[:, 0] <= track[0, 0] + 0.1]
+    rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
+    length_m = float(np.hypot(*rolled))
+    behind = length_m >= 2.0 * BEHIND_M and float((mine[0, 1:3] - centre) @ rolled) < -BEHIND_M * length_m
+    return None if behind else near
 
 
 def fits_in_foot(places_m: NDArray[np.float64]) -> bool:
