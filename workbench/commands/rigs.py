@@ -18,16 +18,15 @@ if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
 
-@dataclass(frozen=True)
-class PressingRig:
-    """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
+class _LoadedRig:
+    """What rigs have on which forces act: the simulator's come with a load cell."""
 
-    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
-    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, such as 9.1:0.05:120.", "")
+    target: str
+    cell: str
 
     @property
     def is_simulated(self) -> bool:
-        """Whether the target presses by itself."""
+        """Whether the target moves by itself."""
         from underfoot.engine.target import simulation_of
 
         return simulation_of(self.target) is not None
@@ -36,6 +35,14 @@ class PressingRig:
     def has_load_cell(self) -> bool:
         """Whether readings come with a reference force."""
         return bool(self.cell) or self.is_simulated
+
+
+@dataclass(frozen=True)
+class PressingRig(_LoadedRig):
+    """Options of a rig whose tile is pressed: by the simulator, or by a person on hardware."""
+
+    target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which presses), {target_forms()}.", "")
+    cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, such as 9.1:0.05:120.", "")
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """The rig, to be closed when done; `BadValue` for another target."""
@@ -91,25 +98,13 @@ class ShakingRig:
 
 
 @dataclass(frozen=True)
-class SteppingRig:
+class SteppingRig(_LoadedRig):
     """Options of a rig with a variable stiffness plate on a tile: the simulator steps on it, or a person."""
 
     target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which steps), {target_forms()}.", "")
     plate: str = option('Serial port of the plate, or "simulated".', "simulated")
     displacement: str = option("Displacement sensor on the target: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.01:120.", "")
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO; else the tile's forces.", "")
-
-    @property
-    def is_simulated(self) -> bool:
-        """Whether the target steps by itself."""
-        from underfoot.engine.target import simulation_of
-
-        return simulation_of(self.target) is not None
-
-    @property
-    def has_load_cell(self) -> bool:
-        """Whether readings come with a reference force."""
-        return bool(self.cell) or self.is_simulated
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such plate."""
