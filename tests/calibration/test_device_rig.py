@@ -8,7 +8,7 @@ import pytest
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.plate import PlateProcedure
 from underfoot.calibration.rig import Sound
-from underfoot.calibration.rigs.device import DeviceRig, LoadCell, displacement_of, load_cell_of
+from underfoot.calibration.rigs.device import DeviceRig, ReferenceSensor, displacement_of, load_cell_of
 from underfoot.calibration.rigs.plate import PlateRig, SimulatedFootsteps
 from underfoot.devices.framing.wire_format import encode
 from underfoot.devices.plate import PlateServo
@@ -81,7 +81,7 @@ def test_readings_are_evenly_timed_and_only_of_this_tile():
 
 def test_a_load_cell_on_the_same_line_is_read_at_the_tile_s_times():
     line = Line()
-    rig = DeviceRig(line, 0, LoadCell(tile=9, sensor=1, newtons_per_count=0.5, zero=100.0))
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9, sensor=1, units_per_count=0.5, zero=100.0))
     try:
         both = np.empty((100, 7), dtype=int)
         both[0::2] = frames(0, 0, 50, lambda i: (i, 0, 0, 0))
@@ -105,7 +105,7 @@ def test_a_line_on_which_nothing_comes_is_said_to_be_so():
 
 
 def test_a_cell_is_named_in_a_word():
-    assert load_cell_of("9.2:-0.05:120") == LoadCell(9, 1, -0.05, 120.0)
+    assert load_cell_of("9.2:-0.05:120") == ReferenceSensor(9, 1, -0.05, 120.0)
     for text in ("9", "9.5:1:0", "9.1:0:0", "a.1:1:1"):
         with pytest.raises(BadValue):
             load_cell_of(text)
@@ -145,6 +145,6 @@ def test_a_plate_is_calibrated_through_a_load_cell_and_a_displacement_sensor_on_
 
 
 def test_a_displacement_sensor_is_named_in_a_word():
-    assert displacement_of("9.2:-0.001:120") == LoadCell(9, 1, -0.001, 120.0)
-    with pytest.raises(BadValue, match=r"displacement is .9\.2.; allowed: TILE\.SENSOR:MM_A_COUNT:ZERO"):
+    assert displacement_of("9.2:-0.001:120") == ReferenceSensor(9, 1, -0.001, 120.0)
+    with pytest.raises(BadValue, match=r"displacement is .9\.2.; allowed: TILE\.SENSOR:MM_PER_COUNT:ZERO"):
         displacement_of("9.2")

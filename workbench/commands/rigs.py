@@ -103,12 +103,14 @@ class SteppingRig(_LoadedRig):
 
     target: str = option(f"Measure on this target: simulator[:PARAMETERS.json] (which steps), {target_forms()}.", "")
     plate: str = option('Serial port of the plate, or "simulated".', "simulated")
-    displacement: str = option("Displacement sensor on the target: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.01:120.", "")
+    displacement: str = option(
+        "Displacement sensor on the target: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120.", ""
+    )
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO; else the tile's forces.", "")
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
         """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such plate."""
-        from underfoot.calibration.rigs.device import DeviceRig, displacement_of, load_cell_of
+        from underfoot.calibration.rigs.device import DISPLACEMENT_FORM, DeviceRig, displacement_of, load_cell_of
         from underfoot.calibration.rigs.plate import PlateRig, simulated_plate_rig
         from underfoot.devices.plate import PlateServo
 
@@ -121,7 +123,7 @@ class SteppingRig(_LoadedRig):
         if hardware is None:
             raise BadValue(f"--target is {self.target!r}; allowed: simulator[:PARAMETERS.json], {target_forms()}")
         if not self.displacement:
-            raise BadValue("--displacement is missing; allowed: TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120")
+            raise BadValue(f"--displacement is missing; allowed: {DISPLACEMENT_FORM}")
         sensor, cell = displacement_of(self.displacement), load_cell_of(self.cell) if self.cell else None
         servo = PlateServo(self.plate)
         try:

@@ -30,12 +30,12 @@ def in_form(mistake: str, protocol: Mapping[str, Any]) -> str:
     found = _PLACED.fullmatch(mistake)
     if found is None:
         return mistake
-    steps = [word or int(number) for word, number in _STEP.findall(found["path"])]
-    words = ", ".join(_words(steps, protocol))
-    return f"{words[:1].upper()}{words[1:]}{found['says']}"
+    steps = [name or int(number) for name, number in _STEP.findall(found["path"])]
+    place = ", ".join(_names(steps, protocol))
+    return f"{place[:1].upper()}{place[1:]}{found['says']}"
 
 
-def _words(steps: Sequence[str | int], protocol: Mapping[str, Any]) -> list[str]:
+def _names(steps: Sequence[str | int], protocol: Mapping[str, Any]) -> list[str]:
     match steps:
         case ["stages", int(at), *rest]:
             stage = _item(protocol["stages"], at)
@@ -62,7 +62,7 @@ def _in_stage(steps: Sequence[str | int], stage: Mapping[str, Any]) -> list[str]
 
 
 def _field(document: type[msgspec.Struct], steps: Sequence[str | int]) -> list[str]:
-    """The words of a field of a document, and of what is in it."""
+    """The names of a field of a document, and of what is in it."""
     if not steps:
         return []
     name = str(steps[0])

@@ -44,8 +44,19 @@ _DESCRIPTIONS = {
 }
 
 
-_WORDS = ("participant", "stage", "method", "stimulus", "other", "comparison", "set", "label", "sort", "answered_by")
-"""Columns that are words, also where one looks like a number."""
+_TEXT_COLUMNS = (
+    "participant",
+    "stage",
+    "method",
+    "stimulus",
+    "other",
+    "comparison",
+    "set",
+    "label",
+    "sort",
+    "answered_by",
+)
+"""Columns of text, also where a cell looks like a number."""
 
 
 def csv_text(rows: Sequence[Row]) -> str:
@@ -75,7 +86,7 @@ def read_csv(path: str | Path) -> list[Row]:
     found: list[Row] = []
     for line in lines:
         row: dict[str, Any] = {
-            name: cell if name in _WORDS else value_of(cell) for name, cell in line.items() if cell != ""
+            name: cell if name in _TEXT_COLUMNS else value_of(cell) for name, cell in line.items() if cell != ""
         }
         row["participant"] = line["participant"]
         found.append({"stage": "main", "block": 1, **row})

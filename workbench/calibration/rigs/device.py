@@ -19,49 +19,55 @@ _KEPT_ARRIVALS = 50
 
 
 @dataclass(frozen=True)
-class LoadCell:
-    """Load cell that sends frames as a tile does: over `port`, or over the tile's own transport if that is None.
+class ReferenceSensor:
+    """A load cell or displacement sensor that sends frames as a tile does: over `port`, or the tile's own transport.
 
-    It is channel `sensor` (0 to 3) of tile number `tile`; force is `newtons_per_count` times the counts above `zero`.
+    It is channel `sensor` (0 to 3) of tile number `tile`; its value, in newtons or millimetres, is `units_per_count`
+    times the counts above `zero`.
     """
 
     tile: int
     sensor: int = 0
-    newtons_per_count: float = 1.0
+    units_per_count: float = 1.0
     zero: float = 0.0
     port: Transport | None = None
 
     def __post_init__(self) -> None:
         require(0 <= self.tile <= 0xFFFF, "tile", self.tile, "0 to 65535")
         require(0 <= self.sensor <= 3, "sensor", self.sensor, "0 to 3")
-        require(self.newtons_per_count != 0.0, "newtons_per_count", self.newtons_per_count, "not 0")
+        require(self.units_per_count != 0.0, "units_per_count", self.units_per_count, "not 0")
 
 
-def load_cell_of(text: str) -> LoadCell:
-    """Parse a load cell on the tile's own transport, `TILE.SENSOR:NEWTONS_A_COUNT:ZERO`, the sensor from 1.
+CELL_FORM = "TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, as 9.1:0.05:120"
+DISPLACEMENT_FORM = "TILE.SENSOR:MM_PER_COUNT:ZERO, as 9.2:0.001:120"
+
+
+def load_cell_of(text: str) -> ReferenceSensor:
+    """Parse a load cell on the tile's own transport, in `CELL_FORM`; the sensor counts from 1.
 
     >>> load_cell_of("9.1:0.05:120")
-    LoadCell(tile=9, sensor=0, newtons_per_count=0.05, zero=120.0, port=None)
+    ReferenceSensor(tile=9, sensor=0, units_per_count=0.05, zero=120.0, port=None)
     """
-    place, _, scale = text.partition(":")
-    tile, _, sensor = place.partition(".")
-    newtons, _, zero = scale.partition(":")
-    try:
-        return LoadCell(int(tile), int(sensor) - 1, float(newtons), float(zero or "0"))
-    except ValueError:
-        raise BadValue(f"cell is {text!r}; allowed: TILE.SENSOR:NEWTONS_A_COUNT:ZERO, as 9.1:0.05:120") from None
+    return _sensor_of("cell", text, CELL_FORM)
 
 
-def displacement_of(text: str) -> LoadCell:
-    """Parse a displacement sensor on the tile's transport, `TILE.SENSOR:MM_A_COUNT:ZERO`: as a load cell, but in mm.
+def displacement_of(text: str) -> ReferenceSensor:
+    """Parse a displacement sensor on the tile's own transport, in `DISPLACEMENT_FORM`.
 
-    >>> displacement_of("9.2:0.001").newtons_per_count
+    >>> displacement_of("9.2:0.001").units_per_count
     0.001
     """
+    return _sensor_of("displacement", text, DISPLACEMENT_FORM)
+
+
+def _sensor_of(name: str, text: str, form: str) -> ReferenceSensor:
+    place, _, scale = text.partition(":")
+    tile, _, sensor = place.partition(".")
+    units, _, zero = scale.partition(":")
     try:
-        return load_cell_of(text)
-    except BadValue:
-        raise BadValue(f"displacement is {text!r}; allowed: TILE.SENSOR:MM_A_COUNT:ZERO, as 9.2:0.001:120") from None
+        return ReferenceSensor(int(tile), int(sensor) - 1, float(units), float(zero or "0"))
+    except ValueError:
+        raise BadValue(f"{name} is {text!r}; allowed: {form}") from None
 
 
 class DeviceRig:
@@ -77,9 +83,9 @@ class DeviceRig:
         self,
         port: Transport,
         tile: int,
-        cell: LoadCell | None = None,
+        cell: ReferenceSensor | None = None,
         silent_reads: int = 2000,
-        displacement: LoadCell | None = None,
+        displacement: ReferenceSensor | None = None,
     ) -> None:
         self._tile, self._cell, self._silent_reads = tile, cell, silent_reads
         self._displacement = displacement
@@ -149,7 +155,7 @@ class DeviceRig:
 
         return take_samples
 
-    def _take_beside(self, place: int, sensor: LoadCell | None, samples: NDArray[np.void], now: float) -> None:
+    def _take_beside(self, place: int, sensor: ReferenceSensor | None, samples: NDArray[np.void], now: float) -> None:
         """Take what the load cell (`place` 0) or the displacement sensor (1) sends."""
         if sensor is None:
             return
@@ -157,7 +163,7 @@ class DeviceRig:
         if len(frames):
             counts = frames["readings"][:, sensor.sensor].astype(np.float64)
             arrivals = self._beside[place]
-            arrivals.append((self._times(1 + place, frames, now), sensor.newtons_per_count * (counts - sensor.zero)))
+            arrivals.append((self._times(1 + place, frames, now), sensor.units_per_count * (counts - sensor.zero)))
             del arrivals[:-_KEPT_ARRIVALS]
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
