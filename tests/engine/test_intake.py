@@ -151,3 +151,16 @@ def test_every_sample_is_told_of_once():
     for end in (1, 500, 40_000, 90_000):
         intake.take(end)
     assert heard == stamps[stamps < 90_000].tolist()
+
+
+def test_without_centroid_the_force_is_the_same_and_the_centroid_continues_where_it_is_wanted_again():
+    stamps, forces = standing_forces(1000.0)
+    wanted = intake_signals(GivenForces(1000.0, stamps, forces), 90_000)
+    intake = Intake(GivenForces(1000.0, stamps, forces), RATE, 480)
+    for at in range(0, 90_000, 480):
+        n, with_centroid = min(480, 90_000 - at), at // 4800 % 2 == 1
+        intake.take(at + n)
+        intake.fill(at, n, with_centroid)
+        np.testing.assert_array_equal(intake.signals[0, :, :n], wanted[0, :, at : at + n])
+        if with_centroid:
+            np.testing.assert_array_equal(intake.signals[:, :, :n], wanted[:, :, at : at + n])

@@ -236,3 +236,20 @@ def test_ten_thousand_blocks_allocate_nothing():
         tracemalloc.stop()
     assert after - before < 64  # a counter that became a longer number
     assert peak - before < 1024  # one signal of one tile would be 512 bytes
+
+
+def test_a_patch_that_begins_to_read_where_people_stand_gets_the_same_place_as_one_that_always_did():
+    def places(loop, frames):
+        out = np.empty((frames, 4), np.float32)
+        for at in range(0, frames, 240):
+            loop.run(240)
+            out[at : at + 240] = loop.scope_frames[:240]
+        return out
+
+    reads_place = hum().add("contact", REGISTRY)
+    always, later = (loop_of(patch, scopes=scopes) for patch, scopes in ((reads_place, ("contact.x",)), (hum(), ())))
+    later.send(ProgramSwap(later.build(reads_place, ("contact.x",))), 24_000)
+    wanted, found = places(always, 96_000), places(later, 96_000)
+    assert wanted[:24_000].any()
+    assert wanted[24_000:].any()
+    np.testing.assert_array_equal(found[24_000:], wanted[24_000:])

@@ -23,7 +23,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.running_median import MIDDLE
-from underfoot.kernels import intrinsic, kernel, part
+from underfoot.kernels import Floats, intrinsic, kernel, part
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
@@ -95,9 +95,9 @@ class Intake:
     """Turns the samples of `source` into the force and centroid (tile frame) of each tile, frame by frame.
 
     `signals`, float64 [signal, tile, frame], holds `block` frames: force in newtons, and the centroid's x and y in
-    metres. Nothing else may write to it: zeros are not rewritten. `zero_rows` marks tiles whose signals are zero in
-    all frames filled last. `on_samples` is called with the number of samples whenever some arrive, while the source
-    still holds them as read, without the added `steps`.
+    metres, if they were asked for. Nothing else may write to it: zeros are not rewritten. `zero_rows` marks tiles whose
+    signals are zero in all frames filled last. `on_samples` is called with the number of samples whenever some arrive,
+    while the source still holds them as read, without the added `steps`.
     """
 
     def __init__(self, source: ForceSource, rate_hz: float, block: int) -> None:
@@ -138,9 +138,9 @@ class Intake:
                 else:
                     _take(self._where, 0, count)
 
-    def fill(self, frame: int, n: int) -> None:
-        """Write `n` frames into `signals`, from session frame `frame` on."""
-        _fill(self._where, frame, n)
+    def fill(self, frame: int, n: int, with_centroid: bool = True) -> None:
+        """Write `n` frames into `signals`, from session frame `frame` on; of x and y, without centroid, only zeros."""
+        _fill(self._where, frame, n, with_centroid)
 
     def tare(self) -> None:
         """Take the present reading of every tile as its zero."""
@@ -220,7 +220,7 @@ def _enqueue(
 
 
 @kernel
-def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
+def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> None:
     """Write `n` frames of signals, tile by tile."""
     m = _memory_at(where)
     signals, queue, segments, timing = m.signals, m.queue, m.segments, m.timing
@@ -244,7 +244,10 @@ def _fill(where: NDArray[np.int64], frame: int, n: int) -> None:
                 if begin <= segment.zeros < end:
                     segment.zeros = end
             else:
-                _write_frames(signals[:, k], segment, timing[0], frame, begin, end)
+                force_n, x_m, y_m = signals[0, k, begin:end], signals[1, k, begin:end], signals[2, k, begin:end]
+                if not with_centroid:
+                    x_m, y_m = x_m[:0], y_m[:0]
+                _write_frames(force_n, x_m, y_m, segment, timing[0], frame + begin)
                 segment.zeros = min(segment.zeros, begin)
             begin = end
         m.zero_rows[k] = segment.zeros >= n
@@ -297,41 +300,44 @@ def _held(segment: np.record, now: float, hold: float) -> float:
 
 
 @part
-def _write_frames(
-    signals: NDArray[np.float64], segment: np.record, timing: np.record, frame: int, begin: int, end: int
-) -> None:
-    """Write frames `begin` to `end` of one tile's `signals` [signal, frame], all on one segment."""
-    last = frame + end - 1 - timing.period
+def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, timing: np.record, frame: int) -> None:
+    """Write a tile's signals, all on one segment, from session frame `frame` on; empty ones are not wanted."""
+    last = frame + force_n.size - 1 - timing.period
     if segment.gate == segment.gate_target == 1.0 and _held(segment, last, timing.hold) == 1.0:
-        _write_frames_ungated(signals, segment, timing.period, frame, begin, end)
+        _write_frames_ungated(force_n, x_m, y_m, segment, timing.period, frame)
         return
     start, target = segment.from_values, segment.at_values
-    for i in range(begin, end):
+    for i in range(force_n.size):
         now = frame + i - timing.period
         share, held = _share(segment, now), _held(segment, now, timing.hold)
         goal = segment.gate_target if held > 0.0 else 0.0
         gate = segment.gate
         gate = min(gate + timing.gate_step, goal) if gate < goal else max(gate - timing.gate_step, goal)
         segment.gate = gate
-        if gate == 0.0:
-            signals[0, i], signals[1, i], signals[2, i] = 0.0, 0.0, 0.0
-            continue
-        signals[0, i] = (start[0] + (target[0] - start[0]) * share) * held * gate
-        signals[1, i] = start[1] + (target[1] - start[1]) * share
-        signals[2, i] = start[2] + (target[2] - start[2]) * share
+        force_n[i] = (start[0] + (target[0] - start[0]) * share) * held * gate if gate != 0.0 else 0.0
+        if x_m.size:
+            x_m[i] = start[1] + (target[1] - start[1]) * share if gate != 0.0 else 0.0
+            y_m[i] = start[2] + (target[2] - start[2]) * share if gate != 0.0 else 0.0
 
 
 @part
 def _write_frames_ungated(
-    signals: NDArray[np.float64], segment: np.record, period: float, frame: int, begin: int, end: int
+    force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, period: float, frame: int
 ) -> None:
     """Do as `_write_frames`, bit for bit, where the gate is open and the force is not ramped: no tests per frame."""
+    _draw_line(force_n, 0, segment, period, frame)
+    _draw_line(x_m, 1, segment, period, frame)
+    _draw_line(y_m, 2, segment, period, frame)
+
+
+@part
+def _draw_line(out: Floats, signal: int, segment: np.record, period: float, frame: int) -> None:
+    """Write one signal of a segment."""
     since, length = segment.from_frame, segment.at_frame - segment.from_frame
-    force_n, x_m, y_m = signals[0, begin:end], signals[1, begin:end], signals[2, begin:end]
-    from_n, from_x, from_y = segment.from_values[0], segment.from_values[1], segment.from_values[2]
-    by_n, by_x, by_y = segment.at_values[0] - from_n, segment.at_values[1] - from_x, segment.at_values[2] - from_y
-    for i in range(end - begin):
-        share = min(max((frame + begin + i - period - since) / length, 0.0), 1.0) if length > 0.0 else 1.0
-        force_n[i] = from_n + by_n * share
-        x_m[i] = from_x + by_x * share
-        y_m[i] = from_y + by_y * share
+    start, step = segment.from_values[signal], segment.at_values[signal] - segment.from_values[signal]
+    if not length > 0.0:
+        for i in range(out.size):
+            out[i] = start + step
+        return
+    for i in range(out.size):
+        out[i] = start + step * min(max((frame + i - period - since) / length, 0.0), 1.0)

@@ -217,7 +217,7 @@ class Loop:
     def _run_part(self, frame: int, at: int, n: int) -> None:
         """Run `n` frames into `out` from its row `at` on; due commands have been applied."""
         self.intake.take(frame + n)
-        self.intake.fill(frame, n)
+        self.intake.fill(frame, n, with_centroid=bool(self.plates) or self.programs.read_centroid)
         program = self.programs.run(self.intake.signals, self.intake.zero_rows, frame, n)
         output, zero_rows = program.output, program.tables.silent
         self.pulse.apply(output, zero_rows, frame, n)

@@ -69,6 +69,11 @@ class ProgramFader:
             self.retired.append(self._old)
             self._old = self._next = self.current
 
+    @property
+    def read_centroid(self) -> bool:
+        """Whether a running program reads where on their tiles people stand."""
+        return any(name in one.engine_signals for one in (self.current, self._old) for name in ("x_m", "y_m"))
+
     def stretch(self, stop: int) -> int:
         """Return the frame up to which nothing changes, at most `stop`."""
         return min(stop, self._from_frame + FADE) if self._fade else stop

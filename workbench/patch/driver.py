@@ -114,7 +114,7 @@ def _skip(p: Tables, row: int, end: int, n: int) -> None:
     """Skip these rows: nothing to compute."""
     for j in range(p.scopes.size):
         for one in range(row, end):
-            for i in range(n):
+            for i in range(np.uint64(n)):
                 p.scope[j, one, i] = 0.0
     if end == p.output.shape[0]:
         _forget_events(p)
@@ -288,12 +288,10 @@ def _silence(p: Tables, k: int, f: int, g: int, n: int) -> None:
             continue
         at = p.buffer_at[buffer]
         if f == 0 and g == n:
-            for i in range(p.output.shape[1]):
-                p.buffers[at + i] = 0.0
+            g = p.output.shape[1]
             p.is_zero[buffer] = 1
-        else:
-            for i in range(f, g):
-                p.buffers[at + i] = 0.0
+        for i in range(np.uint64(at + f), np.uint64(at + g)):
+            p.buffers[i] = 0.0
 
 
 @inlined
@@ -444,7 +442,7 @@ def _play(p: Tables, row: int, n: int) -> None:
         some += p.is_zero[buffer] == 0
     if some > 0 or p.silent[row] == 0:
         p.silent[row] = some == 0
-        for i in range(p.output.shape[1]):
+        for i in range(np.uint64(p.output.shape[1])):
             p.output[row, i] = 0.0
     for buffer in p.sinks:
         if p.is_zero[buffer] == 0:

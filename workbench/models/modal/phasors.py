@@ -140,11 +140,12 @@ def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     p64, q64 = powers.p64_re[:active], powers.p64_im[:active]
     x, y = phasors.re[:active], phasors.im[:active]
     u, v = phasors.work_re[:active], phasors.work_im[:active]
-    for m in range(active):
-        r, i = x[m], y[m]
-        u[m], v[m] = r, i
-        x[m] = r * p64[m] - i * q64[m]
-        y[m] = i * p64[m] + r * q64[m]
+    for m in range(0, active, LANES):
+        r, i = four(x, m), four(y, m)
+        put(u, m, r)
+        put(v, m, i)
+        put(x, m, r * four(p64, m) - i * four(q64, m))
+        put(y, m, i * four(p64, m) + r * four(q64, m))
     for k in range(0, BLOCK, 16):
         a0 = a1 = a2 = a3 = b0 = b1 = b2 = b3 = c0 = c1 = c2 = c3 = d0 = d1 = d2 = d3 = 0.0
         for m in range(active):
