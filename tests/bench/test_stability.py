@@ -37,7 +37,7 @@ def sound(tmp_path):
 
 def test_a_broken_node_is_named_with_a_patch_that_shows_it(sound):
     registry = {type: WITH_EXPLOSIVE[type] for type in ("explosive", "gain", "tile-force")}
-    found = stability.run(registry, sound, corners=2, points=0, patches=0, seconds=0.0)
+    found = stability.run(registry, sound, stability.Extent(corners=2, points=0, patches=0, seconds=0.0))
     assert [failure.what.split(" ")[0] for failure in found.failures] == ["explosive"]
     failure = found.failures[0]
     assert {placed.type for placed in failure.patch.nodes} <= {"explosive", "tile-force", "gain"}

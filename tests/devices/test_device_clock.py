@@ -10,9 +10,13 @@ RATE = 48_000.0
 
 
 @kernel
-def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, late):
-    """What a device floor does with one tile: samples that came are seen, then set, whenever a block is asked for."""
-    i = 0
+def followed(time_us, came, blocks, asked, epochs, clock, session):
+    """What a device floor does with one tile: samples that came are seen, then set, whenever a block is asked for.
+
+    Returns the frame to which each sample was set, NaN without one, and whether it came too late for that.
+    """
+    i, rate = 0, RATE
+    out, late = np.full(len(came), np.nan), np.zeros(len(came), np.bool_)
     for k in range(len(blocks)):
         begin = blocks[k]
         device_clock.observe(session[0], 0, begin / rate * 1e6, asked[k], rate)
@@ -30,7 +34,7 @@ def followed(time_us, came, blocks, asked, epochs, rate, clock, session, out, la
             frame = device_clock.sent_frame(session[0], arrived, rate) + clock[0].delay
             out[j] = device_clock.slewed(clock[0], time_us[j], frame, rate)
             late[j] = begin > out[j]
-    return i
+    return out, late
 
 
 class Run:
@@ -56,12 +60,9 @@ class Run:
             epochs[count // 2 :] = 1
             time_us[count // 2 :] -= time_us[count // 2]
         self.clocks, session = device_clock.DeviceClocks(1, RATE), device_clock.DeviceClocks(1, RATE)
-        out, late = np.full(count, np.nan), np.zeros(count, np.bool_)
-        done = followed(
-            time_us, came_s * RATE, blocks, np.maximum.accumulate(asked_s) * RATE, epochs, RATE, self.clocks.table,
-            session.table, out, late,
-        )  # fmt: skip
-        assert done == count
+        asked = np.maximum.accumulate(asked_s) * RATE
+        out, late = followed(time_us, came_s * RATE, blocks, asked, epochs, self.clocks.table, session.table)
+        assert np.isfinite(out).all()
         self.stamps = out
         begins_s = blocks[np.searchsorted(asked_s, came_s)] / RATE * (1.0 + card * 1e-6)
         self.needed_ms = (begins_s - true_s - 0.3e-3) * 1e3

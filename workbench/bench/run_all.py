@@ -50,20 +50,8 @@ def run(
     with tempfile.TemporaryDirectory() as folder:
         sound = Path(folder, "sound.wav")
         _write_sound(sound)
-        if quick:
-            stable = stability.run(
-                REGISTRY,
-                sound,
-                corners=8,
-                points=60,
-                patches=60,
-                seconds=20.0,
-                budget_s=1.0,
-                seed=seed,
-                progress=progress,
-            )
-        else:
-            stable = stability.run(REGISTRY, sound, seed=seed, progress=progress)
+        extent = stability.Extent(corners=8, points=60, patches=60, seconds=20.0, budget_s=1.0) if quick else None
+        stable = stability.run(REGISTRY, sound, extent, seed, progress)
     return Bench(found, floor_costs, comparisons, stable, load, cores())
 
 

@@ -80,31 +80,40 @@ class Stability:
         }
 
 
+@dataclass(frozen=True)
+class Extent:
+    """How much `run` tries: corners and random points per node, random patches, and seconds of running patches.
+
+    All corners are tried if there are no more. A node may take `budget_s`.
+    """
+
+    corners: int = 1024
+    points: int = 10_000
+    patches: int = 2_000
+    seconds: float = 3600.0
+    budget_s: float = 600.0
+
+
 def run(
     registry: Registry,
     sound: Path,
-    *,
-    corners: int = 1024,
-    points: int = 10_000,
-    patches: int = 2_000,
-    seconds: float = 3600.0,
-    budget_s: float = 600.0,
+    extent: Extent | None = None,
     seed: int = 1,
     progress: Callable[[str], None] = lambda line: None,
 ) -> Stability:
-    """Stress every node at its corners and at random points, and random patches; then run patches for `seconds`.
+    """Stress every node at its corners and at random points, at each of `RATES`, and random patches; then run patches.
 
-    `corners` and `points` are per node, at each of `RATES`; all corners are tried if there are no more. A node may
-    take `budget_s`. `sound` is a sound file for nodes that play one. At most one failure per node is kept, with a
-    minimal patch.
+    `sound` is a sound file for nodes that play one. At most one failure per node is kept, with a minimal patch.
     """
+    extent = extent or Extent()
     result = Stability()
     rng = np.random.default_rng(seed)
     for type in sorted(registry):
         progress(f"stability: {type}")
         result.nodes += 1
-        until = time.monotonic() + budget_s
-        for tried, patch in enumerate(random_points(type, registry, str(sound), corners, points, rng)):
+        until = time.monotonic() + extent.budget_s
+        tries = random_points(type, registry, str(sound), extent.corners, extent.points, rng)
+        for tried, patch in enumerate(tries):
             if tried and time.monotonic() > until:
                 result.cut_short[type] = tried
                 break
@@ -112,19 +121,18 @@ def run(
             if _fails(result, patch, registry, RATES):
                 break
     progress("stability: patches")
-    for _ in range(patches):
+    for _ in range(extent.patches):
         result.patches += 1
         _fails(result, random_patch(registry, str(sound), rng), registry, (int(rng.choice(RATES)),))
-    longest = max(1.0, seconds / 60.0)
-    while seconds > 0.0:
-        length = min(longest, seconds)
+    longest = max(1.0, extent.seconds / 60.0)
+    while result.simulated_s < extent.seconds:
+        length = min(longest, extent.seconds - result.simulated_s)
         patch, rate = random_patch(registry, str(sound), rng), int(rng.choice(RATES))
         what = run_long(patch, registry, rate, length, int(rng.integers(0, 24 * 3600)) * rate)
         if what:
             result.failures.append(Failure(what, patch, rate))
         result.patches += 1
         result.simulated_s += length
-        seconds -= length
         progress(f"stability: {result.simulated_s:.0f} s simulated")
     return result
 

@@ -11,7 +11,7 @@ begins at rest; another load, or a triangle further off, is faded to in 10 ms.
 import hashlib
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,21 @@ _CACHE = ArrayCache("plates", in_memory=4)
 _state_at, _coefficients_at = poles.STATE.at, poles.COEFFICIENTS.at
 
 
+class PlateMemory(NamedTuple):
+    """All arrays of `SimulatedPlates` that the kernels read and write."""
+
+    out: NDArray[np.float32]  # [frame, tile]
+    rows: NDArray[np.void]  # [tile] of `ROW`
+    sounds: NDArray[np.bool_]  # [channel]: whether a tile on it is not silent
+    shakers: NDArray[np.float64]  # [tile, value]: coefficients, like those of bodies
+    bodies: NDArray[np.float64]  # [tile, load, value]
+    shaker_states: NDArray[np.float64]  # [tile, value]
+    body_states: NDArray[np.float64]  # [tile, slot, system, value]
+    compressions: NDArray[np.void]  # [tile]
+    buffers: NDArray[np.float64]  # [4, `SPAN`]
+    load: NDArray[np.void]  # [1] of `LOAD`
+
+
 class SimulatedPlates:
     """The plates of `floor`, of the kind that `parameters` describe, each drawn by `seed` as `SimulatedTile` draws it.
 
@@ -82,22 +97,28 @@ class SimulatedPlates:
         drawn = [(parameters or TileParameters()).drawn(seed, tile.id) for tile in floor.tiles]
         tiles = len(floor.tiles)
         self.out = np.zeros((block, tiles), np.float32)
-        self._bodies = _bodies(floor, drawn, rate_hz, measured_at)
-        shakers = [one.shaker.poles() for one in drawn]
-        self._shakers = _coefficients([one.at_rate(rate_hz)[1] for one in shakers])
-        self._shaker_states = _zeros(tiles, 1, poles.STATE.size({"poles": int(self._shakers[:, 0].max())}))[:, 0]
-        body = poles.STATE.size({"poles": int(self._bodies[..., 0].max())})
-        self._body_states = _zeros(tiles, 2 * CORNERS, body).reshape(tiles, 2, CORNERS, -1)
-        self._compressions = np.concatenate([one.shaker.compression() for one in drawn])
+        bodies = _bodies(floor, drawn, rate_hz, measured_at)
+        shakers = _coefficients([one.shaker.poles().at_rate(rate_hz)[1] for one in drawn])
+        body = poles.STATE.size({"poles": int(bodies[..., 0].max())})
         self._rows = np.zeros(tiles, ROW)
         self._rows["channel"], self._rows["fade_frame"] = channels, _LONG_AGO
         for row, tile in zip(self._rows, floor.tiles, strict=True):
             row["steps_x_m"], row["steps_y_m"] = (STEPS / edge for edge in _edges_m(tile))
-        self._buffers = np.zeros((4, SPAN))
-        self._sounds = np.zeros(max(channels, default=0) + 1, np.bool_)
-        self._load = np.zeros(1, LOAD)
+        sounds = np.zeros(max(channels, default=0) + 1, np.bool_)
+        self._memory = PlateMemory(
+            self.out,
+            self._rows,
+            sounds,
+            shakers,
+            bodies,
+            _zeros(tiles, 1, poles.STATE.size({"poles": int(shakers[:, 0].max())}))[:, 0],
+            _zeros(tiles, 2 * CORNERS, body).reshape(tiles, 2, CORNERS, -1),
+            np.concatenate([one.shaker.compression() for one in drawn]),
+            np.zeros((4, SPAN)),
+            np.zeros(1, LOAD),
+        )
         self._moving = self._zeros_written = 0
-        drive, silent_since = np.zeros((0, self._sounds.size), np.float32), self._rows["zero_frames"]
+        drive, silent_since = np.zeros((0, sounds.size), np.float32), self._rows["zero_frames"]
         self.apply(
             drive, 1, silent_since, np.zeros((3, tiles, 0)), 0, 0, 0
         )  # its kernels are loaded here, so that the first block is not late for them
@@ -113,11 +134,7 @@ class SimulatedPlates:
         Allocates nothing.
         """
         if self._moving or sounding:
-            self._moving = _apply(
-                drive, silent_since, signals, self.out, self._rows, self._sounds,
-                (self._shakers, self._bodies, self._shaker_states, self._body_states), self._compressions,
-                (self._buffers, self._load), (frame, at, n),
-            )  # fmt: skip
+            self._moving = _apply(self._memory, drive, silent_since, signals, (frame, at, n))
             self._zeros_written = 0
         elif self._zeros_written < 2 * len(self.out):  # else all of it is zero
             self.out[at : at + n] = 0.0
@@ -222,27 +239,17 @@ def _aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
-_Memories = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""The coefficients of shakers [tile, value] and bodies [tile, load, value], then the states of both; a body has one for
-each system of each slot."""
-
-
 @kernel
 def _apply(
+    memory: PlateMemory,
     drive: NDArray[np.float32],
     silent_since: NDArray[np.int64],
     signals: NDArray[np.float64],
-    out: NDArray[np.float32],
-    rows: NDArray[np.void],
-    sounds: NDArray[np.bool_],
-    memories: _Memories,
-    compressions: NDArray[np.void],
-    scratch: tuple[NDArray[np.float64], NDArray[np.void]],
     stretch: tuple[int, int, int],
 ) -> int:
     """See `SimulatedPlates.apply`; returns how many tiles move."""
     frame, at, n = stretch
-    buffers, load = scratch[0], scratch[1][0]
+    out, rows, sounds, load = memory.out, memory.rows, memory.sounds, memory.load[0]
     sounds[:] = False
     for k in range(len(rows)):
         if rows[k].channel >= 0 and not 0 <= silent_since[k] <= frame:
@@ -256,17 +263,17 @@ def _apply(
         while begin < n and (row.awake or sounds[row.channel]):
             here = frame + begin
             end = min(n, begin + SPAN - here % SPAN)
-            force = buffers[0, : end - begin]
+            force = memory.buffers[0, : end - begin]
             sent = drive[at + begin : at + end, row.channel]
             for i in range(len(force)):
                 force[i] = sent[i]
             if row.awake and here % SPAN == 0:
                 _find_load(load, row, signals[:, k, begin])
-                _follow_load(row, load, memories[3][k], here)
+                _follow_load(row, load, memory.body_states[k], here)
             elif not row.awake:
                 _wake(row, load, force, signals[:, k, begin:end])
             if row.awake:
-                _run(row, k, memories, compressions[k : k + 1], buffers, here, end - begin)
+                _run(memory, k, here, end - begin)
             measured_at = out[at + begin : at + end, k]
             for i in range(len(force)):
                 measured_at[i] = force[i]
@@ -355,25 +362,17 @@ def _copy(values: NDArray[np.float64], to: NDArray[np.float64]) -> None:
 
 
 @part
-def _run(
-    row: np.record,
-    k: int,
-    memories: _Memories,
-    compression: NDArray[np.void],
-    buffers: NDArray[np.float64],
-    here: int,
-    n: int,
-) -> None:
+def _run(memory: PlateMemory, k: int, here: int, n: int) -> None:
     """Let `n` frames of drive in the first buffer become acceleration there; at a span's end, look whether it rests."""
-    shakers, bodies, shaker_states, body_states = memories
+    row, buffers, bodies, body_states = memory.rows[k], memory.buffers, memory.bodies, memory.body_states
     force, now, before, one = buffers[0, :n], buffers[1, :n], buffers[2, :n], buffers[3, :n]
     zero_frames = row.zero_frames
     for i in range(n):
         zero_frames = zero_frames + 1 if force[i] == 0.0 else 0
     row.zero_frames = zero_frames
-    motor, motor_system = _system(shaker_states[k], shakers[k])
+    motor, motor_system = _system(memory.shaker_states[k], memory.shakers[k])
     poles.run(motor, motor_system, force, force)
-    shaker.compress(compression, force, force, n)
+    shaker.compress(memory.compressions[k : k + 1], force, force, n)
     slot = row.slot
     _run_systems(row, slot, bodies[k], body_states[k, slot], (force, now, one), here)
     faded = here - row.fade_frame
@@ -389,7 +388,7 @@ def _run(
         poles.flush(motor)
         rings = _ring(row, bodies[k], body_states[k, slot], poles.tail(motor, motor_system))
         if not fades and rings < QUIET_M_S2:
-            shaker_states[k], body_states[k], row.awake = 0.0, 0.0, False
+            memory.shaker_states[k], body_states[k], row.awake = 0.0, 0.0, False
 
 
 @part

@@ -58,7 +58,7 @@ class FibreBundle:
         coefficients.holds = 1.0
 
     def run(force, key, frame, coefficients, state, strain, damage, energy, events):
-        bundle.run(force, key, frame, coefficients, state, strain, damage, energy, events)
+        bundle.run(force, key, frame, coefficients, state, bundle.Motion(strain, damage, energy), events)
 
     def tail(state, coefficients):
         return bundle.tail(state, coefficients)

@@ -50,9 +50,9 @@ def played(coefficients, load, cuts=(), state=None, key=None, frame=0):
     strain, found = np.zeros(load.size), []
     for first, last in pairwise([0, *sorted(cuts), load.size]):
         events = event_list(room=last - first)
-        damage, energy = np.zeros((2, last - first))
         here = slice(first, last)
-        fracture.run(load[here], key, frame + first, coefficients, state, strain[here], damage, energy, events)
+        motion = fracture.Motion(strain[here], *np.zeros((2, last - first)))
+        fracture.run(load[here], key, frame + first, coefficients, state, motion, events)
         found.append(rows_of(events))
     return strain, np.concatenate(found), state
 
@@ -456,10 +456,9 @@ def test_damage_and_energy_come_out_frame_by_frame():
     traced = bundle.response(load, RATE, seed=4)
     coefficients, state = fracture.COEFFICIENTS.zeros(), fracture.STATE.zeros()
     bundle.design(RATE, 1.0, coefficients)
-    strain, damage, energy = np.zeros((3, load.size))
-    key = stream_key(4, "fracture")
-    fracture.run(load, key, 0, coefficients, state, strain, damage, energy, event_list(room=load.size))
-    np.testing.assert_array_equal(strain, traced.strain)
-    np.testing.assert_array_equal(energy, traced.energy)
-    np.testing.assert_allclose(damage, np.cumsum(traced.failures) / 2000.0)
-    assert 0.02 < damage[-1] < 1.0
+    motion = fracture.Motion(*np.zeros((3, load.size)))
+    fracture.run(load, stream_key(4, "fracture"), 0, coefficients, state, motion, event_list(room=load.size))
+    np.testing.assert_array_equal(motion.strain, traced.strain)
+    np.testing.assert_array_equal(motion.energy, traced.energy)
+    np.testing.assert_allclose(motion.damage, np.cumsum(traced.failures) / 2000.0)
+    assert 0.02 < motion.damage[-1] < 1.0

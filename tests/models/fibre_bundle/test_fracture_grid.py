@@ -111,12 +111,10 @@ def test_one_cell_is_the_bundle():
     force, x_m, y_m = footstep(620.0)
     coefficients = designed(columns=1, rows=1)
     strain, events, _ = played(coefficients, force, x_m, y_m, cells=1)
-    one, found = np.zeros(force.size), event_list(room=force.size)
-    bundle.run(
-        force, stream_key("grid"), 0, coefficients.bundle, bundle.STATE.zeros(), one, *np.zeros((2, one.size)), found
-    )
+    one, found = bundle.Motion(*np.zeros((3, force.size))), event_list(room=force.size)
+    bundle.run(force, stream_key("grid"), 0, coefficients.bundle, bundle.STATE.zeros(), one, found)
     assert len(found) > 20
-    np.testing.assert_allclose(strain, one, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(strain, one.strain, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(events, rows_of(found), rtol=1e-9)
 
 

@@ -150,10 +150,10 @@ class FibreBundle:
         load = numbers("stress", stress)
         coefficients, state = COEFFICIENTS.zeros(), STATE.zeros()
         self.design(rate, 1.0, coefficients)
-        strain, failures, energy, threshold, damage = np.zeros((5, load.size))
+        strain, damage, energy, failures, threshold = np.zeros((5, load.size))
         events = event_list(room=load.size)
-        key = stream_key(seed_of(seed), "fracture")
-        run_traced(load, key, 0, coefficients, state, strain, events, Trace(failures, energy, threshold, damage))
+        key, motion = stream_key(seed_of(seed), "fracture"), Motion(strain, damage, energy)
+        run_traced(load, key, 0, coefficients, state, motion, events, Trace(failures, threshold))
         return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate)
 
     def design(self, rate: float, pressure: float, coefficients: Memory) -> None:
@@ -169,16 +169,19 @@ class FibreBundle:
         coefficients.compound = float(self.compound)
 
 
-class Trace(NamedTuple):
-    """Further outputs of a run, frame by frame.
+class Motion(NamedTuple):
+    """Output of a run [frames]: strain, the share of failed fibres (7.15), and the energy released in each frame."""
 
-    `failures` and `threshold` are not written if empty.
-    """
+    strain: Floats
+    damage: Floats
+    energy: Floats
+
+
+class Trace(NamedTuple):
+    """Further output of a run, frame by frame; not written if empty."""
 
     failures: Floats
-    energy: Floats
     threshold: Floats
-    damage: Floats
 
 
 _WEAR_FRAMES = 4.0
@@ -192,21 +195,17 @@ def run(
     frame: int,
     coefficients: Memory,
     state: Memory,
-    strain: Floats,
-    damage: Floats,
-    energy: Floats,
+    motion: Motion,
     events: Memory,
 ) -> None:
-    """Run one tile, `load.size` frames from session frame `frame` on: `load` in, `strain` out, both [frames].
-
-    Further outputs are `damage`, the share of failed fibres (7.15), and the `energy` released in each frame.
+    """Run one tile, `load.size` frames from session frame `frame` on: `load` [frames] in, `motion` out.
 
     Failures are appended to `events`. `key` is the row's `stream_key(seed, node, tile)`; draws are numbered by frame,
     so that they do not depend on splits or sleep. `load` holds the value at the end of each frame; failures lie within
     it.
     """
-    nothing = strain[:0]
-    run_traced(load, key, frame, coefficients, state, strain, events, Trace(nothing, energy, nothing, damage))
+    nothing = load[:0]
+    run_traced(load, key, frame, coefficients, state, motion, events, Trace(nothing, nothing))
 
 
 @kernel
@@ -224,7 +223,7 @@ def run_traced(
     frame: int,
     coefficients: Memory,
     state: Memory,
-    strain: Floats,
+    motion: Motion,
     events: Memory,
     trace: Trace,
 ) -> None:
@@ -267,9 +266,9 @@ def run_traced(
             if trace.failures.size:
                 trace.failures[i] = failed
         x, before = moved, after
-        strain[i] = x
-        trace.energy[i] = set_free
-        trace.damage[i] = s.failed / c.pool
+        motion.strain[i] = x
+        motion.energy[i] = set_free
+        motion.damage[i] = s.failed / c.pool
         if trace.threshold.size:
             trace.threshold[i] = breaking
     s.strain, s.speed, s.load, s.worn = x, w, before, worn
