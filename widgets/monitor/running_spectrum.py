@@ -42,7 +42,6 @@ class RunningSpectrum:
         self._wide = np.flatnonzero(np.diff(starts, append=self._taken) > 0)
         self._starts = starts[self._wide]
         self._scale = 2.0 / float(self._window.sum())
-        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)
         self.clear()
 
     def clear(self) -> None:
@@ -50,7 +49,7 @@ class RunningSpectrum:
         self._samples = np.zeros(0, np.float32)
         self._first = -1
         self._column = 0
-        self._picture[:] = 0
+        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)  # new: memory is taken only where it is written
 
     @property
     def end_frame(self) -> float:

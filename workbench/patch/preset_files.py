@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -209,5 +210,10 @@ def walks() -> dict[str, Path]:
 
 
 def _files(kind: str, ending: str = "json") -> dict[str, Path]:
-    found = (presets_folder() / kind).glob(f"*.{ending}")
-    return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
+    return dict(_found(kind, ending))
+
+
+@cache
+def _found(kind: str, ending: str) -> tuple[tuple[str, Path], ...]:
+    """Return names and files; a study asks for those of patches hundreds of times."""
+    return tuple(sorted((path.stem, path) for path in (presets_folder() / kind).glob(f"*.{ending}")))
