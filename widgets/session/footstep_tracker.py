@@ -19,6 +19,9 @@ from underfoot.floor.walks import WalkTracker
 CHUNK = 4096
 """Tiles times samples tracked at once: 2 ms."""
 
+_YIELD_S = 0.01
+"""How long a thread waits before it imports Numba: else the one that starts it stands still until that is done."""
+
 
 @dataclass(frozen=True)
 class ForceUpdate:
@@ -126,6 +129,7 @@ def _load_kernels() -> threading.Event:
     loaded = threading.Event()
 
     def load() -> None:
+        time.sleep(_YIELD_S)
         contacts.load_kernels()
         load_reading()
         loaded.set()
