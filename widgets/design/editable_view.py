@@ -69,7 +69,7 @@ class EditableView(PatchView):
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
-        after = patch.add(type, self.registry, self._free_place(type, place))
+        after = patch.add(type, self.registry, self._free_place(type, place), **self.registry[type].initial)
         id = after.nodes[-1].id
         around = self._group_of(into) if into else self.inside
         if around:

@@ -13,6 +13,8 @@ from underfoot.widgets import theme
 FULL_SCALE_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
 CLICK_PX = 4.0
+WORDS_PX = 76.0
+"""A smaller tile has its name only."""
 
 
 class TilePad(QWidget):
@@ -37,7 +39,7 @@ class TilePad(QWidget):
         self.setToolTip(
             "Click: strike the tile.\nDrag: press it; a longer drag presses harder.\nSpace: strike its middle."
         )
-        self.setMinimumSize(96, 96)
+        self.setMinimumSize(72, 72)
 
     @property
     def tile(self) -> Tile:
@@ -146,7 +148,8 @@ class TilePad(QWidget):
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))
         if self._began is None:
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{self.tile.id}\nclick strikes\ndrag presses")
+            words = "" if area.width() < WORDS_PX else "\nclick strikes\ndrag presses"
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{self.tile.id}{words}")
         elif self._force_n > 0.0:
             radius = 6.0 + 18.0 * share
             painter.setPen(QPen(QColor(theme.FORCE), 1.5))
