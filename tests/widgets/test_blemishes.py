@@ -13,6 +13,7 @@ from windows import quiet_window
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
+from underfoot.widgets.design.preview import LEAST_SIDE_PX
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.main_bar import MainBar
 
@@ -109,3 +110,24 @@ def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
     QTest.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=monitor.map.rect().center())
     monitor.draw()
     assert {label.text() for label in monitor.readouts} == {"– N"}
+
+
+def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.setMinimumSize(800, 533)
+    window.resize(800, 533)  # text at 150 % on 1280 x 800 is a little wider
+    window.make_workspaces()
+
+    def shown(name):
+        window.show_workspace(name)
+        QApplication.processEvents()
+        return window.workspaces[name]
+
+    press = shown("Monitor").press_n
+    assert press.width() >= press.sizeHint().width()
+    assert shown("Recordings").steps.plot.width() >= 20 * theme.GRID
+    about = shown("Scenes").panel.about
+    assert about.height() >= about.heightForWidth(about.width())
+    preview = shown("Design").preview
+    assert preview.waveform.width() > 1.5 * preview.spectrum.width()
+    assert preview.spectrum.width() >= LEAST_SIDE_PX
