@@ -296,6 +296,7 @@ class PreviewPanel(QWidget):
         self.spectrum.set_margins(NO_FREQUENCIES if on["Spectrogram"] else FREQUENCIES)
         self._arranged_for = (self._side_px, self._is_small)
         self._plots.setColumnMinimumWidth(1, self._side_px)
+        self.pad.set_small(self._is_small)
         below = on["Spectrogram"] or on["Spectrum"]
         self.waveform.set_margins(NO_TIMES if on["Spectrogram"] else TIMES)
         self._plots.setRowStretch(0, 2 if on["Waveform"] or not below else 0)
