@@ -312,6 +312,7 @@ QTreeView::item, QListView::item {{ padding: 2px 4px; border-radius: 4px; }}
 QTreeView::item:hover, QListView::item:hover {{ background: {RAISED}; }}
 QTreeView::item:selected, QListView::item:selected {{ background: {HOVER}; color: {TEXT}; }}
 QTableView {{ gridline-color: {LINE}; }}
+QAbstractScrollArea::corner {{ background: transparent; border: none; }}
 QHeaderView::section {{ background: {PANEL}; color: {MUTED}; border: none; padding: 4px 6px; }}
 QHeaderView::up-arrow, QHeaderView::down-arrow {{ subcontrol-position: top center; width: 9px; height: 6px; }}
 QScrollArea {{ background: transparent; border: none; }}

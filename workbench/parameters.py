@@ -37,6 +37,11 @@ class Parameter:
         return False
 
     @property
+    def initial(self) -> Any:
+        """Value that a node added by hand has, and that a control goes back to."""
+        return self.default
+
+    @property
     def allowed(self) -> str:
         """Description of the allowed values."""
         raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
@@ -61,6 +66,9 @@ class Number(Parameter):
     detent at 0 dB; "amplitude", shown in its unit. Files and wires have the number itself. A gain that may be negative
     is set by its size, and inverted by a button.
 
+    `default` is the value where a file has none. `added` is the value of a node added by hand, if that default would be
+    too strong alone on a tile: files may leave the default out, so that it cannot change.
+
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
     underfoot.errors.BadValue:  is 3; allowed: 0 to 2 m
@@ -72,11 +80,16 @@ class Number(Parameter):
     scale: str = field(default="linear", kw_only=True)
     wire: str = field(default="", kw_only=True)
     fades: bool = field(default=False, kw_only=True)
+    added: float | None = field(default=None, kw_only=True)
     kind: ClassVar[str] = "number"
 
     @property
     def is_ramped(self) -> bool:
         return not self.fades
+
+    @property
+    def initial(self) -> float:
+        return float(self.default if self.added is None else self.added)
 
     @property
     def allowed(self) -> str:

@@ -10,9 +10,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
 from windows import quiet_window
 
+from underfoot.nodes import REGISTRY as NODES
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.design.node_list import NodeList
 from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
+from underfoot.widgets.design.preview import LEAST_SIDE_PX
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.main_bar import MainBar
 
@@ -109,3 +112,42 @@ def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
     QTest.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=monitor.map.rect().center())
     monitor.draw()
     assert {label.text() for label in monitor.readouts} == {"– N"}
+
+
+def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.setMinimumSize(800, 533)
+    window.resize(800, 533)  # text at 150 % on 1280 x 800 is a little wider
+    window.make_workspaces()
+
+    def shown(name):
+        window.show_workspace(name)
+        QApplication.processEvents()
+        return window.workspaces[name]
+
+    press = shown("Monitor").press_n
+    assert press.width() >= press.sizeHint().width()
+    assert shown("Recordings").steps.plot.width() >= 20 * theme.GRID
+    about = shown("Scenes").panel.about
+    assert about.height() >= about.heightForWidth(about.width())
+    preview = shown("Design").preview
+    assert preview.waveform.width() > 1.5 * preview.spectrum.width()
+    assert preview.spectrum.width() >= LEAST_SIDE_PX
+
+
+def test_a_node_and_its_family_do_not_lie_on_one_another_in_a_list(qtbot):
+    def with_and_without_family(width):
+        listed = NodeList(NODES)
+        qtbot.addWidget(listed)
+        listed.resize(width, 40)
+        show(qtbot, listed)
+        listed.filter_by("breakpoint envelope")
+        there = listed.grab().toImage()
+        for role in range(Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 8):
+            if listed.item(0).data(role) == NODES["breakpoints"].family:
+                listed.item(0).setData(role, "")
+        return there, listed.grab().toImage()
+
+    wide, narrow = with_and_without_family(360), with_and_without_family(176)
+    assert wide[0] != wide[1]
+    assert narrow[0] == narrow[1]

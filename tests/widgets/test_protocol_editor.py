@@ -6,7 +6,7 @@ import pytest
 from made_studies import TD, protocol_text
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QPushButton
+from PySide6.QtWidgets import QMessageBox, QPushButton, QScrollArea, QTableWidget
 from windows import choose_file, dialog_of
 
 from underfoot.experiments.foot import FootAnswer
@@ -347,3 +347,16 @@ def test_stimuli_come_from_a_table_after_asking(made):
     protocol_editor.stimuli.import_table(table)
     assert made.said[-1] == f"{table}, line 2: like is 'B'; allowed: a stimulus of the protocol (A, nothing)"
     assert list(protocol_editor.draft.raw["stimuli"]) == ["A", "nothing"]
+
+
+@pytest.mark.parametrize("width", [960, 1024, 1280])  # 1920 at 200 %, the least width, a usual one
+def test_no_field_of_a_study_is_cut_in_a_narrow_window(made, width):
+    made.workspace.resize(width, 540)
+    made.click(made.workspace.list.copy_button)
+    for page in range(5):
+        made.page(page)
+        areas = [area for area in made.protocol_editor.findChildren(QScrollArea) if area.isVisible()]
+        made.qtbot.waitUntil(lambda areas=areas: all(a.widget().width() <= a.viewport().width() for a in areas))
+    made.page(1)
+    table = made.protocol_editor.findChild(QTableWidget)
+    assert table.columnWidth(question_table.COLUMNS.index("text")) >= question_table.TEXT_PX

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from windows import quiet_window
 
 from underfoot import render
+from underfoot.nodes import REGISTRY
 from underfoot.widgets.design.preset_browsing import PresetDialog
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -107,3 +108,25 @@ def test_the_thesis_s_tacton_is_built_kept_found_compared_and_undone(window, qtb
         design.redo_action.trigger()
     assert design.patch().dumps() == whole
     assert json.loads(whole)["groups"]
+
+
+def test_a_node_that_would_be_too_strong_alone_begins_softly_and_goes_back_to_that(window, qtbot):
+    design, hand = window.workspaces["Design"], Hand(window.workspaces["Design"])
+    canvas = design.canvas
+    hand.add("stick-slip")
+    level = REGISTRY["stick-slip"].parameters["level"]
+    assert design.patch().node("stick-slip").parameters == {"level": level.initial}
+    assert level.initial < level.default
+    editor = design.inspector.editors["level"]
+    assert not editor.reset_button.isVisible()
+    editor.field.selectAll()
+    QTest.keyClicks(editor.field, "x0.5")
+    QTest.keyClick(editor.field, Qt.Key.Key_Return)
+    assert design.patch().node("stick-slip").parameters["level"] == pytest.approx(0.5)
+    qtbot.mouseClick(editor.reset_button, Qt.MouseButton.LeftButton)
+    assert design.patch().node("stick-slip").parameters["level"] == level.initial
+    canvas.setFocus()
+    QTest.keyClick(canvas, Qt.Key.Key_R)
+    QTest.keyClicks(canvas.search.field, "impact")
+    QTest.keyClick(canvas.search.field, Qt.Key.Key_Return)
+    assert design.patch().nodes[0].parameters == REGISTRY["impact"].initial

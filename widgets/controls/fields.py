@@ -25,7 +25,7 @@ class ParameterEditor(QWidget):
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.parameter = parameter
-        self._value: Any = parameter.default
+        self._value: Any = parameter.initial
         self._mixed = ""
         self.label = theme.label(parameter.label, "muted")
         self.label.setToolTip(help_text(parameter))
@@ -34,7 +34,7 @@ class ParameterEditor(QWidget):
         self.reset_button.setProperty("role", "flat")
         self.reset_button.setFixedSize(20, 20)
         self.reset_button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.reset_button.setToolTip(f"Back to {value_text(parameter, parameter.default)}")
+        self.reset_button.setToolTip(f"Back to {value_text(parameter, parameter.initial)}")
         self.reset_button.clicked.connect(self.reset)
         keep = self.reset_button.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
@@ -66,9 +66,9 @@ class ParameterEditor(QWidget):
             theme.set_role(self.label, "force" if values else "muted")
 
     def reset(self) -> None:
-        """Back to the default, as a person's change."""
+        """Back to the initial value, as a person's change."""
         self.edit_began.emit()
-        self._commit(self.parameter.default)
+        self._commit(self.parameter.initial)
         self._show()
 
     def _show(self) -> None:
@@ -84,7 +84,7 @@ class ParameterEditor(QWidget):
             self.value_changed.emit(checked)
 
     def _show_reset(self) -> None:
-        self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.default))
+        self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.initial))
 
     def _place_control(self, widget: QWidget) -> None:
         """The control proper, under the label, and known to people who hear the screen."""

@@ -66,7 +66,7 @@ class NumberEditor(ParameterEditor):
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
         self.field.focus_lost.connect(self._show_rounded)
         self.field.committed.connect(self._typed)
-        self.set_value(parameter.default)
+        self.set_value(parameter.initial)
 
     def _add_inversion(self) -> None:
         """A button beside the slider for the sign: the slider sets a size, and no drag passes through silence."""
@@ -94,7 +94,7 @@ class NumberEditor(ParameterEditor):
         self.slider.set_accent(colour or theme.VIBRATION)
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
-        self.reset_button.setVisible(not by and self._value != self.parameter.default)
+        self.reset_button.setVisible(not by and self._value != self.parameter.initial)
         text, ends = f"driven by {by}", ""
         if by and signal_range is not None:
             parameter = self.parameter

@@ -94,6 +94,8 @@ class Selection(NamedTuple):
     """The one that is selected is a node."""
     is_group: bool
     """A group, or what is in one, is selected."""
+    is_sub_patch: bool
+    """The one that is selected is a sub-patch."""
     has_wire: bool
     inside: bool
     """One looks into a sub-patch."""
@@ -116,7 +118,9 @@ def context_menu(
             menu.addAction(actions["ungroup"])
             colour = menu.addMenu("Colour")
             colour.addActions([actions[action.name] for action in COLOUR_ACTIONS])
-        menu.addActions([actions["collapse"], actions["enter"]])
+        menu.addAction(actions["collapse"])
+        if chosen.is_sub_patch:
+            menu.addAction(actions["enter"])
         menu.addSeparator()
     if chosen.inside:
         menu.addAction(actions["leave"])

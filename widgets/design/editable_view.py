@@ -63,13 +63,15 @@ class EditableView(PatchView):
     ) -> None:
         """Add a node with its title under `place`, or in the middle of what is seen, and select it.
 
-        A wire from the port `from_port` (its name, and "in" or "out") is connected to the node, instead of `old_wire`.
-        `into` is a wire that the node is put into.
+        A wire from the port `from_port` (its name, and "in" or "out") is connected to the node, instead of `old_wire`;
+        the node that feeds an input ends at `place`. `into` is a wire that the node is put into.
         """
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
-        after = patch.add(type, self.registry, self._free_place(type, place))
+        feeds = from_port is not None and from_port[1] == "in"
+        at = self._free_place(type, place, feeds)
+        after = patch.add(type, self.registry, at, **self.registry[type].initial)
         id = after.nodes[-1].id
         around = self._group_of(into) if into else self.inside
         if around:
@@ -83,9 +85,10 @@ class EditableView(PatchView):
         self.patch_scene.select([id])
         self.ensure_visible([id])
 
-    def _free_place(self, type: str, place: QPointF) -> tuple[float, float]:
+    def _free_place(self, type: str, place: QPointF, ends_there: bool = False) -> tuple[float, float]:
         shape = node_geometry(description_of(self.registry[type]), (), False)
-        x, y = snapped(place.x() - 16.0, place.y() - TITLE / 2)
+        left = 16.0 if not ends_there else shape.width
+        x, y = snapped(place.x() - left, place.y() - TITLE / 2)
         dx, dy = shift_to_free_place([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
         return x + dx, y + dy
 

@@ -298,8 +298,12 @@ class _Row(QStyledItemDelegate):
             cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
             painter.drawText(room, align, cut)
             if index.data(_NOTE):
-                painter.setFont(theme.font(theme.SMALL_PX))
-                painter.setPen(QColor(theme.MUTED))
-                align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(rect.adjusted(20, 0, -6, 0), align, index.data(_NOTE))
+                self._paint_note(painter, room.adjusted(painter.fontMetrics().horizontalAdvance(cut), 0, -2, 0), index)
         painter.restore()
+
+    def _paint_note(self, painter: QPainter, room: QRect, index: QModelIndex | QPersistentModelIndex) -> None:
+        """In small letters at the end of the line; not where the name leaves no room for them."""
+        painter.setFont(theme.font(theme.SMALL_PX))
+        if painter.fontMetrics().horizontalAdvance(index.data(_NOTE)) + theme.GRID <= room.width():
+            painter.setPen(QColor(theme.MUTED))
+            painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, index.data(_NOTE))

@@ -89,6 +89,7 @@ class PresetPanel(QWidget):
         if self._auditioned is not None:
             self._auditioned = None
             self.audition_changed.emit(None)
+            self.notified.emit("Hearing your patch again.")
 
     def close_down(self) -> None:
         """End what computes pictures."""
@@ -163,7 +164,8 @@ class PresetPanel(QWidget):
     def _choose(self, preset: Preset) -> None:
         self._audition_timer.stop()
         self._auditioned = None
-        self.chosen.emit(preset)
+        self.notified.emit(f"{preset.title}: undo brings your patch back.")
+        self.chosen.emit(preset)  # which says why, where it cannot be opened
 
     def _leave_field(self) -> None:
         if not self.list.hasFocus():

@@ -44,8 +44,8 @@ from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.plots.zoom_plot import ZoomPlot
 
 RANGES_DB = (60, 90, 120)
-SIDE_PX = 176
-"""The column of the tile and the spectrum."""
+SIDE_PX, LEAST_SIDE_PX = 176, 112
+"""The column of the tile and the spectrum; in a narrow panel it is a quarter, but not less than the second."""
 LAWS_PAGE = 3
 """How many laws of a node are drawn."""
 LATE_AFTER_MS = 400
@@ -163,7 +163,6 @@ class PreviewPanel(QWidget):
         self._plots.setColumnStretch(0, 1)
         self._plots.setRowStretch(0, 2)
         self._plots.setRowStretch(1, 3)
-        self._plots.setColumnMinimumWidth(1, SIDE_PX)
         self._step_page, self._law_page = QWidget(self), QWidget(self)
         self._step_page.setLayout(self._plots)
         self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS_PAGE)]
@@ -295,14 +294,26 @@ class PreviewPanel(QWidget):
         self.spectrogram.setVisible(on["Spectrogram"])
         self.spectrum.setVisible(on["Spectrum"])
         self.spectrum.set_margins(NO_FREQUENCIES if on["Spectrogram"] else FREQUENCIES)
+        self._arranged_for = (self._side_px, self._is_small)
+        self._plots.setColumnMinimumWidth(1, self._side_px)
+        self.pad.set_small(self._is_small)
         below = on["Spectrogram"] or on["Spectrum"]
         self.waveform.set_margins(NO_TIMES if on["Spectrogram"] else TIMES)
         self._plots.setRowStretch(0, 2 if on["Waveform"] or not below else 0)
         self._plots.setRowStretch(1, 3 if below else 0)
         alone = on["Spectrum"] and not on["Spectrogram"]
-        self.spectrum.setMaximumWidth(1_000_000 if alone else SIDE_PX)
+        self.spectrum.setMaximumWidth(1_000_000 if alone else self._side_px)
         self._plots.addWidget(self.spectrum, 1, 0 if alone else 1, 1, 2 if alone else 1)
         self._draw()
+
+    @property
+    def _is_small(self) -> bool:
+        """Whether there is no room for words in the spectrogram."""
+        return self.width() < NARROW_PX or self.height() < LOW_PX
+
+    @property
+    def _side_px(self) -> int:
+        return SIDE_PX if self.width() >= NARROW_PX else max(self.width() // 4, LEAST_SIDE_PX)
 
     # --- drawing ---
 
@@ -351,7 +362,7 @@ class PreviewPanel(QWidget):
             self._levels = spectrogram_db(now.values, rate, scale)
             shown = quantised_levels(self._levels, top_level(self._levels), range_db)
             heat = HeatMap(shown, now.view_ms, scale.range_hz)
-            caption = self.height() >= LOW_PX
+            caption = not self._is_small
             self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, caption=caption))
         if self.shows["Spectrum"].isChecked():
             self._line = line = spectrum_db(now.values, rate, scale)
@@ -372,7 +383,8 @@ class PreviewPanel(QWidget):
 
     def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)
-        self.spectrogram.show_drawing(preview_drawings.levels_over_time(None, self._scale, view_ms, why))
+        drawing = preview_drawings.levels_over_time(None, self._scale, view_ms, why, caption=not self._is_small)
+        self.spectrogram.show_drawing(drawing)
         self.spectrum.show_drawing(preview_drawings.no_spectrum(self._scale))
 
     @property
@@ -388,8 +400,8 @@ class PreviewPanel(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._name(self.short_title.text())
-        if (event.oldSize().height() < LOW_PX) != (self.height() < LOW_PX):
-            self._draw()
+        if self._arranged_for != (self._side_px, self._is_small):
+            self._arrange_plots()
 
     # --- zoom and cursor ---
 

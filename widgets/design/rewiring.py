@@ -112,14 +112,16 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
     """With a node of `type` in place of the node `id`: the patch, the new node's id, and how many wires were let go.
 
     A wire goes to the port of the same name, else to the first that is free and fits. Parameters of the same name and
-    unit keep their values.
+    unit keep their values, unless the old node merely began with them.
     """
     old = patch.node(id)
     new = patch.free_id(type)
+    began = registry[old.type].initial
     kept = {
         name: value
         for name, value in old.parameters.items()
-        if _accepts_value(registry[old.type].parameters[name], registry[type].parameters.get(name), value)
+        if (name, value) not in began.items()
+        and _accepts_value(registry[old.type].parameters[name], registry[type].parameters.get(name), value)
     }
     used: set[str] = set()
     wires, lost = [], 0
@@ -127,7 +129,7 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
         moved = _moved(patch, registry, wire, id, PlacedNode(new, type), used)
         lost += moved is None
         wires += [moved] if moved else []
-    node = msgspec.structs.replace(old, id=new, type=type, parameters=kept)
+    node = msgspec.structs.replace(old, id=new, type=type, parameters={**registry[type].initial, **kept})
     nodes = tuple(node if other.id == id else other for other in patch.nodes)
     groups = renamed([_without_published(group, id) for group in patch.groups], {id: new})
     after = msgspec.structs.replace(patch, nodes=nodes, wires=tuple(wires), groups=groups)

@@ -13,6 +13,8 @@ from underfoot.widgets import theme
 FULL_SCALE_N = 800.0
 """The force of a drag by the length of the tile's side: about a person's weight."""
 CLICK_PX = 4.0
+LEAST_PX, SMALL_PX = 96, 72
+"""A small tile has its name only."""
 
 
 class TilePad(QWidget):
@@ -37,7 +39,14 @@ class TilePad(QWidget):
         self.setToolTip(
             "Click: strike the tile.\nDrag: press it; a longer drag presses harder.\nSpace: strike its middle."
         )
-        self.setMinimumSize(96, 96)
+        self.set_small(False)
+
+    def set_small(self, small: bool) -> None:
+        """Whether there is little room: then the tile may be smaller, without words."""
+        self._is_small = small
+        side = SMALL_PX if small else LEAST_PX
+        self.setMinimumSize(side, side)
+        self.update()
 
     @property
     def tile(self) -> Tile:
@@ -146,7 +155,8 @@ class TilePad(QWidget):
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QColor(theme.MUTED))
         if self._began is None:
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{self.tile.id}\nclick strikes\ndrag presses")
+            words = "" if self._is_small else "\nclick strikes\ndrag presses"
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{self.tile.id}{words}")
         elif self._force_n > 0.0:
             radius = 6.0 + 18.0 * share
             painter.setPen(QPen(QColor(theme.FORCE), 1.5))

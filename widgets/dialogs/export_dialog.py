@@ -142,7 +142,7 @@ class ExportDialog(QDialog):
         patterns = " ".join(f"*{suffix}" for suffix in self.format.suffixes if suffix) or "*"
         name = f"{self._name}{suffix}"
         self._file_chooser.ask(
-            f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix
+            f"Export to {self.format.label}", f"{self.format.label} ({patterns})", self.begin, name, suffix, self
         )
 
     def begin(self, path: Path) -> None:

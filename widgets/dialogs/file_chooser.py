@@ -22,10 +22,11 @@ class FileChooser:
         then: Callable[[Path], object],
         save_as: str = "",
         suffix: str = ".json",
+        over: QWidget | None = None,
     ) -> None:
         """Ask for a file and go on with `then`; for one to be written where there is a name `save_as` to begin with.
 
-        A name without a suffix gets `suffix`.
+        A name without a suffix gets `suffix`. A question `over` a dialog ends with it: nobody waits for an answer then.
         """
 
         def chosen(name: str) -> None:
@@ -34,7 +35,7 @@ class FileChooser:
             except UnderfootError as error:
                 self._notify(str(error))
 
-        dialog = file_dialog(self._window, title, self._folder(), filter)
+        dialog = file_dialog(over or self._window, title, self._folder(), filter)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
         if save_as:
             dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)

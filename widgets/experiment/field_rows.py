@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QPlainTextEdit, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QLineEdit, QPlainTextEdit, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption, shown_name
@@ -15,6 +16,8 @@ from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pre
 from underfoot.widgets import theme
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
+LEAST_CONTROL_PX, NARROW_PX = 12 * theme.GRID, 76 * theme.GRID
+"""In a form that is narrower controls give way, and what is said of a field stands under it."""
 LONG_TEXTS = ("about", "text")
 """Fields with several lines."""
 
@@ -35,13 +38,17 @@ class FieldRows(QWidget):
         super().__init__()
         self._values, self._stimuli = values, stimuli
         self.controls: dict[str, QWidget] = {}
-        grid = QGridLayout(self)
+        self._lines: list[tuple[int, QWidget, QLabel]] = []
+        """Rows of the grid that have a control, and beside or below it what is said of it."""
+        self._is_narrow = False
+        self._grid = grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(theme.GRID)
         grid.setVerticalSpacing(theme.GRID // 2)
         grid.setColumnMinimumWidth(0, LABEL_PX)
         grid.setColumnStretch(2, 1)
-        for row, (name, parameter) in enumerate(parameters.items()):
+        for index, (name, parameter) in enumerate(parameters.items()):
+            row = 2 * index
             text, unit = shown_name(name, parameter), caption(name)[1]
             label = theme.label(text, "muted")
             control = self._control(name, parameter, values.get(name, parameter.default))
@@ -54,12 +61,28 @@ class FieldRows(QWidget):
             if wide:
                 grid.addWidget(control, row, 1, 1, 2)
                 continue
-            control.setFixedWidth(CONTROL_PX)
             unit = pretty_unit(getattr(parameter, "unit", "") or unit)
             said = theme.label("  ".join(part for part in (unit, pretty_text(parameter.doc)) if part), "small")
             said.setWordWrap(True)
             grid.addWidget(control, row, 1)
-            grid.addWidget(said, row, 2)
+            self._lines.append((row, control, said))
+        self._arrange()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if self._is_narrow != (self.width() < NARROW_PX):
+            self._is_narrow = not self._is_narrow
+            self._arrange()
+
+    def _arrange(self) -> None:
+        narrow = self._is_narrow
+        self._grid.setColumnStretch(1, 1 if narrow else 0)
+        self._grid.setColumnStretch(2, 0 if narrow else 1)
+        for row, control, said in self._lines:
+            control.setMinimumWidth(LEAST_CONTROL_PX if narrow else CONTROL_PX)
+            control.setMaximumWidth(CONTROL_PX)
+            self._grid.addWidget(said, row + narrow, 1 if narrow else 2)
+            said.setVisible(bool(said.text()) or not narrow)
 
     def _set(self, name: str, value: Any) -> None:
         self._values[name] = value

@@ -3,10 +3,10 @@
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
-    QHeaderView,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
@@ -23,6 +23,8 @@ from underfoot.widgets.experiment.field_rows import parsed_value, value_text
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
 _FIELDS = fields_of(Question, COLUMNS)
 _WIDTHS = {"name": 120, "kind": 96, "low": 56, "high": 56, "options": 200, "unit": 64}
+TEXT_PX = 20 * theme.GRID
+"""The least width of a question's text."""
 _TIPS = {
     "name": "Its column in the table of trials",
     "options": "Of a choice, separated by commas; by semicolons where one has a comma in it",
@@ -49,7 +51,6 @@ class QuestionTable(QWidget):
             heading = self.table.horizontalHeaderItem(index)
             if heading is not None:
                 heading.setToolTip(_TIPS.get(column, ""))
-        self.table.horizontalHeader().setSectionResizeMode(COLUMNS.index("text"), QHeaderView.ResizeMode.Stretch)
         self.add, self.remove = QPushButton("Add a question"), QPushButton("Remove")
         row = QHBoxLayout()
         for button in (self.add, self.remove):
@@ -64,6 +65,13 @@ class QuestionTable(QWidget):
         self.add.clicked.connect(self._add)
         self.remove.clicked.connect(self._remove)
         self._show()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The text of a question has the room that is left, but can always be read."""
+        super().resizeEvent(event)
+        text = COLUMNS.index("text")
+        others = sum(self.table.columnWidth(index) for index in range(len(COLUMNS)) if index != text)
+        self.table.setColumnWidth(text, max(self.table.viewport().width() - others, TEXT_PX))
 
     def _show(self) -> None:
         with QSignalBlocker(self.table):

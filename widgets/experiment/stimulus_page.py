@@ -30,7 +30,7 @@ from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.experiment.background import BackgroundWorker
-from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, FieldRows
+from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, LEAST_CONTROL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
 
 LEVELS = ("level_m_s2", "measured_m_s2", "stiffness_n_mm", "correct")
@@ -376,10 +376,11 @@ def _row(text: str, *controls: QWidget, wide: bool = False) -> QHBoxLayout:
     row.addWidget(label)
     for control in controls:
         if not wide:
-            control.setFixedWidth(CONTROL_PX // len(controls))
+            control.setMinimumWidth(LEAST_CONTROL_PX // len(controls))
+            control.setMaximumWidth(CONTROL_PX // len(controls))
         if text:
             control.setAccessibleName(control.accessibleName() or text)
-        row.addWidget(control)
+        row.addWidget(control, 100)
     if not wide:
         row.addStretch(1)
     return row

@@ -422,7 +422,7 @@ class MonitorWorkspace(Workspace):
             QShortcut(keys, self, do)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
-        across.addWidget(with_header(self._floor_head(), self.map, ((self.walker, self.tare),)))
+        across.addWidget(with_header(self._floor_head(), self.map, ((self.walker, self.tare), (self._press_label,))))
         across.addWidget(column(plots, self.back, body=plots))
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)

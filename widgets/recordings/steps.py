@@ -38,6 +38,7 @@ class RecordedSteps(QWidget):
         self._choice = -1
         self.table = StepTable(1_000_000, sortable=True)
         self.plot = Plot("Force over stance")
+        self.plot.setMinimumWidth(20 * theme.GRID)
         self.count = theme.label("", "muted")
         self.filters = {name: QComboBox() for name in _FILTERS}
         head: list[QWidget | None] = [theme.label("Steps", "title"), self.count, None]
@@ -55,7 +56,7 @@ class RecordedSteps(QWidget):
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
         table = with_header(head, WholeRows(self.table), [[self.copy_button], list(self.filters.values())])
-        table.setMinimumWidth(40 * theme.GRID)
+        table.setMinimumWidth(30 * theme.GRID)
         across.addWidget(table)
         holder = QWidget()
         inside = QHBoxLayout(holder)

@@ -48,7 +48,9 @@ class Impact:
         "of the displacement", "a blow, with 0.1 s of ringing", "underfoot.models.modal.strike_error"
     )
     strike = Input(kind="event", doc="launches the hammer; strength scales the velocity")
-    velocity = Number(0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", doc="hammer velocity at strength 1")
+    velocity = Number(
+        0.5, 0.001, 20.0, unit="m/s", scale="log", wire="span", added=0.05, doc="hammer velocity at strength 1"
+    )
     mass = Number(0.05, 1e-4, 10.0, unit="kg", scale="log", doc="mass of the hammer")
     stiffness = Number(1e5, 1e3, 1e13, unit="N/m^a", scale="log", doc="contact stiffness: soft 1e4, hard 1e11")
     exponent = Number(1.5, 1.0, 4.0, doc="exponent a of the contact force: 1 is a spring, 1.5 a sphere")

@@ -91,7 +91,9 @@ class FibreGrid:
     renewal = Number(
         0.25, 0.01, 10.0, unit="s", scale="log", doc="time without load after which the ground is intact again"
     )
-    loudness = Number(1.0, 0.0, 1000.0, scale="gain", doc="strength of an event with energy k_F lambda^2 / 2")
+    loudness = Number(
+        1.0, 0.0, 1000.0, scale="gain", added=0.05, doc="strength of an event with energy k_F lambda^2 / 2"
+    )
     softness = Number(0.5, 0.0, 2.0, doc="exponent from energy to strength; 0.5 makes strength a velocity")
     columns = Count(3, 1, 8, doc="number of cells along the tile's x axis")
     rows = Count(3, 1, 8, doc="number of cells along the tile's y axis")

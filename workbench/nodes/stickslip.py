@@ -59,7 +59,9 @@ class StickSlip:
     loudness = Number(
         1.0, 0.0, 1000.0, scale="gain", wire="span", doc="strength of a mean slip at reference force and 0.1 m/s"
     )
-    level = Number(0.1, 0.0, 100.0, scale="gain", wire="audio", doc="factor on the acceleration of the block")
+    level = Number(
+        0.1, 0.0, 100.0, scale="gain", wire="audio", added=0.01, doc="factor on the acceleration of the block"
+    )
     acceleration = Output("m/s^2", doc="acceleration of the block: one cycle of a sine per slip")
     events = Output(kind="event", doc="starts of slips; strength is proportional to the distance")
     state = Layout("stick_slip_node", "per_newton", slips=texture.STATE)

@@ -168,6 +168,11 @@ class NodeType:
             for name, parameter in self.parameters.items()
         }
 
+    @property
+    def initial(self) -> dict[str, Any]:
+        """What a node added by hand is given: parameters that begin with another value than their default."""
+        return {name: one.initial for name, one in self.parameters.items() if one.initial != one.default}
+
 
 Registry = Mapping[str, NodeType]
 """Node types by their name in files."""

@@ -246,3 +246,16 @@ def test_a_squeak_is_found_by_words_for_it(qtbot, typed):
     qtbot.addWidget(nodes)
     nodes.filter_by(typed)
     assert nodes.types()[0] == "stick-slip"
+
+
+def test_a_node_pulled_from_an_input_ends_where_the_wire_was_let_go(line):
+    line.set_patch(Patch().add("shaker", REGISTRY, (560.0, 0.0)))
+    line.canvas.zoom_to(1.0)
+    start = port(line, "shaker", "in", "acceleration")
+    end = start - QPoint(240, 0)
+    drag(line, start, end)
+    choose(line, "hum")
+    assert line.patch().wires == (WIRE,)
+    there = port(line, "hum", "out", "out")
+    moved = port(line, "shaker", "in", "acceleration") - start  # the view may have followed
+    assert abs(there.x() - end.x() - moved.x()) <= 8

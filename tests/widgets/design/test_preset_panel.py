@@ -149,3 +149,17 @@ def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
     picture = picture_of(path)
     assert picture.peak_m_s2 == pytest.approx(levels.commanded.peak_m_s2, rel=0.05)
     assert picture.envelope.max() == 1.0
+
+
+def test_what_is_said_to_be_heard_is_heard(panel, qtbot):
+    said = QSignalSpy(panel.notified)
+    panel.list.setFocus()
+    panel.list.step(1)
+    qtbot.waitUntil(lambda: said.count() == 1)
+    assert said.at(0)[0].startswith(f"Hearing {panel.list.current().title}.")
+    qtbot.keyClick(panel.list, Qt.Key.Key_Escape)
+    assert said.at(1)[0] == "Hearing your patch again."
+    panel.list.setFocus()
+    panel.list.step(1)
+    qtbot.keyClick(panel.list, Qt.Key.Key_Return)
+    assert "undo brings your patch back" in said.at(said.count() - 1)[0]

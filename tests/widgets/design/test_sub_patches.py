@@ -3,7 +3,9 @@
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
 from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.patch.patch import Patch
 
@@ -38,6 +40,18 @@ def collapse(workspace, *ids):
 
 def in_view(workspace, place):
     return workspace.canvas.mapFromScene(place)
+
+
+def menu_texts(workspace, place):
+    """What the context menu at a place of the canvas offers."""
+    reason = QContextMenuEvent.Reason.Mouse
+    QApplication.sendEvent(
+        workspace.canvas.viewport(), QContextMenuEvent(reason, place, workspace.canvas.viewport().mapToGlobal(place))
+    )
+    menu = next(menu for menu in workspace.canvas.findChildren(QMenu) if menu.isVisible())
+    texts = [action.text() for action in menu.actions()]
+    menu.close()
+    return texts
 
 
 # --- names and notes ---
@@ -247,3 +261,10 @@ def test_a_sub_patch_that_is_muted_shows_it(row):
     assert block.node.marks == ("muted",)
     row.document.edit(row.patch().mark(["through"], "soloed", True), "Solo")
     assert "soloed" in block.node.marks
+
+
+def test_only_a_sub_patch_can_be_looked_into(row):
+    look = "Look into the sub-patch"
+    assert look not in menu_texts(row, middle(row, "through"))
+    item = collapse(row, "through", "through1")
+    assert look in menu_texts(row, in_view(row, item.sceneBoundingRect().center()))

@@ -7,6 +7,7 @@ import pytest
 from format_rules import RULES
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QWidget
+from shiboken6 import isValid
 from windows import LONG_MS
 
 from underfoot.exchange.format import Export
@@ -42,7 +43,8 @@ def opened(qtbot, tmp_path):
         return made[0]
 
     yield open_it
-    made[0].close()
+    if isValid(made[0]):
+        made[0].close()
     assert not [child for child in multiprocessing.active_children() if "export" in child.name]
 
 
@@ -104,3 +106,15 @@ def test_what_cannot_be_written_is_said(opened, qtbot, tmp_path):
     export_to(qtbot, dialog, tmp_path / "a.csv")
     qtbot.waitUntil(lambda: "plays nothing" in dialog.message.text(), timeout=LONG_MS)
     assert FORMATS["csv"].suffix == ".csv"
+
+
+def test_a_file_question_ends_with_the_dialog_that_asked(opened, qtbot):
+    dialog = opened(SINE)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)  # as in the window
+    window = dialog.parent()
+    qtbot.mouseClick(dialog.write, Qt.MouseButton.LeftButton)
+    question = window.findChild(QFileDialog)
+    assert question.isVisible()
+    dialog.close()
+    qtbot.waitUntil(lambda: not isValid(question))
+    assert window.findChild(QFileDialog) is None
