@@ -343,7 +343,7 @@ class PreviewPanel(QWidget):
         self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: PreviewSignal, other: PreviewSignal | None) -> None:
-        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent))
+        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent, self._other_slot))
         self._show_note(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale, rate = self._scale, now.rate_hz

@@ -53,6 +53,8 @@ class SessionController(QObject):
     """The last `Preview` requested, and its node."""
     outlines_computed = Signal(object)
     """The last `Outlines` requested."""
+    equaliser_changed = Signal(str)
+    """The tile whose calibrated vibration is used from now on: what it does of a signal is another."""
     _session_closed = Signal()
     _session_made = Signal(object)
     _session_failed = Signal(str)
@@ -191,6 +193,7 @@ class SessionController(QObject):
             self.target = replace(self.target, profiles=str(folder))
         if kind == "response":
             self.send(TileEqualiser.of_profile(profile.tile, profile))
+            self.equaliser_changed.emit(profile.tile)
         elif kind == "fsr" and self.session is not None:
             self.reopen()
 
