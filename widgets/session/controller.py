@@ -86,6 +86,8 @@ class SessionController(QObject):
         self._preview_ticket, self._preview_node = 0, ""
         self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
         self._opening_thread: threading.Thread | None = None
+        self._opening_target = self.target
+        """The session of it may add what its profiles say."""
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -227,6 +229,7 @@ class SessionController(QObject):
             self.released.emit()
             return
         target, patch, folder = self.target, self._patch, self._patch_folder
+        self._opening_target = target
         engine, self._engine = self._engine, None
 
         def make() -> None:
@@ -249,7 +252,7 @@ class SessionController(QObject):
         if self._is_leaving:
             return
         self._new_session = None
-        if session.target != self.target or self._is_released:
+        if self._opening_target != self.target or self._is_released:
             self._end(session)
             return
         if self._is_changing:
