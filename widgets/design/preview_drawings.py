@@ -39,7 +39,7 @@ def waveform(
     name = "commanded" if now.measured is not None else "this slot" if other is not None else ""
     drawn = [(name, now.values, "force" if now.is_force else "vibration")]
     if now.measured is not None:
-        drawn.append(("measured", now.measured, "contact"))
+        drawn.append(("measured", now.measured, "measured"))
     if other is not None:
         drawn.append((f"slot {other_slot}", other.values, "events"))
     low = min(float(values.min(initial=0.0)) for _, values, _ in drawn)
@@ -116,7 +116,7 @@ def sensation(
     bottom = top - range_db
     lines = [
         Series("commanded", np.maximum(commanded, bottom), bands_hz, "heat", "muted"),
-        Series("measured", np.maximum(measured, bottom), bands_hz, colour="contact"),
+        Series("measured", np.maximum(measured, bottom), bands_hz, colour="measured"),
         Series("felt, hard shoe", np.clip(threshold, bottom, top), bands_hz, "dashed", "muted"),
     ]
     if other_m_s2 is not None:
