@@ -188,3 +188,11 @@ def test_the_wheel_carries_all_packages_presets_and_firmware():
         for glob in settings["package-data"].get(package, ()):
             assert any((ROOT / folder).glob(glob)), f"{glob} of {package} is not there"
     assert set(settings["packages"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "key"), [("sine constant", "SC"), ("white proportional", "WP"), ("textured dynamic", "TD")]
+)
+def test_the_thesis_stimuli_are_found_by_noise_and_envelope_and_their_names_fit_a_row(words, key):
+    found = [preset.title for preset in preset_files.ranked(preset_files.all_presets(), words)]
+    assert found[:2] == [f"Stimulus {key}, A = 1.0", f"Stimulus {key}, A = 0.5"]

@@ -326,11 +326,9 @@ class FloorMap(QWidget):
                 painter.setPen(QColor(theme.TEXT))
                 painter.drawText(area.adjusted(0, line, 0, 0), Qt.AlignmentFlag.AlignRight, f"{load_n:.0f} N")
             if self._untared[row] and area.width() >= 48.0:
-                painter.setPen(QColor(theme.ALARM))
-                painter.drawText(area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
+                _paint_alarm(painter, area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
             if self._deviating[row] and area.width() >= 48.0:
-                painter.setPen(QColor(theme.ALARM))
-                painter.drawText(area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command")
+                _paint_alarm(painter, area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command")
             if peak > _MIN_SHOWN_PEAK:
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
@@ -458,6 +456,13 @@ def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: floa
         within = [room for room in rooms if area.contains(room)] or rooms[:1]
         placed.append(min(within, key=lambda room: sum(_common(room, other) for other in (*others, *placed))))
     return placed
+
+
+def _paint_alarm(painter: QPainter, area: QRectF, flags: Qt.AlignmentFlag, text: str) -> None:
+    """Red words on the background of plots: on the amber of a loaded tile they could not be read."""
+    painter.fillRect(painter.boundingRect(area, flags, text).adjusted(-3, 0, 3, 0), QColor(theme.GROUND))
+    painter.setPen(QColor(theme.ALARM))
+    painter.drawText(area, flags, text)
 
 
 def _common(one: QRectF, other: QRectF) -> float:

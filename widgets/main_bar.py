@@ -38,6 +38,8 @@ READABLE_PX = 7 * theme.GRID
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
 
+_LATENCY = ("Latency, est.", "Latency, meas.")
+"""Estimated and measured; which, and of what, is told in its tooltip."""
 _XRUNS = "Buffer underruns: how often the sound device ran out of samples because the engine was late"
 
 
@@ -174,6 +176,7 @@ class MainBar(QWidget):
             self._make_room()
         own, stream = 1e3 * health.latency_s, 1e3 * health.stream_latency_s
         self.latency.show_value(f"{own:.1f} + {stream:.1f} ms" if running else "–")
+        self.latency.show_name(_LATENCY[bool(health.round_trip_s)])
         self.latency.setToolTip(
             f"{own:.2f} ms from the arrival of a force sample to the first output that it can change, "
             f"of which {1e3 * health.hold_s:.2f} ms because some samples come late; "
@@ -320,7 +323,7 @@ class MainBar(QWidget):
         self.xruns.setToolTip(_XRUNS)
         self.lost = Readout("Lost", "0000")
         self.lost.setToolTip("Force samples that were sent and did not arrive")
-        self.latency = Readout("Latency", "00.0 + 00.0 ms")
+        self.latency = Readout(_LATENCY[False], "00.0 + 00.0 ms")
         for figure in (self.engine, self.asleep, self.xruns, self.lost, self.latency):
             self._layout.addWidget(figure)
         audio = QToolButton()
@@ -351,6 +354,11 @@ class Readout(QFrame):
         layout.addStretch(1)
         metrics = self._value.fontMetrics()
         self.setFixedWidth(max(metrics.horizontalAdvance(text) for text in (widest_text, name)) + 2)
+
+    def show_name(self, name: str) -> None:
+        """Another name, no longer than the first."""
+        self._name.setText(name)
+        self.setAccessibleName(name)
 
     def show_value(self, text: str, *, alarm: bool = False) -> None:
         """A value with its unit, in red as an alarm."""

@@ -44,6 +44,7 @@ TEXT_BACKGROUNDS = {
 
 LINE_BACKGROUNDS = {
     "faint": ("ground", "panel", "raised"),
+    "measured": ("ground", "panel"),
     **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised", "hover")),
     **{name: ("ground", "panel") for name in look.COLOURS if name.startswith("corner")},
     "onset": ("ground",),

@@ -10,6 +10,8 @@ from underfoot.calibration.science.sweep import exponential, find_passes, growth
 from underfoot.calibration.science.tones import harmonics
 from underfoot.calibration.science.transfer_function import measure
 from underfoot.errors import BadMeasurement, BadValue
+from underfoot.floor.layout import LOADS, default_floor
+from underfoot.floor.simulated_tile import SimulatedTile
 
 RATE = 16_000.0
 LATE = 517
@@ -69,6 +71,22 @@ def test_it_finds_the_transfer_function_and_the_delay(late, passes):
     assert found.noise_rms == pytest.approx(1e-4, rel=0.1)
     assert np.isnan(found.spread_db).all() == (passes == 1)
     assert found.coherence[(found.frequencies_hz > 40.0) & (found.frequencies_hz < 700.0)].min() > 0.999
+
+
+@pytest.mark.parametrize("late", [0, 7, 700])
+def test_the_delay_ends_at_the_first_arrival_not_at_the_flank_before_it(late):
+    """A pulse of 2 kHz rises over several frames: a tile that answers at once seemed to answer before it was asked."""
+    sweep = train(ONE, 2, RATE)
+    direct = np.concatenate([np.zeros(late), sweep, np.zeros(800 - late)])
+    found = measure(sweep, 0.2 * direct + 0.3 * np.roll(direct, 60), RATE)
+    assert found.latency_s * RATE == pytest.approx(late, abs=1e-6)
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_a_simulated_tile_answers_at_once_and_not_before(load):
+    sweep = train(ONE, 1, RATE)
+    found = measure(sweep, SimulatedTile(default_floor().tiles[0]).respond(sweep, RATE, load), RATE)
+    assert 0.0 <= found.latency_s < 1e-4
 
 
 def test_a_recording_may_begin_in_the_silence_before_the_sweep_and_end_with_it():

@@ -7,7 +7,7 @@ import pytest
 
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import AXIS_PX, Margins, content_of, frame_of
-from underfoot.drawing.shapes import Backdrop, Dots, HeatImage, Polyline, Segments, Text
+from underfoot.drawing.shapes import Area, Backdrop, Dots, HeatImage, Polyline, Segments, Text
 
 LIVE = Drawing(
     "force",
@@ -132,3 +132,34 @@ def test_a_dot_in_the_legend_is_in_the_colour_of_the_series():
     frame = framed(Drawing("a", "x", "y", (series("s", [1, 2], [1, 2], "dots", "alarm"),)))
     (key,) = (shape for shape in frame.shapes if isinstance(shape, Dots))
     assert key.colour == "alarm"
+
+
+def test_a_band_and_its_mean_have_different_keys():
+    """In one colour, as mean and standard deviation of a gait: the band is filled in the legend, too."""
+    outline = Series("± 1 SD", np.array([0.0, 1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0]), "area", "force")
+    frame = framed(Drawing("a", "x", "y", (outline, series("mean", [0, 1], [0, 1], colour="force"))))
+    (band,) = (shape for shape in frame.shapes if isinstance(shape, Area))
+    (mean,) = (shape for shape in frame.shapes if isinstance(shape, Polyline))
+    assert band.points[:, 0].max() < texts(frame)["± 1 SD"].x
+    assert np.ptp(band.points[:, 1]) >= 8.0
+    assert np.ptp(mean.points[:, 1]) == 0.0
+
+
+def compact(names, width):
+    """The legend of a compact plot with lines of these names, over its data."""
+    drawing = Drawing("a", "x", "y", tuple(series(name, [0, 1], [0, 1]) for name in names))
+    frame = framed(drawing, width, margins=Margins())
+    shapes = list(content_of(drawing, frame, measure))
+    words = [shape for shape in shapes if isinstance(shape, Text)]
+    assert all(
+        frame.area.left <= word.x and word.x + measure(word.text, 11, False) <= frame.area.right for word in words
+    )
+    assert not words or shapes.index(words[0]) > len(names)
+    return [word.text for word in words]
+
+
+def test_a_compact_plot_has_its_legend_over_the_data_where_it_fits():
+    assert compact(["commanded", "measured"], 640) == ["commanded", "measured"]
+    assert compact(["commanded", "measured"], 160) == []
+    assert compact(["alone"], 640) == []
+    assert compact(["", ""], 640) == []

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from underfoot.calibration.science.sweep import exponential, train
+from underfoot.calibration.science.transfer_function import measure
 from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_plates import FADE, SimulatedPlates, foot_places_m
@@ -80,6 +82,20 @@ def test_scipy_says_the_same_of_the_same_transfer_function(load):
     truth = answered(body, answered(motor, drive))
     found = SimulatedTile(tile, linear, seed=1).respond(drive, RATE, load)
     np.testing.assert_allclose(found, truth, rtol=0, atol=1e-9 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("force_n", [0.0, 600.0])
+def test_the_sweep_of_the_wizard_says_the_same_of_a_plate_in_real_time(force_n):
+    """Its equalisers rest on it. At a hundredth of full scale the shaker is linear, as a transfer function is."""
+    sweep = train(exponential(10.0, 2000.0, 4.0, RATE, 0.01), 1, RATE)
+    drive = np.column_stack([sweep, np.zeros(sweep.size)])
+    heard = Played().play(drive, np.full(drive.shape, force_n))[:, 0]
+    found = measure(sweep, heard, RATE)
+    inside = (found.frequencies_hz >= 60.0) & (found.frequencies_hz <= 700.0)
+    truth = SimulatedTile(FLOOR.tiles[0], QUIET).transfer(
+        found.frequencies_hz[inside], "standing" if force_n else "none"
+    )
+    assert np.abs(20.0 * np.log10(found.magnitude[inside] / np.abs(truth))).max() < 0.1
 
 
 def test_bytes_do_not_depend_on_blocks_while_a_foot_comes_rolls_and_goes():

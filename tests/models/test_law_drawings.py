@@ -53,6 +53,7 @@ def test_every_node_with_laws_draws_them_at_its_defaults(type):
     found = REGISTRY[type].distributions(values(type))
     assert len(found) in (1, 3)
     assert all(drawing.series for drawing in found)
+    assert all(len(drawing.title) <= 28 for drawing in found), "a line beside two others at 1280 pixels"
     assert all(np.isfinite(series.y).all() for drawing in found for series in drawing.series)
 
 

@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
+from underfoot.widgets import theme
 from underfoot.widgets.floor_map import FloorMap, label_places
 
 
@@ -47,6 +48,23 @@ def test_arrows_go_to_the_next_tile_that_way(floor_map, qtbot):
         assert floor_map.chosen_tile() == tile
     qtbot.keyClick(floor_map, Qt.Key.Key_Down)
     assert floor_map.chosen_tile() == "a"
+
+
+def test_a_loaded_tile_that_is_off_its_command_says_so_where_it_can_be_read(floor_map, turned):
+    """Red on amber has a contrast below 2: the words have the ground behind them, which palettes are tested for."""
+
+    def grounds():
+        image = floor_map.grab().toImage()
+        corners = (place_on(floor_map, turned.tiles[0], -0.14, 0.0), place_on(floor_map, turned.tiles[0], 0.14, -0.14))
+        (left, top), (right, bottom) = ((corner.x(), corner.y()) for corner in corners)
+        inside = [image.pixelColor(x, y).name() for x in range(left, right) for y in range(top, bottom)]
+        return inside.count(theme.GROUND), inside.count(theme.ALARM)
+
+    floor_map.set_loads([800.0, 0.0, 0.0], [False] * 3)
+    assert grounds() == (0, 0)
+    floor_map.set_deviating([True, False, False])
+    ground, alarm = grounds()
+    assert ground > alarm > 0
 
 
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):

@@ -1,5 +1,8 @@
 """The two palettes: everything that is read or seen stands out from what it is on, by the formula of WCAG 2.1."""
 
+from itertools import combinations
+
+import numpy as np
 import pytest
 
 from underfoot.drawing import look
@@ -33,3 +36,27 @@ def test_every_pair_stands_out(name, declared, least):
 def test_the_formula_gives_what_wcag_says():
     assert contrast("#ffffff", "#000000") == pytest.approx(21.0)
     assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.005)
+
+
+def lab(colour):
+    """CIE 1976 L*a*b* of an sRGB colour, white D65."""
+    parts = np.array(look.rgb(colour)) / 255.0
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]] @ linear
+    x, y, z = np.cbrt(xyz / [0.9505, 1.0, 1.089])
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("name", look.PALETTES)
+def test_curves_over_one_another_can_be_told_apart(name):
+    """Commanded, measured, the force behind them and the other slot: lines of one pixel. Teal and green are 42 apart in
+    the light palette, and seemed one line."""
+    known = theme.colours(name)
+    shown = ("vibration", "measured", "force", "events")
+    near = {(a, b): float(np.linalg.norm(lab(known[a]) - lab(known[b]))) for a, b in combinations(shown, 2)}
+    assert {pair: distance for pair, distance in near.items() if distance < 45.0} == {}
+
+
+def test_the_distance_of_colours_is_that_of_cie_1976():
+    assert lab("#ffffff") == pytest.approx([100.0, 0.0, 0.0], abs=0.05)
+    assert lab("#ff0000") == pytest.approx([53.2, 80.1, 67.2], abs=0.2)

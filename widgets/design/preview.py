@@ -354,7 +354,7 @@ class PreviewPanel(QWidget):
         self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: PreviewSignal, other: PreviewSignal | None) -> None:
-        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent))
+        self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent, self._other_slot))
         self._show_note(now, other)
         range_db = float(RANGES_DB[self.range.currentIndex()])
         scale, rate = self._scale, now.rate_hz
@@ -374,7 +374,7 @@ class PreviewPanel(QWidget):
                 bands = band_levels(now.values, rate), band_levels(now.measured, rate)
                 theirs = band_levels(other.values, rate) if other is not None else None
                 drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
-                more = "filled: commanded; green: measured on the tile; dashed: threshold in a hard shoe"
+                more = "filled: commanded; pink: measured on the tile; dashed: threshold in a hard shoe"
             if other is not None:
                 more += "; violet: the other slot"
             self.spectrum.show_drawing(drawing)

@@ -28,22 +28,28 @@ _HEADROOM = 0.06
 _CAPTION = (FELT[0], ReferenceLine("y", FELT_HZ[1], dashed=True, name="felt by the sole: 40 to 1\u202f000 Hz"))
 
 
-def waveform(now: PreviewSignal, other: PreviewSignal | None = None, why_silent: str = "") -> Drawing:
+def waveform(
+    now: PreviewSignal, other: PreviewSignal | None = None, why_silent: str = "", other_slot: str = "B"
+) -> Drawing:
     """A signal over time; the force behind it, on the right axis, unless the signal is a force itself.
 
-    Behind it is what the tile does of it, and in violet the `other` slot's signal. Where all is silent, it says why.
+    Behind it is what the tile does of it, and in violet the `other` slot's signal, each with its name. Where all is
+    silent, it says why.
     """
-    drawn = [(now.values, "force" if now.is_force else "vibration")]
+    name = "commanded" if now.measured is not None else "this slot" if other is not None else ""
+    drawn = [(name, now.values, "force" if now.is_force else "vibration")]
     if now.measured is not None:
-        drawn.append((now.measured, "contact"))
+        drawn.append(("measured", now.measured, "measured"))
     if other is not None:
-        drawn.append((other.values, "events"))
-    low = min(float(values.min(initial=0.0)) for values, _ in drawn)
-    high = max(float(values.max(initial=0.0)) for values, _ in drawn)
+        drawn.append((f"slot {other_slot}", other.values, "events"))
+    low = min(float(values.min(initial=0.0)) for _, values, _ in drawn)
+    high = max(float(values.max(initial=0.0)) for _, values, _ in drawn)
     largest = max(-low, high)
     top = round_top(largest) if largest > SILENT else 1.0
     bottom = -top if low < -SILENT else 0.0
-    lines = [Series("", _times_ms(now, values.size), values, colour=colour) for values, colour in reversed(drawn)]
+    lines = [
+        Series(name, _times_ms(now, values.size), values, colour=colour) for name, values, colour in reversed(drawn)
+    ]
     label = f"signal, {now.unit}" if now.unit else "signal"
     view = (now.begin_ms, max(now.end_ms, other.end_ms if other is not None else 0.0, now.begin_ms + 1.0))
     note = "" if largest > SILENT else why_silent or "silent in this step"
@@ -109,8 +115,8 @@ def sensation(
     top = 10.0 * np.ceil(max(float(commanded.max()), float(measured.max()), float(threshold.min())) / 10.0)
     bottom = top - range_db
     lines = [
-        Series("", np.maximum(commanded, bottom), bands_hz, "heat", "muted"),
-        Series("measured", np.maximum(measured, bottom), bands_hz, colour="contact"),
+        Series("commanded", np.maximum(commanded, bottom), bands_hz, "heat", "muted"),
+        Series("measured", np.maximum(measured, bottom), bands_hz, colour="measured"),
         Series("felt, hard shoe", np.clip(threshold, bottom, top), bands_hz, "dashed", "muted"),
     ]
     if other_m_s2 is not None:

@@ -126,6 +126,7 @@ class DesignWorkspace(Workspace):
         controller.outlines_computed.connect(self.show_outlines)
         controller.laws_computed.connect(self.show_laws)
         controller.errors_measured.connect(self.inspector.show_errors)
+        controller.equaliser_changed.connect(lambda tile: self._preview_timer.start())
         self.preview_requested.connect(
             lambda node, tile, laws: controller.request_preview(
                 self.patch(), node, tile, self.listen_bar.seconds, laws=laws

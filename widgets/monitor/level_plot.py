@@ -34,7 +34,7 @@ class LevelPlot(Plot):
             gain = np.clip(response.transfer_db, *GAIN_DB)
             lines += [
                 Series("commanded", _BANDS, np.maximum(commanded_db, RANGE_DB[0])),
-                Series("measured", _BANDS, np.maximum(measured_db, RANGE_DB[0]), colour="contact"),
+                Series("measured", _BANDS, np.maximum(measured_db, RANGE_DB[0]), colour="measured"),
                 Series("gain", _BANDS, gain, "dots", "events", right=True),
             ]
         self.show_drawing(

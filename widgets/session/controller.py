@@ -53,6 +53,8 @@ class SessionController(QObject):
     """The last `Preview` requested, and its node."""
     outlines_computed = Signal(object)
     """The last `Outlines` requested."""
+    equaliser_changed = Signal(str)
+    """The tile whose calibrated vibration is used from now on: what it does of a signal is another."""
     _session_closed = Signal()
     _session_made = Signal(object)
     _session_failed = Signal(str)
@@ -84,6 +86,8 @@ class SessionController(QObject):
         self._preview_ticket, self._preview_node = 0, ""
         self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
         self._opening_thread: threading.Thread | None = None
+        self._opening_target = self.target
+        """The session of it may add what its profiles say."""
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -191,6 +195,7 @@ class SessionController(QObject):
             self.target = replace(self.target, profiles=str(folder))
         if kind == "response":
             self.send(TileEqualiser.of_profile(profile.tile, profile))
+            self.equaliser_changed.emit(profile.tile)
         elif kind == "fsr" and self.session is not None:
             self.reopen()
 
@@ -224,6 +229,7 @@ class SessionController(QObject):
             self.released.emit()
             return
         target, patch, folder = self.target, self._patch, self._patch_folder
+        self._opening_target = target
         engine, self._engine = self._engine, None
 
         def make() -> None:
@@ -246,7 +252,7 @@ class SessionController(QObject):
         if self._is_leaving:
             return
         self._new_session = None
-        if session.target != self.target or self._is_released:
+        if self._opening_target != self.target or self._is_released:
             self._end(session)
             return
         if self._is_changing:

@@ -1,7 +1,8 @@
 """Layout of a plot: title, legend, axes with ticks and labels, and the data.
 
 There are two layouts: with title, legend and labels around the axes, for a report; or compact, in given margins, with
-the unit at an axis's last tick. The painter measures text, and gets shapes in pixels.
+the unit at an axis's last tick and the legend over the data, if it fits. The painter measures text, and gets shapes in
+pixels.
 """
 
 import math
@@ -47,13 +48,14 @@ class Margins:
 
 @dataclass(frozen=True)
 class Frame:
-    """Plot without its data: the axes, and the shapes of everything around and behind the data."""
+    """Plot without its data: the axes, the shapes of everything around and behind the data, and those over it."""
 
     area: Box
     x: Axis
     y: Axis
     right: Axis | None
     shapes: tuple[Shape, ...]
+    above: tuple[Shape, ...] = ()
 
 
 def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, margins: Margins | None = None) -> Frame:
@@ -67,7 +69,8 @@ def frame_of(drawing: Drawing, width: float, height: float, measure: Measure, ma
     shapes = [*head, *_grid(area, x, y), *_tick_texts(drawing, width, area, x, y, measure, margins)]
     if right is not None:
         shapes += _right_texts(drawing, area, right, margins)
-    return Frame(area, x, y, right, tuple(shapes))
+    above = () if margins is None else tuple(_legend_inside(drawing, area, measure))
+    return Frame(area, x, y, right, tuple(shapes), above)
 
 
 def is_cut_off(drawing: Drawing) -> bool:
@@ -96,11 +99,32 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
             right = area.right if line.axis == "y" else min(float(x.place(line.at)) + wide + 2.0, area.right)
             yield Backdrop(Box(right - wide, top + 2.0, right, top + 2.0 + _LINE_PX))
             yield Text(line.name, right - 4.0, top + 14.0, "muted", "end")
-    if drawing.note:
+    if not drawing.note:
+        yield from frame.above
+    else:
         x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
         half = measure(drawing.note, SMALL_PX + 2, False) / 2.0 + 4.0
         yield Backdrop(Box(x_px - half, y_px - 9.0, x_px + half, y_px + 9.0))
         yield Text(drawing.note, x_px, y_px + 4.0, "muted", "middle", SMALL_PX + 2)
+
+
+def _legend_inside(drawing: Drawing, area: Box, measure: Measure) -> Iterator[Shape]:
+    """Yield the legend of a compact plot, in one row at the upper right; the axis on the right has its data's colour.
+
+    One series has none, and what is wider than half the axes is left out.
+    """
+    named = [series for series in drawing.series if series.name and not series.right]
+    rows = _legend_rows(named, area.width / 2.0, measure)
+    if len(named) < 2 or len(rows) != 1:
+        return
+    left, last = rows[0][-1]
+    wide = left + _KEY_PX + _KEY_GAP_PX + measure(pretty_text(last.name), SMALL_PX, False) + _PAD
+    if wide > area.width / 2.0:
+        return
+    begin = area.right - wide
+    yield Backdrop(Box(begin, area.top, area.right, area.top + _LINE_PX))
+    for left, one in rows[0]:
+        yield from _legend_entry(one, begin + left, area.top)
 
 
 def _within(left: float, top: float, right: float, bottom: float) -> Box:
@@ -122,8 +146,7 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
         top += _TITLE_LINE_PX
     for row in _legend_rows([series for series in drawing.series if series.name], room, measure):
         for left, one in row:
-            shapes += key_of(one, left, top + 8.5, _KEY_PX)
-            shapes.append(Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, "text"))
+            shapes += _legend_entry(one, left, top)
         top += _LINE_PX
     right_margin = AXIS_PX if drawing.right else _RIGHT
     area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
@@ -168,6 +191,11 @@ def _legend_rows(named: Sequence[Series], room: float, measure: Measure) -> list
         rows[-1].append((left, one))
         left += wide + _KEYS_APART_PX
     return rows
+
+
+def _legend_entry(one: Series, left: float, top: float) -> Iterator[Shape]:
+    yield from key_of(one, left, top + 8.5, _KEY_PX)
+    yield Text(pretty_text(one.name), left + _KEY_PX + _KEY_GAP_PX, top + 12.0, "text")
 
 
 def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Axis, Axis, Axis | None]:

@@ -18,6 +18,7 @@ _CURVES = {
     "vibration": ("#3fc1c9", "#006d78"),
     "events": ("#b693f2", "#6a44b5"),
     "contact": ("#7ed491", "#1b6f36"),
+    "measured": ("#fb86ab", "#b3246e"),
     "alarm": ("#ff6259", "#bd2318"),
     "muted": ("#98a3b1", "#4d5966"),
     "faint": ("#707c8b", "#727d8a"),

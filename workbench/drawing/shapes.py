@@ -16,6 +16,8 @@ from underfoot.drawing.thinning import extremes
 
 _MOST_POINTS = 2000
 """Number of points above which a line is thinned to what its pixels can show."""
+_KEY_AREA_PX = 9.0
+"""Height of an area in a legend."""
 
 
 @dataclass(frozen=True)
@@ -138,10 +140,13 @@ def shapes_of(one: Series, x: Axis, y: Axis) -> Iterator[Shape]:
 
 
 def key_of(one: Series, left: float, middle: float, width: float) -> Iterator[Shape]:
-    """Yield the legend key of a series, `width` pixels wide: a piece of its line, an arrow, or a few dots."""
+    """Yield the legend key of a series, `width` pixels wide: a piece of its line or area, an arrow, or a few dots."""
     colour = one.colour
     right = left + width
-    if one.style != "dots":
+    if one.style == "area":
+        top, bottom = middle - 0.5 * _KEY_AREA_PX, middle + 0.5 * _KEY_AREA_PX
+        yield Area(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]), colour)
+    elif one.style != "dots":
         yield Polyline(np.array([[left, middle], [right, middle]]), colour, one.style == "dashed")
     if one.style in ("dots", "arrows"):
         places = np.linspace(left + 2.0, right - 2.0, 3) if one.style == "dots" else np.array([right])

@@ -47,7 +47,7 @@ from underfoot.engine.reports import (
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest, Setup
 from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory, VibrationReader
 from underfoot.engine.status import Field
-from underfoot.engine.target import Target, force_rate_hz, plates_of
+from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
 from underfoot.floor.profile import profiles_of, round_trip_frames
 from underfoot.floor.tile_parameters import simulation
 from underfoot.patch.node import Registry
@@ -83,7 +83,8 @@ class Session:
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
         profiles = profiles_of(target.profiles, target.floor) if target.profiles else {}
-        if not target.round_trip_frames:
+        is_of_the_card = target.kind != "simulator" or not is_simulated(target)  # or measured on the simulated tile
+        if is_of_the_card and not target.round_trip_frames:
             self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
         self._equalisers = {equaliser.tile: equaliser for equaliser in equalisers_of(profiles)}
         self.force_rate_hz = force_rate_hz(target)

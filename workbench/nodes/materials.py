@@ -113,7 +113,7 @@ class FibreGrid:
         from underfoot.models.fibre_bundle.bundle_drawings import bundle_drawings
 
         cells = values["columns"] * values["rows"]
-        return bundle_drawings({**values, "strength": values["strength"] / cells}, f", one of {cells} cells")
+        return bundle_drawings({**values, "strength": values["strength"] / cells}, f"Load on one of {cells} cells")
 
     def sizes(values, rate):
         return {"cells": values["columns"] * values["rows"]}

@@ -9,8 +9,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from windows import quiet_window
 
-from underfoot.engine.reports import Costs, OutputChanged, Preview
+from underfoot.drawing.shapes import Text
+from underfoot.engine.reports import MEASURED, Costs, OutputChanged, Preview
 from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Profile
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.node import Port
 from underfoot.widgets.design.preview import PreviewPanel
@@ -69,6 +71,31 @@ def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
     shown.forget_other()
     assert "re B" not in shown.note.full_text
     assert shown.waveform.ranges[1] == pytest.approx(100.0)
+
+
+def test_commanded_measured_and_the_other_slot_are_named_on_their_curves(shown):
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(3.0), MEASURED: sine(2.0)}))
+    named = {line.name: line.y.max() for line in shown.waveform.drawing.series}
+    assert named == {"commanded": pytest.approx(3.0, rel=1e-3), "measured": pytest.approx(2.0, rel=1e-3)}
+    words = [shape.text for shape in shown.waveform.frame.above if isinstance(shape, Text)]
+    assert sorted(words) == ["commanded", "measured"]
+    shown.show_other(
+        Preview(3, 48_000.0, np.zeros(4800), {"out": sine(1.0)}), "hum", Port("out", "signal", "m/s^2"), "A"
+    )
+    assert {line.name for line in shown.waveform.drawing.series} == {"commanded", "measured", "slot A"}
+
+
+def test_a_tile_that_was_just_calibrated_is_previewed_anew(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design, asked = window.workspaces["Design"], []
+    design.preview_requested.connect(lambda node, tile, laws: asked.append(node))
+    window.controller.equaliser_changed.emit("t1")
+    qtbot.waitUntil(lambda: len(asked) > 0)
+    sink = asked[-1]
+    design.show_preview(Preview(1, 48_000.0, np.zeros(480), {"played": np.zeros(480)}), sink)
+    asked.clear()
+    window.controller.use_profile(Profile(tile="t1"), "response", tmp_path)
+    qtbot.waitUntil(lambda: asked == [sink])
 
 
 def test_events_have_the_axis_of_their_own_time_also_where_the_empty_spectrogram_draws_it(qtbot):

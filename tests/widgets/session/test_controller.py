@@ -4,8 +4,10 @@ import pytest
 from PySide6.QtTest import QSignalSpy
 from windows import LONG_MS, noise_patch
 
+from underfoot.devices.accelerometers import Accelerometer
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
+from underfoot.floor.profile import Latency, Profile
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.profile_folder import profile_folder
@@ -54,6 +56,22 @@ def test_a_profile_that_cannot_be_used_does_not_keep_the_session_from_playing(co
     assert controller.target.profiles == ""
     assert controller.target.floor == controller.session.target.floor == floor
     assert any("t1.json" in line for line in said)
+
+
+def test_a_round_trip_in_a_profile_does_not_open_the_session_for_ever(controller, qtbot, tmp_path):
+    """The session adds it to its target, which is then not the one that was asked for."""
+    floor = default_floor(1, 3)
+    folder = profile_folder(tmp_path, floor)
+    folder.mkdir(parents=True)
+    measured = Latency(made="2026-01-01", round_trip_ms=10.0, rate_hz=48_000, block=controller.target.block)
+    Profile(tile="t1", latency=measured).save(folder / "t1.json")
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.set_target(Target(floor, accelerometers=(Accelerometer("t1", 0, 100.0),)))
+        controller.start()
+    assert controller.session.target.round_trip_frames == 480
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.set_target(Target(floor))
+    assert controller.session.target.round_trip_frames == 0, "on the simulator it is that of the simulated tile"
 
 
 def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):

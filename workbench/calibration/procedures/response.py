@@ -300,7 +300,7 @@ def _setup_questions() -> tuple[Parameter, ...]:
         ask("level", Number(0.25, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         ask("sweep_s", Number(4.0, 0.5, 30.0, unit="s", label="Length of a sweep", doc="From 10 Hz to 2 kHz.")),
         ask("passes", Count(3, low=1, high=20, label="Sweeps for each load", doc="How often it is played.")),
-        ask("load", Choice("none", label="Equaliser for this load", options=LOADS, doc=load_doc)),
+        ask("load", Choice("none", label="Load that the equaliser is for", options=LOADS, doc=load_doc)),
     )
 
 

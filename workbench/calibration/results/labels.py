@@ -47,6 +47,7 @@ _WORDS = {
     "corner_changes_db": "change_by_a_foot_on_a_corner",
     "thd_loudest_percent": "thd_of_the_loudest_tone",
     "loudest_ms2": "loudest_tone",
+    "latency_ms": "delay_of_the_recording",
 }
 """Labels of figures whose names are not clear enough."""
 
@@ -56,11 +57,14 @@ def label_of(name: str) -> str:
 
     >>> label_of("full_scale_n"), label_of("error_percent_2"), label_of("Force")
     ('Full scale', 'Error of sensor 2', 'Force')
+    >>> label_of("at_50_hz_db"), label_of("latency_ms")
+    ('Level at 50 Hz, equalised', 'Delay of the recording')
     >>> label_of("mean_after_mm_at_150_n"), label_of("p95_before_mm"), label_of("snr_db")
     ('Mean error at 150 N', '95th percentile, uncorrected', 'SNR')
     """
     plain = re.sub(r"^mean_after_mm_(?=at_\d|\d|over_\d)", "mean_error_", _WORDS.get(name, name))
-    plain = re.sub(r"_(\d+)_(n|hz)(?=_|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", plain)
+    plain = re.sub(r"^at_(\d+)_hz", r"level_at_\1_hz,_equalised", plain)
+    plain = re.sub(r"_(\d+)_(n|hz)(?=[_,]|$)", lambda m: f"_{m[1]} {_UNITS[m[2]]}", plain)
     plain = re.sub(r"^error_percent_(\d)$", r"error of sensor \1", plain)
     plain = re.sub(r"^distortion_(\d)_percent$", r"distortion, harmonic \1", plain)
     plain = re.sub(rf"_({'|'.join(_UNITS)})(?=_|$)", "", plain)

@@ -36,7 +36,7 @@ LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "co
 _WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
 """Distortion, as a share, above which a warning is given."""
-_HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 a unit"
+_HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 at full scale"
 _SPAN_HZ = (20.0, 2000.0)
 _KEPT_AN_OCTAVE = 48
 """Points per octave of the response that a profile stores."""

@@ -94,7 +94,10 @@ def measure(sweep: ArrayLike, recorded: ArrayLike, rate_hz: float) -> SweepMeasu
 
 
 def _lag(played: Array, recording: Array, begins: int, ends: int, rate_hz: float) -> int:
-    """Return the delay of the recording in frames: the start of the correlation, whitened over the sweep's band.
+    """Return the delay of the recording in frames: the first peak of the correlation, whitened over the sweep's band.
+
+    A peak is as wide as the band allows: its flank lies before the delay. The first one is more than half as high as
+    the largest, which may be a resonance.
 
     Frames `begins` to `ends` of the played signal are not silent, and must be in the recording.
     """
@@ -110,8 +113,10 @@ def _lag(played: Array, recording: Array, begins: int, ends: int, rate_hz: float
             f"the recording does not hold the whole sweep: it lasts {recording.size / rate_hz:.2f} s, and the sweep "
             f"goes from {(peak - ends + begins) / rate_hz:.2f} to {peak / rate_hz:.2f} s of it"
         )
-    early = response[max(inside - 1000, first) : inside + 1]
-    return max(inside - 1000, first) + int(np.argmax(early >= 0.5 * early[-1])) - ends
+    begin = max(inside - 1000, first)
+    early = response[begin : inside + 2]
+    is_peak = (early[1:-1] >= 0.5 * response[inside]) & (early[1:-1] >= early[:-2]) & (early[1:-1] >= early[2:])
+    return begin + 1 + int(np.argmax(is_peak)) - ends if is_peak.any() else inside - ends
 
 
 def _fft_size(frames: int) -> int:

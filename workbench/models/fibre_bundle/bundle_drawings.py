@@ -22,11 +22,11 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
     )
 
 
-def bundle_drawings(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, ...]:
+def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") -> tuple[Drawing, ...]:
     """Return drawings of a node's bundle under a load that rises in 0.8 s: newtons over strain, event sizes, intervals.
 
     They show the mean and one of eight bundles; the quasi-static limit of an infinite bundle is N (1 - P(x)) k_F x.
-    `of` is added to the titles.
+    `title` is that of the first one.
     """
     bundle = bundle_of(values)
     newton = values["strength"] / bundle.critical_stress
@@ -42,7 +42,7 @@ def bundle_drawings(values: Mapping[str, Any], of: str = "") -> tuple[Drawing, .
     gaps = np.concatenate([np.diff(one.event_s) for one in found])
     return (
         Drawing(
-            f"Load over strain{of}",
+            title,
             "strain",
             "load, N",
             (this,) if bundle.model == "inverse" else (this, slow),
