@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QToolButton
-from windows import choose_file, design, dialog_of, noise_patch, quiet_window
+from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
@@ -58,6 +58,14 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     assert not window.isVisible()
     assert Settings.load(tmp_path).window_bytes
+
+
+def test_settings_are_in_their_file_while_the_window_is_open(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.settings.remember_file(tmp_path / "hiss.json")
+    qtbot.waitUntil(lambda: Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")], timeout=LONG_MS)
+    window.close()
+    assert Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")]
 
 
 def test_two_windows_keep_their_work_apart(tmp_path):
