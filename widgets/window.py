@@ -324,9 +324,10 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if not self._is_leaving and not self.open_patch.is_all_saved:
+        losing = next((name for name, workspace in self.workspaces.items() if workspace.would_lose), "")
+        if not self._is_leaving and (losing or not self.open_patch.is_all_saved):
             event.ignore()
-            self.open_patch.ask_to_save_all(self._leave)
+            self._ask_to_leave(losing)
             return
         save_window(self, self.settings)
         self.settings.workspace = self.workspace
@@ -356,6 +357,14 @@ class MainWindow(QMainWindow):
         for workspace in self.workspaces.values():
             workspace.save_for_restart(self._folder)
         self._leave()
+
+    def _ask_to_leave(self, losing: str) -> None:
+        ask = partial(self.open_patch.ask_to_save_all, self._leave)
+        if losing:
+            self.show_workspace(losing)
+            self.workspaces[losing].ask_to_leave(ask)
+        else:
+            ask()
 
     def _leave(self) -> None:
         self._is_leaving = True
