@@ -194,6 +194,8 @@ class MainWindow(QMainWindow):
 
     def _show_target(self, target: Target) -> None:
         self.main_bar.set_target(target_text(target))
+        self._output = self._silence_reason = ""  # until the engine of this session has started
+        self._show_compiling(1, 1)
 
     def _show_start(self, report: Started) -> None:
         self._output, self._silence_reason = report.where, report.notice
