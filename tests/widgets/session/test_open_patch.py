@@ -1,15 +1,19 @@
 """The open patch: its file, its folder, the question before it is lost, and its copy that survives a crash."""
 
 import pytest
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QToolButton
 from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
 
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.window import MainWindow
 
 
 def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
@@ -37,6 +41,17 @@ def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
     design(first).document.edit(noise_patch("Left behind"), "All")
     first.leave()
     assert design(quiet_window(qtbot, tmp_path)).patch().title == "Left behind"
+
+
+def test_why_there_is_no_sound_stands_at_the_right_and_hides_no_message(qtbot, tmp_path):
+    window = MainWindow(tmp_path, Target(default_floor(), sound="no such card"))
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    said = []
+    window.bridge.notified.connect(said.append)
+    show(qtbot, window)
+    window.start()
+    qtbot.waitUntil(lambda: "no such card" in window.status.session, timeout=LONG_MS)
+    assert not any("no such card" in line for line in said)
 
 
 def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
