@@ -171,7 +171,7 @@ class DesignWorkspace(Workspace):
         self.struck.connect(lambda *_: steps.mark_done("press"))
         self.pressed.connect(lambda *_: steps.mark_done("press"))
         self.inspector.edited.connect(lambda *_: steps.mark_done("turn"))
-        steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
+        steps.done.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
         presets = (self.browsing.show_action, self.browsing.save_action) if self.browsing is not None else ()
