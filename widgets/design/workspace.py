@@ -204,6 +204,8 @@ class DesignWorkspace(Workspace):
         self._loading = False
         self.canvas.patch_scene.select([])
         self.canvas.fit_new_patch()
+        if self.isVisible():
+            self.canvas.setFocus()  # so that its keys, such as / for a node, act on what was opened
 
     # --- what the engine reports ---
 

@@ -64,6 +64,13 @@ def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_pat
     qtbot.waitUntil(window.isActiveWindow)
 
 
+def test_the_first_key_on_a_new_patch_goes_to_the_canvas(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design(window).preview.pad.setFocus()
+    window.actions_by_name["new"].trigger()
+    qtbot.waitUntil(lambda: window.focusWidget() is design(window).canvas)
+
+
 def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     design(window).document.edit(noise_patch(), "All")
