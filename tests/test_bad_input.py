@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 
 import pytest
 
@@ -163,6 +164,15 @@ def test_forces_that_are_not_there(refused, path):
     assert "cannot be read" in refused("monitor", path)
     assert "--target" in refused("--target", path)
     assert "cannot be read" in refused("--target", f"simulator:{path or '.'}")
+
+
+@pytest.mark.parametrize("name", ["missing.underfoot", "missing.json", "folder/missing"])
+def test_a_file_alone_that_is_not_there_is_no_command(refused, name):
+    assert f"{Path(name)} cannot be read" in refused(name)
+
+
+def test_what_serve_cannot_read_is_what_was_given(refused):
+    assert "missing.csv cannot be read: no such file (TARGET is simulator" in refused("serve", "missing.csv")
 
 
 # --- what is wrong with options ---

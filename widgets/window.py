@@ -13,12 +13,9 @@ from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Pulse
 from underfoot.engine.reports import Health, OutputChanged, Started
 from underfoot.engine.target import Target
-from underfoot.errors import UnderfootError
 from underfoot.file_places import file_place, readable
 from underfoot.nodes import REGISTRY
-from underfoot.patch import preset_files
 from underfoot.patch.effective import without_missing
-from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.main_bar import MainBar
 from underfoot.widgets.menu import MainMenu
@@ -30,8 +27,9 @@ from underfoot.widgets.session.exchange import Exchange
 from underfoot.widgets.session.listening import Listening
 from underfoot.widgets.session.marking import Marking
 from underfoot.widgets.session.network_link import NetworkLink
-from underfoot.widgets.session.open_patch import OpenPatch
-from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
+from underfoot.widgets.session.open_patch import OpenPatch, first_patch
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
+from underfoot.widgets.session.settings_file import SettingsFile
 from underfoot.widgets.session.target_chooser import TargetChooser
 from underfoot.widgets.session.target_selection import TargetSelection
 from underfoot.widgets.session.target_settings import remembered_target, target_text
@@ -39,8 +37,6 @@ from underfoot.widgets.status_line import StatusLine
 from underfoot.widgets.view_menu import ViewMenu
 from underfoot.widgets.window_state import restore_splitters, restore_window, save_splitters, save_window
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
-
-FIRST_PRESET = "gravel"
 
 STARTING = "Starting the engine…"
 COMPILING = "Compiling kernels, which a first start takes half a minute for:"
@@ -78,9 +74,10 @@ class MainWindow(QMainWindow):
         self.is_restarting = False
         """Whether it was closed to be opened anew."""
         self._output, self._silence_reason = "", ""
-        self.settings = Settings.load(folder)
+        self._settings_file = SettingsFile(folder, self.show_message, self)
+        self.settings = self._settings_file.settings
         self.open_patch = OpenPatch(REGISTRY, self.settings, folder / "unsaved", self)
-        self.open_patch.nodes.consent_given.connect(self._save_settings)
+        self.open_patch.nodes.consent_given.connect(self._settings_file.save)
         self.controller = SessionController(
             REGISTRY, self.settings, target or remembered_target(self.settings), folder / "profiles", self, engine
         )
@@ -103,7 +100,7 @@ class MainWindow(QMainWindow):
         self.actions_by_name = self._make_actions()
         self._build()
         self._connect()
-        self.open_patch.restore_or_open(patch_path, default_patch=_first_patch())
+        self.open_patch.restore_or_open(patch_path, default_patch=first_patch())
         self._show_title()
         remembered = self.settings.workspace
         self.show_workspace(remembered if remembered in self.workspace_names else self.workspace_names[0])
@@ -197,6 +194,8 @@ class MainWindow(QMainWindow):
 
     def _show_target(self, target: Target) -> None:
         self.main_bar.set_target(target_text(target))
+        self._output = self._silence_reason = ""  # until the engine of this session has started
+        self._show_compiling(1, 1)
 
     def _show_start(self, report: Started) -> None:
         self._output, self._silence_reason = report.where, report.notice
@@ -327,9 +326,10 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if not self._is_leaving and not self.open_patch.is_all_saved:
+        losing = next((name for name, workspace in self.workspaces.items() if workspace.would_lose), "")
+        if not self._is_leaving and (losing or not self.open_patch.is_all_saved):
             event.ignore()
-            self.open_patch.ask_to_save_all(self._leave)
+            self._ask_to_leave(losing)
             return
         save_window(self, self.settings)
         self.settings.workspace = self.workspace
@@ -341,14 +341,8 @@ class MainWindow(QMainWindow):
         self.network.close()
         self.controller.close()
         self.open_patch.close()
-        self._save_settings()
+        self._settings_file.close()
         super().closeEvent(event)
-
-    def _save_settings(self) -> None:
-        try:
-            self.settings.save(self._folder)
-        except UnderfootError as error:
-            self.show_message(str(error))
 
     def leave(self) -> None:
         """Close without a question; unsaved work comes back at the next start."""
@@ -365,6 +359,14 @@ class MainWindow(QMainWindow):
         for workspace in self.workspaces.values():
             workspace.save_for_restart(self._folder)
         self._leave()
+
+    def _ask_to_leave(self, losing: str) -> None:
+        ask = partial(self.open_patch.ask_to_save_all, self._leave)
+        if losing:
+            self.show_workspace(losing)
+            self.workspaces[losing].ask_to_leave(ask)
+        else:
+            ask()
 
     def _leave(self) -> None:
         self._is_leaving = True
@@ -404,7 +406,7 @@ class MainWindow(QMainWindow):
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         apply_colours(app, self.settings)
-        self._save_settings()
+        self._settings_file.save()
 
     def _show_title(self) -> None:
         slot = f" ({self.open_patch.slot})" if self.open_patch.other is not None else ""
@@ -488,11 +490,3 @@ class MainWindow(QMainWindow):
         self.listening.notified.connect(self.show_message)
         open_patch.title_changed.connect(self._show_title)
         open_patch.notified.connect(self.show_message)
-
-
-def _first_patch() -> Patch:
-    """The preset that there is to play with at the first start; nothing where it is missing."""
-    try:
-        return Patch.load(preset_files.patches()[FIRST_PRESET], REGISTRY)
-    except (KeyError, UnderfootError):
-        return Patch()

@@ -71,6 +71,15 @@ class Workspace(QWidget):
     def save_for_restart(self, folder: Path) -> None:
         """The window is closed to be opened anew at once: write what no file has to `folder`."""
 
+    @property
+    def would_lose(self) -> bool:
+        """Whether closing the window would lose what a person measured: `ask_to_leave` asks about it."""
+        return False
+
+    def ask_to_leave(self, then: Callable[[], object]) -> None:
+        """Call `then` at once if nothing is lost by closing the window, else when the person agrees to lose it."""
+        then()
+
     def close_down(self) -> None:
         """The window closes: end what runs, and wait for what is being written."""
 

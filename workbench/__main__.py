@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     "a force CSV, a recording, or a C3D file.",
 )
 @click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
-@click.option("--patch", type=PATCH, help="Patch to open: a file, or a preset's name.")
-@click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; `underfoot FILE` does the same.")
+@click.option("--patch", type=PATCH, help="Patch to open: a file (also `underfoot FILE.json`), or a preset's name.")
+@click.option("--recording", type=click.Path(path_type=Path), help="Recording to open; also `underfoot FILE`.")
 @click.option(
     "--screenshot", type=click.Path(path_type=Path), help="Save a picture of every workspace in this folder, and exit."
 )

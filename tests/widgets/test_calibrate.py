@@ -2,11 +2,12 @@
 
 import itertools
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
 from calibrate_driver import CalibrateDriver
-from calibrate_samples import PAGES, Scale
+from calibrate_samples import PAGES, Scale, weighing
 from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
     QMessageBox,
     QWidget,
 )
+from windows import calibrate, dialog_of, quiet_window
 
 from underfoot.calibration.declaration import MeasurementSetup
 from underfoot.calibration.procedure import Page
@@ -25,7 +27,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
-from underfoot.widgets.calibrate.measuring import Pace, WatchedRig
+from underfoot.widgets.calibrate.measuring import Measurement, Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
 from underfoot.widgets.calibrate.wizard import continue_text
 
@@ -421,3 +423,34 @@ def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind
     QApplication.processEvents()
     last = view.editors[-1]
     assert last.visibleRegion().boundingRect() == last.rect()  # where there is room, nothing is scrolled
+
+
+def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_path):
+    window, made = quiet_window(qtbot, tmp_path), []
+    tile = default_floor().tiles[0]
+    make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
+    measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)
+    wizard = calibrate(window).wizard
+    wizard.begin(measurement, tile, "Bell", None)
+    measurement.start()
+    try:
+        for page in ("setup", "weigh"):
+            qtbot.waitUntil(lambda page=page: wizard.snapshot is not None and wizard.snapshot.page.key == page)
+            made[0][1].hand_n = 90.0
+            wizard.go_on()
+        qtbot.waitUntil(lambda: wizard.would_lose)
+        window.close()
+        assert window.isVisible()
+        assert window.workspace == "Calibrate"
+        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
+        assert window.isVisible()
+        window.close()
+        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+        assert not window.isVisible()
+    finally:
+        measurement.stop()
+        measurement.join()
+
+
+def _button(window, button):
+    return dialog_of(window, QMessageBox).button(button)

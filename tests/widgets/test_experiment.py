@@ -125,6 +125,7 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
     assert [round(answer["rating"], 3) for answer in answers[2:]] == [52.0, 52.0]
     bench.wait(lambda: bench.workspace.experimenter.next.text() == "Back to the studies")
+    assert bench.workspace.experimenter.page.text().endswith("100 %")
     bench.click(bench.workspace.experimenter.next)
     assert bench.person is None
     overview = bench.workspace.overview

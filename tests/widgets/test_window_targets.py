@@ -16,6 +16,7 @@ from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
+from underfoot.widgets.window import STARTING
 
 
 @pytest.fixture
@@ -39,6 +40,16 @@ def test_another_target_is_another_session_with_the_same_patch(window, qtbot):
     assert session.level_db == window.settings.level_db
     assert window.main_bar.target.text() == "Simulated floor  1 × 3"
     assert "The target is now" in window.status.message
+
+
+def test_while_another_target_starts_nothing_is_said_to_play(window, qtbot):
+    qtbot.waitUntil(lambda: "Playing on" in window.status.session, timeout=LONG_MS)
+    seen = []
+    window.controller.opened.connect(lambda _: seen.append(window.status.session))
+    window.main_bar.target_chosen.emit("simulator 1 3")
+    qtbot.waitUntil(lambda: bool(seen), timeout=LONG_MS)
+    assert seen == [STARTING]
+    qtbot.waitUntil(lambda: "Playing on" in window.status.session, timeout=LONG_MS)
 
 
 def test_a_target_that_cannot_be_played_is_said_and_the_floor_comes_back(window, qtbot, tmp_path):

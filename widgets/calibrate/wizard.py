@@ -178,12 +178,21 @@ class Wizard(QWidget):
             self.going.setEnabled(False)
             self.measurement.proceed(self.page.values())
 
-    def cancel(self) -> None:
-        """Leave without changes; ask first if much has been done."""
+    @property
+    def would_lose(self) -> bool:
+        """Whether much has been done by hand that leaving would lose."""
         measurement, snapshot = self.measurement, self.snapshot
         is_much = snapshot is not None and snapshot.page.share > WORTH and not self._is_saved
-        if measurement is None or not (measurement.by_hand and is_much):
-            self.closed.emit()
+        return measurement is not None and measurement.by_hand and is_much
+
+    def cancel(self) -> None:
+        """Leave without changes; ask first if much has been done."""
+        self.ask_to_leave(self.closed.emit)
+
+    def ask_to_leave(self, then: Callable[[], object]) -> None:
+        """Call `then` at once if nothing is lost by leaving, else when the person agrees to lose it."""
+        if not self.would_lose:
+            then()
             return
         box = QMessageBox(self)
         box.setWindowTitle("Leave the calibration")
@@ -193,7 +202,7 @@ class Wizard(QWidget):
         discard = QMessageBox.StandardButton.Discard
         box.button(discard).setText("Leave")
         box.button(QMessageBox.StandardButton.Cancel).setText("Stay")
-        box.finished.connect(lambda answer: self.closed.emit() if answer == discard.value else None)
+        box.finished.connect(lambda answer: then() if answer == discard.value else None)
         box.finished.connect(box.deleteLater)
         box.open()
 

@@ -99,6 +99,15 @@ class CalibrateWorkspace(Workspace):
         if self._measurement is not None:
             self._measurement.silence()
 
+    @property
+    def would_lose(self) -> bool:
+        """Whether what is being measured by hand would be lost."""
+        return self.wizard.would_lose
+
+    def ask_to_leave(self, then: Callable[[], object]) -> None:
+        """Ask before a measurement by hand is lost."""
+        self.wizard.ask_to_leave(then)
+
     def close_down(self) -> None:
         """Stop what runs, and wait for it and for pending writes."""
         self.wizard.end()

@@ -307,7 +307,10 @@ class Canvas(EditableView):
             return
         drag.end()
         if result is not None:
+            gone = drag.displaced(self.document.patch)
             self.document.edit(*result)
+            if gone:
+                self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

@@ -62,6 +62,13 @@ class WireDrag:
         base = patch.disconnect([self.old]) if self.old else patch
         return base.connect(*wire, self._scene.registry), "Connect"
 
+    def displaced(self, patch: Patch) -> str:
+        """The output whose wire gives way to this one, as "node.port"; "" where the input is free."""
+        offered = self.wire()
+        if offered is None:
+            return ""
+        return next((wire[0] for wire in patch.wires if wire[1] == offered[1] and wire != self.old), "")
+
     @property
     def end_name(self) -> str:
         """The port that holds the wire, as "node.port"."""

@@ -18,12 +18,12 @@ ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind 
 
 
 class FirstSteps(QFrame):
-    """A strip with one step at a time, while it is `is_wanted`. `closed` when the person has put it away.
+    """A strip with one step at a time, while it is `is_wanted`. `done` when all were, or the person has put it away.
 
     It has a place of its own: a card over the canvas hid nodes in a small window.
     """
 
-    closed = Signal()
+    done = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -58,6 +58,8 @@ class FirstSteps(QFrame):
         if step not in self._done:
             self._done.add(step)
             self._show_next()
+            if not self.remaining:
+                self.done.emit()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -72,4 +74,4 @@ class FirstSteps(QFrame):
 
     def _dismiss(self) -> None:
         self.hide()
-        self.closed.emit()
+        self.done.emit()

@@ -172,7 +172,7 @@ class DesignWorkspace(Workspace):
         self.struck.connect(lambda *_: steps.mark_done("press"))
         self.pressed.connect(lambda *_: steps.mark_done("press"))
         self.inspector.edited.connect(lambda *_: steps.mark_done("turn"))
-        steps.closed.connect(lambda: setattr(settings, "first_steps_done", True))
+        steps.done.connect(lambda: setattr(settings, "first_steps_done", True))
 
     def menu_actions(self) -> Sequence[QAction]:
         presets = (self.browsing.show_action, self.browsing.save_action) if self.browsing is not None else ()
@@ -205,6 +205,8 @@ class DesignWorkspace(Workspace):
         self._loading = False
         self.canvas.patch_scene.select([])
         self.canvas.fit_new_patch()
+        if self.isVisible():
+            self.canvas.setFocus()  # so that its keys, such as / for a node, act on what was opened
 
     # --- what the engine reports ---
 

@@ -157,8 +157,7 @@ class Bridge(QObject):
             case Started():
                 if self._tracker is not None:
                     self._tracker.load_kernels()  # in the cache by now
-                self.started.emit(report)
-                self._notify_once(report.notice)
+                self.started.emit(report)  # its notice stays at the right: as a message it hid the one before
             case Compiling(ready, total):
                 self.compile_progressed.emit(ready, total)
             case CommandApplied(frame, Mark() as mark) if self._session is not None:

@@ -427,6 +427,7 @@ class SessionController(QObject):
         """Begin a recording in the documents' folder, or end the present one."""
         session = self.session
         if session is None:
+            self.notified.emit("Nothing is recorded yet: the engine is starting.")
             self.recording_changed.emit(None)
             return
         path = session.recording
@@ -439,7 +440,8 @@ class SessionController(QObject):
                 self.notified.emit(f"Recording to {session.recording}")
         elif not on and path is not None:
             session.end_recording()
-            self.notified.emit(f"The recording was saved as {path}")
+            saved = f"The recording was saved as {path}"
+            self.notified.emit(saved if self.played_s else f"Nothing was recorded, the engine has not started: {path}")
         self.recording_changed.emit(session.recording)
 
 

@@ -10,6 +10,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
@@ -22,6 +24,7 @@ from underfoot.widgets.session.settings import Settings
 AUTOSAVE_MS = 1000
 """Time after the last edit at which unsaved work is copied."""
 
+FIRST_PRESET = "gravel"
 SLOTS = ("A", "B")
 
 FILTER = "Patches (*.json);;All files (*)"
@@ -35,6 +38,14 @@ def other_slot(slot: str) -> str:
     'B'
     """
     return SLOTS[1 - SLOTS.index(slot)]
+
+
+def first_patch() -> Patch:
+    """Return the preset that there is to play with at the first start; nothing where it is missing."""
+    try:
+        return Patch.load(preset_files.patches()[FIRST_PRESET], REGISTRY)
+    except (KeyError, UnderfootError):
+        return Patch()
 
 
 @dataclass(frozen=True)

@@ -96,8 +96,17 @@ class Settings(msgspec.Struct):
 
     def save(self, folder: Path) -> None:
         """Save the settings in `folder`, creating it if needed."""
+        Settings.write(self.encoded(), folder)
+
+    def encoded(self) -> bytes:
+        """Return the settings as their file has them."""
+        return msgspec.json.format(msgspec.json.encode(self), indent=1)
+
+    @staticmethod
+    def write(encoded: bytes, folder: Path) -> None:
+        """Write encoded settings in `folder`, creating it if needed."""
         folder.mkdir(parents=True, exist_ok=True)
-        write_file(folder / "settings.json", msgspec.json.format(msgspec.json.encode(self), indent=1))
+        write_file(folder / "settings.json", encoded)
 
     def remember_file(self, path: Path) -> None:
         """Put a file at the head of the recent ones."""

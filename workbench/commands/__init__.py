@@ -26,9 +26,9 @@ class CommandGroup(click.Group):
             formatter.write_dl([(name, " ".join(text.split())) for name, text in rows])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """`underfoot FILE` opens a recording: a file that is no command stands for `--recording FILE`."""
-        if args and args[0] not in _modules() and os.path.isfile(args[0]):
-            args = ["--recording", *args]
+        """`underfoot FILE` opens a file: `--patch FILE` where it ends in .json, else `--recording FILE`."""
+        if args and args[0] not in _modules() and _names_file(args[0]):
+            args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -37,6 +37,12 @@ class CommandGroup(click.Group):
             return None
         found = getattr(import_module(f"{__name__}.{cmd_name}"), cmd_name, None)
         return found if isinstance(found, click.Command) else None
+
+
+def _names_file(word: str) -> bool:
+    """Whether a word that is no command stands for a file, there or not: commands have neither folder nor suffix."""
+    has_place = bool(os.path.dirname(word) or os.path.splitext(word)[1])
+    return not word.startswith("-") and (has_place or os.path.isfile(word))
 
 
 def _modules() -> list[str]:

@@ -1,6 +1,7 @@
 """`underfoot serve`: a session without a window that tells other programs of contacts, and takes cues from them."""
 
 import math
+import os
 import signal
 import sys
 import time
@@ -15,7 +16,7 @@ from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.devices.transports import split_target, target_forms
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -147,12 +148,15 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 def _target(options: ServeOptions) -> "Target":
     from underfoot.engine.target import Target, simulation_of
-    from underfoot.floor.forces import floor_beside
+    from underfoot.floor.forces import load_floor_beside
     from underfoot.floor.layout import Floor, default_floor
 
     simulation, hardware = simulation_of(options.target), split_target(options.target)
     if simulation is None and hardware is None:
-        floor = Floor.load(options.floor or floor_beside(options.target))
+        if not os.path.isfile(options.target):
+            allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV"
+            raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
+        floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
         target = Target(floor, kind="replay", source=options.target)
     else:
         floor = Floor.load(options.floor) if options.floor else default_floor()

@@ -73,6 +73,15 @@ def test_dragging_from_port_to_port_connects(workspace):
     assert len(workspace.canvas.patch_scene.wires) == 2
 
 
+def test_a_wire_that_takes_the_place_of_another_says_so(workspace):
+    drag(workspace, port(workspace, "hum", "out", "out"), port(workspace, "shaker", "in", "acceleration"))
+    assert workspace.canvas.message == ""
+    workspace.set_patch(workspace.patch().add("hum", REGISTRY, (0.0, 200.0)))
+    drag(workspace, port(workspace, "hum1", "out", "out"), port(workspace, "shaker", "in", "acceleration"))
+    assert ("hum.out", "shaker.acceleration") not in workspace.patch().wires
+    assert "hum.out" in workspace.canvas.message
+
+
 def test_dragging_backwards_from_an_input_connects(workspace):
     drag(workspace, port(workspace, "shaker", "in", "acceleration"), port(workspace, "hum", "out", "out"))
     assert ("hum.out", "shaker.acceleration") in workspace.patch().wires

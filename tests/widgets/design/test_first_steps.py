@@ -33,6 +33,16 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     qtbot.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=middle + QPoint(20, 0))
     assert steps.remaining == []
     assert steps.text.text() == ALL_DONE_TEXT
+    assert window.settings.first_steps_done
+    qtbot.mouseClick(steps.close_button, Qt.MouseButton.LeftButton)
+    assert not steps.isVisible()
+
+
+def test_they_are_put_away_by_hand(qtbot, tmp_path):
+    window = MainWindow(tmp_path, Target(default_floor()))
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    show(qtbot, window)
+    steps = window.workspaces["Design"].findChild(FirstSteps)
     qtbot.mouseClick(steps.close_button, Qt.MouseButton.LeftButton)
     assert not steps.isVisible()
     assert window.settings.first_steps_done

@@ -5,6 +5,7 @@ from PySide6.QtTest import QSignalSpy
 from windows import LONG_MS, noise_patch
 
 from underfoot.devices.accelerometers import Accelerometer
+from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, Profile
@@ -21,6 +22,19 @@ def controller(qtbot, tmp_path):
     made.edit(noise_patch(), None)
     yield made
     made.close()
+
+
+def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved(controller, tmp_path, monkeypatch):
+    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    said = []
+    controller.notified.connect(said.append)
+    controller.record(True)
+    assert said == ["Nothing is recorded yet: the engine is starting."]
+    controller.session = Session(controller.target, noise_patch(), REGISTRY)  # its engine is not started
+    controller.record(True)
+    path = controller.session.recording
+    controller.record(False)
+    assert said[1:] == [f"Recording to {path}", f"Nothing was recorded, the engine has not started: {path}"]
 
 
 def test_the_target_is_released_and_opened_again(controller, qtbot):

@@ -1,15 +1,19 @@
 """The open patch: its file, its folder, the question before it is lost, and its copy that survives a crash."""
 
 import pytest
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QToolButton
-from windows import choose_file, design, dialog_of, noise_patch, quiet_window
+from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
 
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.window import MainWindow
 
 
 def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
@@ -39,6 +43,17 @@ def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
     assert design(quiet_window(qtbot, tmp_path)).patch().title == "Left behind"
 
 
+def test_why_there_is_no_sound_stands_at_the_right_and_hides_no_message(qtbot, tmp_path):
+    window = MainWindow(tmp_path, Target(default_floor(), sound="no such card"))
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    said = []
+    window.bridge.notified.connect(said.append)
+    show(qtbot, window)
+    window.start()
+    qtbot.waitUntil(lambda: "no such card" in window.status.session, timeout=LONG_MS)
+    assert not any("no such card" in line for line in said)
+
+
 def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     design(window).document.edit(noise_patch(), "All")
@@ -47,6 +62,13 @@ def test_keys_come_back_to_the_window_when_a_question_is_answered(qtbot, tmp_pat
     qtbot.waitUntil(question.isActiveWindow)
     qtbot.keyClick(question, Qt.Key.Key_Escape)
     qtbot.waitUntil(window.isActiveWindow)
+
+
+def test_the_first_key_on_a_new_patch_goes_to_the_canvas(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design(window).preview.pad.setFocus()
+    window.actions_by_name["new"].trigger()
+    qtbot.waitUntil(lambda: window.focusWidget() is design(window).canvas)
 
 
 def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
@@ -58,6 +80,14 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     assert not window.isVisible()
     assert Settings.load(tmp_path).window_bytes
+
+
+def test_settings_are_in_their_file_while_the_window_is_open(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.settings.remember_file(tmp_path / "hiss.json")
+    qtbot.waitUntil(lambda: Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")], timeout=LONG_MS)
+    window.close()
+    assert Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")]
 
 
 def test_two_windows_keep_their_work_apart(tmp_path):
