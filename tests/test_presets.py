@@ -115,15 +115,15 @@ def test_a_patch_sounds_at_a_sensible_level(name):
 
 @pytest.mark.parametrize("name", UNLIMITED)
 def test_the_limiter_leaves_a_patch_alone(name):
-    source = SimulatedFloor(default_floor(), RATE, load(name).seed)
-    loop = Loop(load(name), REGISTRY, source, LoopOptions(block=32))
+    source, block = SimulatedFloor(default_floor(), RATE, load(name).seed), 960
+    loop = Loop(load(name), REGISTRY, source, LoopOptions(block=block))
     loop.send(Play(True), 0)
     meant, heard, heard_by_ear = np.zeros((4, 2 * RATE)), np.zeros((4, 2 * RATE)), 0.0
-    for at in range(0, 2 * RATE, 32):
-        loop.run(32)
-        meant[:, at : at + 32] = loop.program.output[:, :32]
-        heard[:, at : at + 32] = loop.out[:32, :4].T
-        heard_by_ear = max(heard_by_ear, np.abs(loop.out[:32, 4:]).max(initial=0.0))
+    for at in range(0, 2 * RATE, block):
+        loop.run(block)
+        meant[:, at : at + block] = loop.program.output[:, :block]
+        heard[:, at : at + block] = loop.out[:block, :4].T
+        heard_by_ear = max(heard_by_ear, np.abs(loop.out[:block, 4:]).max(initial=0.0))
     keep = np.exp(-2.0 * np.pi * DC_HZ / RATE)
     np.testing.assert_allclose(heard, lfilter([1.0, -1.0], [1.0, -keep], meant / 20.0), atol=1e-6)
     assert heard_by_ear < 0.9

@@ -42,8 +42,9 @@ class CalibrateDriver:
         return self.wizard.snapshot.page.key if self.wizard.snapshot else ""
 
     def click(self, widget):
+        """Click a button, which may have to wait for the rig before it is enabled."""
         assert widget.isVisible()
-        assert widget.isEnabled()
+        self.wait(widget.isEnabled)
         self.qtbot.mouseClick(widget, LEFT)
 
     def wait(self, holds):
@@ -57,7 +58,6 @@ class CalibrateDriver:
         """Click Continue, whatever its label, until this page is shown."""
         while self.page != page:
             before = self.wizard.snapshot.page
-            self.wait(self.wizard.going.isEnabled)
             self.click(self.wizard.going)
             self.wait(
                 lambda before=before: (self.page, self.wizard.snapshot.page.questions) != (before.key, before.questions)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ, sample_buffers
 from underfoot.floor import simulated_loads
 from underfoot.floor.forces import read_forces
-from underfoot.floor.layout import Floor
+from underfoot.floor.layout import Floor, Point
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_people import Person, people_footfalls, walk_round
 from underfoot.floor.simulated_sensors import SimulatedSensors
@@ -48,14 +49,10 @@ class SimulatedFloor:
         self._period = rate / SENSOR_HZ
         self._rate = float(rate)
         self._plates = floor.plates()
-        people = people or (simulation.people if simulation else ())
+        people = tuple(people or (simulation.people if simulation else ()))
         walker = simulation.walker if simulation else gait.Walker()
         path = simulation.path_m if simulation else ()
-        if people:
-            walks = people_footfalls(people, floor, WALK_S, seed)
-        else:
-            walks = [walk_round(floor, WALK_S, seed, walker, path)]
-        self.footfalls = simulated_loads.footfall_table(walks)
+        self.footfalls = _footfalls(floor, seed, people, walker, path).copy()
         self.curves = simulated_loads.gait_curves([person.walker for person in people] or [walker])
         self._is_walking = walking
         self._hands = np.zeros(len(floor.tiles), simulated_loads.HAND)
@@ -105,6 +102,18 @@ class SimulatedFloor:
                 self.sensors.read(self.forces, self._sample, count, len(self._recorded) > 0)
             self._sample += count
         return count
+
+
+@lru_cache(maxsize=16)
+def _footfalls(
+    floor: Floor, seed: int, people: tuple[Person, ...], walker: gait.Walker, path_m: tuple[Point, ...]
+) -> NDArray[np.void]:
+    """The table of the whole walk, which the floors of a process share: it takes 10 ms, and often they are alike."""
+    if people:
+        walks = people_footfalls(people, floor, WALK_S, seed)
+    else:
+        walks = [walk_round(floor, WALK_S, seed, walker, path_m)]
+    return simulated_loads.footfall_table(walks)
 
 
 def recorded(path: str, floor: Floor) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ rubber and shaker are from their nominal values) is there for tests to compare w
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,7 +57,7 @@ class SimulatedTile:
         self.parameters.assembly(tile)
         self.settle()
 
-    @property
+    @cached_property
     def preload_n(self) -> float:
         """What the tile itself weighs on each sensor, newtons."""
         return GRAVITY * self.parameters.suspension_of(self.tile).mass_kg / 4.0

@@ -22,8 +22,6 @@ from underfoot.widgets.recordings.recording_list import Summaries
 from underfoot.widgets.recordings.workspace import RecordingsWorkspace
 from underfoot.widgets.session.settings import Settings
 
-LONG_MS = 60_000
-
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
@@ -55,10 +53,8 @@ def workspace(qtbot, folder):
 def opened(workspace, walk, qtbot):
     """The workspace with a recording whose steps were found."""
     workspace.open_file(walk)
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
-    qtbot.waitUntil(
-        lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy, timeout=LONG_MS
-    )
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None)
+    qtbot.waitUntil(lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy)
     workspace.axis.setFocus()
     return workspace
 
@@ -85,7 +81,7 @@ def test_the_list_says_when_how_long_on_which_floor_and_is_searched(workspace, f
     workspace.recordings.refresh()
     items = [workspace.recordings.list.item(row) for row in range(workspace.recordings.list.count())]
     assert sorted(item.text().split("\n")[0] for item in items) == ["monday", "tuesday"]
-    qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: all("6 s" in item.text() and "1 × 2" in item.text() for item in items))
     qtbot.keyClicks(workspace.recordings.search, "tues")
     assert [item.text().split("\n")[0] for item in items if not item.isHidden()] == ["tuesday"]
 
@@ -95,12 +91,12 @@ def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, fold
     workspace.recordings.refresh()
     place = workspace.recordings.list.visualItemRect(workspace.recordings.list.item(0)).center()
     qtbot.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None)
     assert workspace.title.text() == "monday"
-    qtbot.waitUntil(lambda: bool(workspace.content.steps) and not workspace.surveyor.is_busy, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: bool(workspace.content.steps) and not workspace.surveyor.is_busy)
     steps = len(workspace.content.steps)
     workspace.open(folder / "monday.underfoot")
-    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None)
     assert len(workspace.content.steps) == steps
     assert not workspace.surveyor.is_busy
 
@@ -119,7 +115,7 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
     drag(axis, axis.position_of(1.0, "force"), axis.position_of(2.0, "force"))
     assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
-    qtbot.waitUntil(lambda: opened.readout.text().startswith(f"{axis.cursor_s:.3f} s"), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: opened.readout.text().startswith(f"{axis.cursor_s:.3f} s"))
     assert all(unit in opened.readout.text() for unit in (" N", "commanded", "measured"))
     drag(axis, axis.position_of(2.0, "force"), axis.position_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
     assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
@@ -144,7 +140,7 @@ def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot)
     step = opened.content.steps[2].step
     opened._choose_tile(opened.content.opened.floor.index(step.tile))
     opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
-    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text(), timeout=LONG_MS)
+    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text())
     assert "dB" in opened.readout.text()
     moment = moments[-1]
     assert moment.vibration["measured"].peak_m_s2 == pytest.approx(0.8 * moment.vibration["commanded"].peak_m_s2)
@@ -154,7 +150,7 @@ def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot)
 def test_close_up_it_shows_the_samples_themselves(opened, qtbot):
     step = opened.content.steps[2].step
     opened.axis.set_view(step.start_s + 0.2, step.start_s + 0.25)
-    qtbot.waitUntil(lambda: opened.content.detail is not None and opened.content.detail.frames < 10.0, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: opened.content.detail is not None and opened.content.detail.frames < 10.0)
     samples = opened.content.detail.envelopes["commanded"]
     assert (samples.end - samples.begin == 1.0).all()
     opened.axis.repaint()
@@ -164,15 +160,15 @@ def test_m_marks_the_cursor_in_the_file(workspace, folder, walk, qtbot):
     path = folder / "marked.underfoot"
     shutil.copy(walk, path)
     workspace.open_file(path)
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None)
     workspace.axis.setFocus()
     workspace.axis.set_cursor(1.5)
     qtbot.keyClick(workspace.axis, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: len(workspace.content.opened.marks) == 1, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: len(workspace.content.opened.marks) == 1)
     with Recording(path) as recording:
         assert [mark.frame for mark in recording.marks()] == [72_000]
     qtbot.keyClick(workspace.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
-    qtbot.waitUntil(lambda: not workspace.content.opened.marks, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not workspace.content.opened.marks)
 
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
@@ -186,7 +182,7 @@ def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
     qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
     assert opened.steps.table.selected_steps() == [opened.content.steps[4].step]
     opened.steps.table.selectRow(0)
-    qtbot.waitUntil(lambda: opened.axis.view.step == 0, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: opened.axis.view.step == 0)
 
 
 def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qtbot):
@@ -250,7 +246,7 @@ def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, 
     path = folder / "old.underfoot"
     shutil.copy(walk, path)
     workspace.open_file(path)
-    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None)
     monkeypatch.setattr("underfoot.widgets.recordings.recording_list.move_to_trash", lambda path: False)
     qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
     box = workspace.recordings.findChild(QMessageBox)
@@ -276,19 +272,19 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     assert "force" in dialog.omissions.text()
     dialog.reject()
     opened.exporting.begin(opened.content.opened.path, folder / "walk.wav", "measured")
-    qtbot.waitUntil(lambda: not opened.exporting.is_busy, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert (folder / "walk.wav").exists()
     assert any("was exported to" in line for line in said)
     opened.exporting.begin(opened.content.opened.path, folder / "walk.csv", "measured")
     opened.exporting.stop()
-    qtbot.waitUntil(lambda: not opened.exporting.is_busy, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert not (folder / "walk.csv").exists()
 
 
 def test_what_cannot_be_opened_is_said(workspace, folder, qtbot):
     broken = folder / "broken.underfoot"
     broken.write_bytes(b"SQLite format 3\0 and nothing more")
-    with qtbot.waitSignal(workspace.notified, timeout=LONG_MS) as said:
+    with qtbot.waitSignal(workspace.notified) as said:
         workspace.open_file(broken)
     assert "broken.underfoot" in said.args[0]
     assert "broken.underfoot" in workspace.axis.note
@@ -301,7 +297,7 @@ def test_a_recording_that_a_fault_of_the_disk_overwrote_is_listed_as_one_that_ca
     workspace.recordings.refresh()
     assert workspace.recordings.list.count() == 1
     item = workspace.recordings.list.item(0)
-    qtbot.waitUntil(lambda: item.text() == "lost\ncannot be read", timeout=LONG_MS)
+    qtbot.waitUntil(lambda: item.text() == "lost\ncannot be read")
     assert "is not a recording" in item.toolTip()
 
 
@@ -316,7 +312,7 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     QApplication.sendEvent(window, QDropEvent(QPointF(600, 400), Qt.DropAction.CopyAction, data, *none))
     workspace = window.workspaces["Recordings"]
     assert window.workspace == "Recordings"
-    qtbot.waitUntil(lambda: workspace.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: workspace.content is not None)
     assert str(walk) in window.settings.recordings
     workspace.close_down()
 

@@ -62,13 +62,14 @@ class SimulatedHand:
         count = int(round(_BLOCK_S * self._rate_hz))
         force = np.empty(count)
         places = np.empty((count, 2))
+        kept = np.exp(-1.0 / (self._rate_hz * _TREMOR_S))
+        drawn = np.sqrt(1.0 - kept**2)
         for i in range(count):
             self._since_s += 1.0 / self._rate_hz
             if self._waiting is not None and self._since_s > self._rise_s + _GAP_S:
                 self._land(self._waiting)
                 self._waiting = None
-            kept = np.exp(-1.0 / (self._rate_hz * _TREMOR_S))
-            self._tremor = kept * self._tremor + np.sqrt(1.0 - kept**2) * self._random.standard_normal()
+            self._tremor = kept * self._tremor + drawn * self._random.standard_normal()
             force[i] = self._force_n() * (1.0 + _TREMOR * self._tremor)
             places[i] = self._place
         corners = self._tile.corner_forces(places, force)

@@ -156,16 +156,15 @@ def spline(x: Values, f: Values, w: Values, pieces: int) -> FittedCurve | None:
     # Integrals of the quadratic B-splines, each rising from 0 to 1.
     padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     count = padded.size - 4
-    basis = [BSpline(padded, np.r_[np.zeros(i), np.ones(count - i)], 3) for i in range(1, count)]
-    at = np.clip(x, knots[0], knots[-1])
-    terms = np.stack([one(at) for one in basis], axis=1)
+    basis = BSpline(padded, np.tri(count, count - 1, -1), 3)
+    terms = basis(np.clip(x, knots[0], knots[-1]))
     # A little smoothing, so that a weight without readings follows its neighbours.
     smoothing = np.diff(np.eye(count - 1), 2, axis=0) * 1e-3 * np.sqrt(w.sum() / max(1, count - 3))
     left = np.concatenate([terms * np.sqrt(w)[:, None], smoothing])
     right = np.concatenate([f * np.sqrt(w), np.zeros(len(smoothing))])
     weights, _ = nnls(left, right)
-    y = sum(c * one(knots) for c, one in zip(weights, basis, strict=True))
-    slope = sum(c * one.derivative()(knots) for c, one in zip(weights, basis, strict=True))
+    y = sum(c * one for c, one in zip(weights, basis(knots).T, strict=True))
+    slope = sum(c * one for c, one in zip(weights, basis.derivative()(knots).T, strict=True))
     y, slope = np.maximum.accumulate(np.asarray(y)), np.maximum(np.asarray(slope), 0.0)
     return FittedCurve("spline", {"pieces": float(knots.size - 1)}, knots, y, slope)
 
