@@ -326,7 +326,7 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        losing = next((name for name, workspace in self.workspaces.items() if workspace.would_lose), "")
+        losing = [name for name, workspace in self.workspaces.items() if workspace.would_lose]
         if not self._is_leaving and (losing or not self.open_patch.is_all_saved):
             event.ignore()
             self._ask_to_leave(losing)
@@ -360,13 +360,13 @@ class MainWindow(QMainWindow):
             workspace.save_for_restart(self._folder)
         self._leave()
 
-    def _ask_to_leave(self, losing: str) -> None:
-        ask = partial(self.open_patch.ask_to_save_all, self._leave)
+    def _ask_to_leave(self, losing: list[str]) -> None:
+        """Ask in each of these workspaces, then for patches that are not saved, and close the window."""
         if losing:
-            self.show_workspace(losing)
-            self.workspaces[losing].ask_to_leave(ask)
+            self.show_workspace(losing[0])
+            self.workspaces[losing[0]].ask_to_leave(partial(self._ask_to_leave, losing[1:]))
         else:
-            ask()
+            self.open_patch.ask_to_save_all(self._leave)
 
     def _leave(self) -> None:
         self._is_leaving = True

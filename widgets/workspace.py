@@ -73,11 +73,11 @@ class Workspace(QWidget):
 
     @property
     def would_lose(self) -> bool:
-        """Whether closing the window would lose what a person measured: `ask_to_leave` asks about it."""
+        """Whether closing the window would lose what a person measured, or break it off: `ask_to_leave` asks."""
         return False
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
-        """Call `then` at once if nothing is lost by closing the window, else when the person agrees to lose it."""
+        """Call `then` at once if nothing is lost by closing the window, else when the person agrees."""
         then()
 
     def close_down(self) -> None:

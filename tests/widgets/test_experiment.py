@@ -6,7 +6,7 @@ import pytest
 from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 from windows import dialog_of, noise_patch, play_on_simulator
 
 from underfoot.experiments.protocol import Protocol
@@ -318,6 +318,17 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
     bench.begin()
     bench.until(Phase.READY)
     assert bench.runner.page.key == key
+
+
+def test_the_window_asks_before_it_closes_on_a_participant(bench):
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
+    bench.until(Phase.READY)
+    bench.window.close()
+    box = dialog_of(bench.window, QMessageBox)
+    assert "answers are kept" in box.text()
+    bench.click(next(button for button in box.buttons() if button.text() == "Go on with it"))
+    assert bench.window.isVisible()
+    assert bench.runner.phase is Phase.READY
 
 
 def test_the_patch_plays_again_behind_a_study(bench):

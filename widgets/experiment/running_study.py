@@ -41,7 +41,7 @@ class RunningStudy(QObject):
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self._controller: SessionController | None = None
-        self._walked, self._drawn = False, 0
+        self._walked, self._drawn, self._is_pilot = False, 0, False
         self._foot = SimulatedFoot()
         self._connect()
 
@@ -49,6 +49,11 @@ class RunningStudy(QObject):
     def is_on(self) -> bool:
         """Whether a study runs."""
         return self.runner is not None
+
+    @property
+    def has_participant(self) -> bool:
+        """Whether somebody takes part who has not come to the end; a pilot is a try."""
+        return self.runner is not None and not self._is_pilot and not self.runner.study.is_done
 
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
@@ -74,6 +79,7 @@ class RunningStudy(QObject):
             controller.take_back()
             raise
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
+        self._is_pilot = study.is_pilot
         session.send(Walk(False))
         self.experimenter.begin(floor, f"{study.protocol.title}  ·  {participant}", session.target.kind == "simulator")
 

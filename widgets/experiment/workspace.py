@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QMessageBox, QStackedWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
@@ -131,6 +131,27 @@ class ExperimentWorkspace(Workspace):
     def silence(self) -> None:
         """Panic: the study stops, and what was presented begins anew when it goes on."""
         self.running.stop("panic")
+
+    @property
+    def would_lose(self) -> bool:
+        """Whether a participant is in the midst of a study."""
+        return self.running.has_participant
+
+    def ask_to_leave(self, then: Callable[[], object]) -> None:
+        """Ask before a participant's study ends for now."""
+        if not self.would_lose:
+            then()
+            return
+        box = QMessageBox(self.window())
+        box.setWindowTitle("Close during a study")
+        box.setText("A study is running. Its answers are kept, and it can be gone on with another time.")
+        close = box.addButton("Close", QMessageBox.ButtonRole.DestructiveRole)
+        stay = box.addButton("Go on with it", QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(stay)
+        box.setEscapeButton(stay)
+        close.clicked.connect(lambda: then())
+        box.finished.connect(box.deleteLater)
+        box.open()
 
     def close_down(self) -> None:
         """End what runs; the session's file stays as it is, to be gone on with."""
