@@ -1,13 +1,16 @@
 """The desktop's files: written where a desktop looks for them, and valid by its own tools where those are there."""
 
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
+ROOT = Path(__file__).resolve().parents[1]
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="menus of Linux desktops")
 
 
@@ -43,6 +46,20 @@ def test_recordings_and_patches_are_kinds_of_files(written):
     entry = (written / "applications/underfoot.desktop").read_text()
     offered = next(line for line in entry.splitlines() if line.startswith("MimeType=")).removeprefix("MimeType=")
     assert kinds == set(offered.strip(";").split(";"))
+
+
+def test_an_image_is_built_of_what_the_wheel_needs_and_its_user_may_write_into_ones_folder():
+    told = (ROOT / "assets/desktop/Containerfile").read_text()
+    page = (ROOT / "docs/install.md").read_text()
+    line = re.search(r"podman run .*", told)[0]
+    assert f"    {line}\n" in page
+    user = re.search(r"useradd .*--uid (\d+) (\w+)", told)
+    assert f"--userns keep-id:uid={user[1]},gid={user[1]} " in line
+    assert f"USER {user[2]}\n" in told
+    sent = {name.removeprefix("!") for name in (ROOT / ".dockerignore").read_text().splitlines() if name[0] == "!"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    needed = {*project["tool"]["setuptools"]["package-dir"].values(), *project["project"]["license-files"]}
+    assert sent == {*needed, project["project"]["readme"], "pyproject.toml", "assets", "presets"}
 
 
 def test_the_icon_is_a_picture(written, qtbot):

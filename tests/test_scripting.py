@@ -1,6 +1,7 @@
 """The names that scripts use: docs/scripting.md runs by the letter, in as few lines as it says."""
 
 import re
+import shlex
 import subprocess
 import sys
 import xml.etree.ElementTree as xml
@@ -16,8 +17,10 @@ from underfoot.engine.render import render as play
 from underfoot.nodes import REGISTRY
 from underfoot.records.tables import Table
 
-PAGE = (Path(__file__).resolve().parents[1] / "docs" / "scripting.md").read_text()
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "scripting.md").read_text()
 SCRIPTS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+LINES = re.findall(r"^    underfoot (.+)$", PAGE, re.MULTILINE)
 MOST_LINES = 5
 
 
@@ -44,7 +47,7 @@ def test_fifty_impacts_become_fifty_sound_files(folder):
 
 
 def test_a_csv_becomes_steps_and_centroids(folder, walk):
-    run(SCRIPTS[1])
+    run(SCRIPTS[2])
     header, *steps = (folder / "steps.csv").read_text().splitlines()
     assert header.startswith("step,tile,side,start_s,contact_ms,peak1_n")
     assert [line.split(",")[1] for line in steps] == ["t1", "t2"]
@@ -53,8 +56,14 @@ def test_a_csv_becomes_steps_and_centroids(folder, walk):
     assert table["force_n"].max() == pytest.approx(800.0, abs=1.0)
 
 
+def test_the_walk_of_the_page_is_the_csv_that_it_reads_next(folder):
+    walked = run(SCRIPTS[1])["forces"]
+    assert walked.force_n.shape == (10_000, 8, 4)
+    run(SCRIPTS[2])
+    assert len((folder / "steps.csv").read_text().splitlines()) - 1 == walked.steps().rows > 10
+
+
 def test_a_walker_presses_with_its_weight():
-    assert run(SCRIPTS[2])["forces"].force_n.shape == (10_000, 8, 4)
     force_n = uf.walk(10.0, uf.default_floor(6, 6)).force_n
     # The ground gives a walker's weight back on average: here the usual 700 N.
     assert force_n[2000:].sum(axis=(1, 2)).mean() == pytest.approx(700.0, rel=0.02)
@@ -80,6 +89,19 @@ def test_a_distribution_is_plotted(folder):
 def test_the_rest_of_the_page_runs(script, folder, capsys):
     run(script)
     assert "inputs of tile-output" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("line", "files"), list(zip(LINES, (2, 6), strict=True)))
+def test_the_command_lines_of_the_page_run_in_an_empty_folder(line, files, underfoot, folder):
+    underfoot(*shlex.split(line), "--seconds", "0.1")
+    (manifest,) = folder.glob("*/manifest.csv")
+    assert len(manifest.read_text().splitlines()) == 1 + files == 1 + len(list(folder.glob("*/*.wav")))
+
+
+def test_the_script_of_the_readme_needs_nothing_that_is_not_installed(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    run(re.search(r"^```python\n(import underfoot.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)[1])
+    assert {path.name for path in folder.iterdir()} == {"knock.wav", "steps.csv"}
 
 
 def test_the_names_of_the_page_are_the_names_that_there_are():

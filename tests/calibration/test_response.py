@@ -5,7 +5,7 @@ from datetime import date
 
 import numpy as np
 import pytest
-from scipy.signal import freqz_sos
+from scipy.signal import sosfreqz
 
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.response import LOUDEST, ResponseProcedure
@@ -55,7 +55,7 @@ def finished(seed=1, rate=RATE, **values):
 
 def truth_db(tile, sections, level, frequencies_hz, rate=RATE, load="none"):
     """The tile's true response to small signals through the sections, over a level."""
-    _, gain = freqz_sos(sections, frequencies_hz, fs=rate)
+    _, gain = sosfreqz(sections, frequencies_hz, fs=rate)
     return 20.0 * np.log10(np.abs(tile.transfer(frequencies_hz, load) * gain) / level)
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import bilinear_zpk, freqz_sos, sosfilt, zpk2sos
+from scipy.signal import bilinear_zpk, sosfilt, sosfreqz, zpk2sos
 
 from underfoot.calibration.science.sweep import exponential, find_passes, growth_s, train
 from underfoot.calibration.science.tones import harmonics
@@ -42,7 +42,7 @@ def heard(sweep, noise=1e-4, late=LATE, square=0.0, cube=0.0, seed=1):
 
 
 def truth(frequencies_hz):
-    return np.abs(freqz_sos(PLATE, frequencies_hz, fs=RATE)[1])
+    return np.abs(sosfreqz(PLATE, frequencies_hz, fs=RATE)[1])
 
 
 def error_db(found, low=40.0, high=740.0):

@@ -139,6 +139,18 @@ NOT_FACTORS = frozenset(
 """Columns that are no factors of stimuli: what a trial is, what was answered, and what was measured."""
 
 
+def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
+    """Rows by the values of a column that each of them must have, in the order of these values.
+
+    >>> by_value([{"a": 2, "b": 2}, {"a": 1, "b": 3}], "a")
+    [(1, [{'a': 1, 'b': 3}]), (2, [{'a': 2, 'b': 2}])]
+    """
+    found: dict[Any, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row[column], []).append(row)
+    return sorted(found.items(), key=lambda part: part[0])
+
+
 def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     """The columns that are factors of stimuli, and take more than one value.
 

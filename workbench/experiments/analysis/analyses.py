@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from underfoot.errors import BadMeasurement, BadValue, require
 from underfoot.experiments.analysis import abx, bayesian, constant, identification, labels, ratings, staircase, targets
@@ -14,7 +15,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import METHOD
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
-from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, grouped
+from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped
 
 LEAST_PEOPLE = 5
 """Least number of people for correlations."""
@@ -78,7 +79,8 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
                 f"a table of {method} has the columns {', '.join(analysis.needs)}",
             )
         _check_cells(part)
-        findings = _found(analysis, method, part, settings_of(protocol, stage, settings))
+        part = _trial_rows(part)
+        findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += right_answers(part)
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
@@ -92,7 +94,25 @@ _NUMBERS = (
     *("trial", "block", "run", "rating", "level_db", "gain_db", "level_m_s2", "time_s"),
     *("width_m", "distance_m", "bearing_rad"),
 )
-_MOST, _MOST_STIMULI = 1e6, 1000
+_MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
+
+
+class _TrialRow(dict[str, Any]):
+    """A row that an analysis reads: a cell that it lacks is the table's fault, and named with its trial."""
+
+    def __missing__(self, name: str) -> Any:
+        place = f"trial {self.get('trial')} of {self.get('participant')}"
+        raise BadValue(f"{place} has no {name}; allowed: a {name} wherever the other trials have one")
+
+
+def _trial_rows(rows: Sequence[Row]) -> list[Row]:
+    """The rows for an analysis; a factor is numbers in all of them, or words in all."""
+    words = []
+    for name in factors_of(rows):
+        values = [row[name] for row in rows if name in row]
+        if not all(isinstance(value, int | float) and abs(value) <= _MOST_FACTOR for value in values):
+            words.append(name)
+    return [_TrialRow({**row, **{name: str(row[name]) for name in words if name in row}}) for row in rows]
 
 
 def _check_cells(rows: Sequence[Row]) -> None:
@@ -107,17 +127,6 @@ def _check_cells(rows: Sequence[Row]) -> None:
             value = row.get(name)
             good = isinstance(value, int) and 0 < value <= _MOST_STIMULI
             require(good, place + name, value, f"a whole number, 1 to {_MOST_STIMULI}")
-
-
-def _found(analysis: Analysis, method: str, rows: Sequence[Row], settings: Settings) -> Findings:
-    """Return the findings; `BadValue` where rows of a table lack what others have."""
-    try:
-        return analysis.findings(rows, settings)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        if settings.given:  # of a session: not the table's fault
-            raise
-        needs = f"rows that all have {', '.join(analysis.needs)}, and the same factors"
-        raise BadValue(f"the table does not fit {method} ({error}); allowed: {needs}") from None
 
 
 def _correlate(findings: Findings, rows: Sequence[Row], analysis: Analysis, settings: Settings) -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from underfoot.experiments.analysis.preferences import preferences, share_estima
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, factors_of, grouped
+from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
@@ -55,9 +56,9 @@ def axis_label(factor: str) -> str:
 
 def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list[int]]:
     """Return levels along the axis, the number of "greater" judgements at each, and the number of trials."""
-    parts = sorted(grouped(rows, axis).items())
+    parts = by_value(rows, axis)
     yes = [sum(judged_more(row) for row in part) for _, part in parts]
-    return [float(level) for (level,), _ in parts], yes, [len(part) for _, part in parts]
+    return [float(level) for level, _ in parts], yes, [len(part) for _, part in parts]
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
@@ -69,8 +70,12 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
         axis, condition = axis_and_condition(rows)
     except BadMeasurement:
         return share_estimates(_counted(rows))
+    return _curves(rows, axis, condition, settings)
+
+
+def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) -> list[Estimate]:
     found = []
-    for (value,), part in sorted(grouped(rows, condition).items()) if condition else [(("",), rows)]:
+    for value, part in _by_condition(rows, condition):
         try:
             x, yes, of = counts(part, axis)
             three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses)
@@ -89,16 +94,16 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
     found = Findings("Constant stimuli")
-    people = {person: estimates(part, settings) for (person,), part in grouped(rows, "participant").items()}
+    people = {
+        person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
+    }
     lines = [(str(person), one) for person, several in people.items() for one in several]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
     if any(math.isinf(one.high) for _, one in lines):
         how += " From -inf to inf: the slope may be 0, and these trials do not bound the PSE."
     found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
-    by_name: dict[str, list[float]] = {}
-    for several in people.values():
-        for one in several:
-            by_name.setdefault(one.name, []).append(one.value)
+    values = [{one.name: one.value for one in several} for several in people.values()]
+    by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     found.tables.append(_medians(by_name))
     found.tables.append(_shares(rows, axis, condition))
     found.drawings.append(_curves_drawn(rows, axis, condition))
@@ -107,6 +112,10 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         if len(compared) > 1:
             found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS[name])
     return found
+
+
+def _by_condition(rows: Sequence[Row], condition: str) -> list[tuple[Any, list[Row]]]:
+    return by_value(rows, condition) if condition else [("", list(rows))]
 
 
 def _counted(rows: Sequence[Row]) -> list[Row]:
@@ -152,7 +161,7 @@ def _number(text: str) -> float:
 
 
 def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
-    parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
+    parts = _by_condition(rows, condition)
     levels = sorted({float(row[axis]) for row in rows})
     lines = []
     for level in levels:
@@ -161,15 +170,15 @@ def _shares(rows: Sequence[Row], axis: str, condition: str) -> Table:
             here = [judged_more(row) for row in part if float(row[axis]) == level]
             cells.append(float(np.mean(here)) if here else np.nan)
         lines.append((level, *cells))
-    names = tuple(f"{condition} {value}" if condition else "share" for (value,), _ in parts)
+    names = tuple(f"{condition} {value}" if condition else "share" for value, _ in parts)
     return Table("Share judged more", (axis, *names), tuple(lines), "All people together.")
 
 
 def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
-    parts = sorted(grouped(rows, condition).items()) if condition else [(("",), list(rows))]
-    for colour, ((value,), part) in zip(_COLOURS, parts, strict=False):
+    parts = _by_condition(rows, condition)
+    for colour, (value, part) in zip(_COLOURS, parts, strict=False):
         x, yes, of = counts(part, axis)
         name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))

@@ -11,7 +11,7 @@ from underfoot.experiments.analysis.comparisons import fisher, logistic_regressi
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval, mixed_share_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, grouped
+from underfoot.experiments.table import Row, by_value, grouped
 
 FACTORS = {
     "width": ("width_m", 100.0, "cm"),
@@ -25,7 +25,7 @@ NEAR_M, FAR_M = 0.15, 0.25
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's selection rates, of all targets and of each width, and the mean time of selections."""
     found = [_rate("rate", rows)]
-    for (width,), part in sorted(grouped(rows, "width_m").items()):
+    for width, part in by_value(rows, "width_m"):
         found.append(_rate(f"rate at {100.0 * float(width):g} cm", part))
     times = [float(row["time_s"]) for row in rows if row["selected"] == "yes"]
     return [*found, mean_interval("time", times, "s")]
@@ -41,8 +41,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         )
     )
     for name, (column, factor, unit) in FACTORS.items():
-        parts = sorted(grouped(rows, column).items())
-        lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for (value,), part in parts]
+        parts = by_value(rows, column)
+        lines = [(f"{factor * float(value):.4g} {unit}", _rate("rate", part)) for value, part in parts]
         times = [
             (text, mean_interval("time", [float(r["time_s"]) for r in part if r["selected"] == "yes"], "s"))
             for (text, _), (_, part) in zip(lines, parts, strict=True)
@@ -77,7 +77,7 @@ def _rate(name: str, rows: Sequence[Row]) -> Estimate:
 
 
 def _drawn(name: str, column: str, factor: float, unit: str, rows: Sequence[Row]) -> Drawing:
-    parts = sorted((factor * float(value), _rate("", part)) for (value,), part in grouped(rows, column).items())
+    parts = [(factor * float(value), _rate("", part)) for value, part in by_value(rows, column)]
     x = np.array([value for value, _ in parts])
     lines = (
         series("rate", x, [one.value for _, one in parts], "dots"),
