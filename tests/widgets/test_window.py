@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMessageBox, QPushButton
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMenu, QMessageBox, QPushButton
 from windows import (
     LONG_MS,
     VibrationRecorder,
@@ -224,7 +224,7 @@ def test_a_file_that_cannot_be_opened_is_said_in_one_line(window, tmp_path):
 
 
 def test_presets_open_as_a_copy(window):
-    menu = next(a.menu() for a in window.main_bar.menu.menu().actions() if a.text() == "Presets")
+    menu = next(menu for menu in window.findChildren(QMenu) if menu.title() == "Presets")
     menu.actions()[0].trigger()
     assert window.open_patch.path is None
     assert window.open_patch.is_saved
