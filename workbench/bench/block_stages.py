@@ -153,10 +153,10 @@ class _Stopwatch:
         call = getattr(owner, method)
 
         @wraps(call)
-        def watched(*given: Any) -> Any:
+        def watched(*given: Any, **named: Any) -> Any:
             self._inner_s.append(0.0)
             began = time.perf_counter()
-            result = call(*given)
+            result = call(*given, **named)
             took = time.perf_counter() - began
             self.spent_s[stage] += took - self._inner_s.pop()
             self._inner_s[-1] += took
