@@ -22,6 +22,8 @@ from underfoot.widgets.window import MainWindow
 
 SCALE_VARIABLE = "QT_SCALE_FACTOR"
 """What Qt multiplies all sizes by."""
+SETTLED_MS = 1500
+"""After a start, when its processes and threads leave the window time to make workspaces that are not on the screen."""
 
 
 def run(
@@ -53,7 +55,7 @@ def run(
         collect_in_this_thread(window)
         freeze_loaded(window.bridge.started, window.loaded)
         window.painted.connect(window.start)
-        window.controller.opened.connect(window.make_next_workspace)
+        window.bridge.started.connect(lambda: QTimer.singleShot(SETTLED_MS, window.make_next_workspace))
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         status = app.exec()

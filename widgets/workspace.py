@@ -4,11 +4,14 @@ A folder of `underfoot.widgets` is a workspace where its `__init__.py` has a `Wo
 menu, the tabs, the sheet of shortcuts and the pictures of `--screenshot` follow from the declarations.
 """
 
-import importlib
+import dis
+import importlib.abc
+import importlib.util
 import pkgutil
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -103,12 +106,26 @@ class WorkspaceDeclaration:
     package: str = ""
 
     def load(self) -> bool:
-        """Import the workspace's code; return whether it was not imported before."""
+        """Import the next part of the workspace's code; return whether there was one.
+
+        A part is a module that the workspace's imports, at last the workspace's own: all at once would hold the window.
+        """
         name = f"{self.package}.workspace"
         if not self.package or name in sys.modules:
             return False
-        importlib.import_module(name)
+        importlib.import_module(next((part for part in _imports_of(name) if part not in sys.modules), name))
         return True
+
+
+@cache
+def _imports_of(name: str) -> tuple[str, ...]:
+    """Return the modules that a module imports, by its code."""
+    spec = importlib.util.find_spec(name)
+    assert spec is not None
+    assert isinstance(spec.loader, importlib.abc.InspectLoader)
+    code = spec.loader.get_code(name)
+    assert code is not None
+    return tuple(one.argval for one in dis.get_instructions(code) if one.opname == "IMPORT_NAME")
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:

@@ -95,3 +95,17 @@ def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypat
     assert texts[at + 1 : at + 3] == ["Do the whole", "W"]
     window.leave()
     assert whole.events == [False, True, False, True, "silent", "closed"]
+
+
+def test_the_code_of_a_workspace_is_imported_in_parts():
+    code = (
+        "import sys; from underfoot.widgets.workspace import discover\n"
+        "declared = {one.name: one for one in discover()}['Experiment']\n"
+        "parts = 0\n"
+        "while declared.load(): parts += 1\n"
+        "print(parts, 'underfoot.widgets.experiment.workspace' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    parts, is_loaded = done.stdout.split()
+    assert int(parts) > 5
+    assert is_loaded == "True"
