@@ -9,6 +9,7 @@ B2 = Annotated[np.ndarray, np.dtype(np.uint8), 2]
 F1 = Annotated[np.ndarray, np.dtype(np.float64), 1]
 F2 = Annotated[np.ndarray, np.dtype(np.float64), 2]
 F3 = Annotated[np.ndarray, np.dtype(np.float64), 3]
+F4 = Annotated[np.ndarray, np.dtype(np.float64), 4]
 I1 = Annotated[np.ndarray, np.dtype(np.int64), 1]
 I2 = Annotated[np.ndarray, np.dtype(np.int64), 2]
 U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
@@ -20,7 +21,7 @@ def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
 
 
 def addresses(tables: Any) -> np.ndarray:
-    """Return the addresses of a named tuple's arrays: int64 [table, (address, three dimensions)], for compiled code.
+    """Return the addresses of a named tuple's arrays: int64 [table, (address, four dimensions)], for compiled code.
 
     Passing some forty arrays one by one would cost more than running a small patch. The holder of the addresses must
     keep the arrays.
@@ -29,7 +30,7 @@ def addresses(tables: Any) -> np.ndarray:
         assert array.dtype == dtype, name
         assert array.ndim == dimensions, name
         assert array.flags.c_contiguous, name
-    return np.array([(a.ctypes.data, *a.shape, *([1] * (3 - a.ndim))) for a in tables], np.int64)
+    return np.array([(a.ctypes.data, *a.shape, *([1] * (4 - a.ndim))) for a in tables], np.int64)
 
 
 def borrow(context: Any, where: Any, kind: type) -> Any:
@@ -51,12 +52,12 @@ def borrow(context: Any, where: Any, kind: type) -> Any:
         made = []
         for row, one in enumerate(arrays):
             array = context.make_array(one)(context, builder)
-            shape = [entry(4 * row + 1 + d) for d in range(one.ndim)]
+            shape = [entry(5 * row + 1 + d) for d in range(one.ndim)]
             size = ir.Constant(word, context.get_abi_sizeof(context.get_data_type(one.dtype)))
             strides = [size]
             for length in reversed(shape[1:]):
                 strides.insert(0, builder.mul(strides[0], length))
-            data = builder.inttoptr(entry(4 * row), context.get_data_type(one.dtype).as_pointer())
+            data = builder.inttoptr(entry(5 * row), context.get_data_type(one.dtype).as_pointer())
             populate_array(array, data, shape, strides, size, None)
             made.append(array._getvalue())
         return context.make_tuple(builder, signature.return_type, made)

@@ -2,6 +2,7 @@
 
 import gc
 import multiprocessing
+import threading
 from functools import partial
 
 import pytest

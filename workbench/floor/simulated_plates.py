@@ -11,17 +11,18 @@ begins at rest; another load, or a triangle further off, is faded to in 10 ms.
 import hashlib
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache
+from underfoot.array_tables import F2, F3, F4, addresses, borrow
 from underfoot.clock import FADE, SPAN
 from underfoot.errors import require
 from underfoot.floor.layout import Floor, Point, Tile
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.kernels import inlined, kernel, part
+from underfoot.kernels import inlined, intrinsic, kernel, part
 from underfoot.layouts import Memory
 from underfoot.memory import LINE, aligned_zeros
 from underfoot.models.filtering import poles
@@ -68,18 +69,18 @@ _state_at, _coefficients_at = poles.STATE.at, poles.COEFFICIENTS.at
 
 
 class PlateMemory(NamedTuple):
-    """All arrays of `SimulatedPlates` that the kernels read and write."""
+    """All arrays of `SimulatedPlates` that the kernels read and write, as `array_tables` passes them."""
 
-    out: NDArray[np.float32]  # [frame, tile]
-    rows: NDArray[np.void]  # [tile] of `ROW`
-    sounds: NDArray[np.bool_]  # [channel]: whether a tile on it is not silent
-    shakers: NDArray[np.float64]  # [tile, value]: coefficients, like those of bodies
-    bodies: NDArray[np.float64]  # [tile, load, value]
-    shaker_states: NDArray[np.float64]  # [tile, value]
-    body_states: NDArray[np.float64]  # [tile, slot, system, value]
-    compressions: NDArray[np.void]  # [tile]
-    buffers: NDArray[np.float64]  # [4, `SPAN`]
-    load: NDArray[np.void]  # [1] of `LOAD`
+    out: Annotated[np.ndarray, np.dtype(np.float32), 2]  # [frame, tile]
+    rows: Annotated[np.ndarray, ROW, 1]  # [tile]
+    sounds: Annotated[np.ndarray, np.dtype(np.bool_), 1]  # [channel]: whether a tile on it is not silent
+    shakers: F2  # [tile, value]: coefficients, like those of bodies
+    bodies: F3  # [tile, load, value]
+    shaker_states: F2  # [tile, value]
+    body_states: F4  # [tile, slot, system, value]
+    compressions: Annotated[np.ndarray, shaker.COMPRESSION, 1]  # [tile]
+    buffers: F2  # [4, `SPAN`]
+    load: Annotated[np.ndarray, LOAD, 1]
 
 
 class SimulatedPlates:
@@ -117,6 +118,7 @@ class SimulatedPlates:
             np.zeros((4, SPAN)),
             np.zeros(1, LOAD),
         )
+        self._where = addresses(self._memory)
         self._moving = self._zeros_written = 0
         drive, silent_since = np.zeros((0, sounds.size), np.float32), self._rows["zero_frames"]
         self.apply(
@@ -134,7 +136,7 @@ class SimulatedPlates:
         Allocates nothing.
         """
         if self._moving or sounding:
-            self._moving = _apply(self._memory, drive, silent_since, signals, (frame, at, n))
+            self._moving = _apply(self._where, drive, silent_since, signals, (frame, at, n))
             self._zeros_written = 0
         elif self._zeros_written < 2 * len(self.out):  # else all of it is zero
             self.out[at : at + n] = 0.0
@@ -239,15 +241,22 @@ def _aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
+@intrinsic
+def _memory_at(context: Any, where: Any) -> Any:
+    """Return the arrays at these addresses as `PlateMemory`."""
+    return borrow(context, where, PlateMemory)
+
+
 @kernel
 def _apply(
-    memory: PlateMemory,
+    where: NDArray[np.int64],
     drive: NDArray[np.float32],
     silent_since: NDArray[np.int64],
     signals: NDArray[np.float64],
     stretch: tuple[int, int, int],
 ) -> int:
     """See `SimulatedPlates.apply`; returns how many tiles move."""
+    memory = _memory_at(where)
     frame, at, n = stretch
     out, rows, sounds, load = memory.out, memory.rows, memory.sounds, memory.load[0]
     sounds[:] = False
