@@ -170,6 +170,7 @@ def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeyp
     qtbot.waitUntil(
         lambda: not any("recorder" in child.name for child in multiprocessing.active_children()), timeout=LONG_MS
     )
+    qtbot.waitUntil(lambda: all(thread.name != "recordings" for thread in threading.enumerate()), timeout=LONG_MS)
 
 
 def test_a_preview_comes_for_what_is_selected(window, qtbot):
@@ -375,3 +376,4 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(
         lambda: not any("recorder" in child.name for child in multiprocessing.active_children()), timeout=LONG_MS
     )
+    qtbot.waitUntil(lambda: all(thread.name != "recordings" for thread in threading.enumerate()), timeout=LONG_MS)
