@@ -80,7 +80,7 @@ class Workspace(QWidget):
         return False
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
-        """Call `then` at once if nothing is lost by closing the window, else when the person agrees."""
+        """Where it `would_lose`, call `then` when the person agrees."""
         then()
 
     def close_down(self) -> None:

@@ -346,7 +346,7 @@ def test_on_hardware_the_link_is_asked_for_and_a_person_presses(qtbot, tmp_path)
     assert driver.wizard.isVisible()
     driver.click(driver.wizard.leaving)
     question = next(box for box in driver.wizard.findChildren(QMessageBox) if box.isVisible())
-    driver.click(question.button(QMessageBox.StandardButton.Discard))
+    driver.click(question.button(QMessageBox.StandardButton.Yes))
     driver.wait(lambda: driver.wanted == ["release", "reopen"])
     assert scale.closed
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
@@ -445,7 +445,7 @@ def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_p
         qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
         assert window.isVisible()
         window.close()
-        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+        qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
         assert not window.isVisible()
     finally:
         measurement.stop()

@@ -8,7 +8,6 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QHBoxLayout,
-    QMessageBox,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -26,6 +25,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.calibrate.measuring import Measurement, Snapshot
 from underfoot.widgets.calibrate.page_view import PageView, plays_sound
 from underfoot.widgets.calibrate.result_view import ResultView
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 BUSY_S = 0.4
@@ -194,17 +194,8 @@ class Wizard(QWidget):
         if not self.would_lose:
             then()
             return
-        box = QMessageBox(self)
-        box.setWindowTitle("Leave the calibration")
-        box.setText("Leave now? What was measured is lost; the profile stays as it is.")
-        box.setStandardButtons(QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
-        discard = QMessageBox.StandardButton.Discard
-        box.button(discard).setText("Leave")
-        box.button(QMessageBox.StandardButton.Cancel).setText("Stay")
-        box.finished.connect(lambda answer: then() if answer == discard.value else None)
-        box.finished.connect(box.deleteLater)
-        box.open()
+        text = "Leave now? What was measured is lost; the profile stays as it is."
+        ask(self, "Leave the calibration", text, "Leave", then, "Stay")
 
     def _run_automatically(self) -> None:
         complaint = self.page.take_input_error()

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
@@ -15,6 +15,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.design.preset_drops import PresetDrops
 from underfoot.widgets.design.side_panel import PRESETS, SidePanel
 from underfoot.widgets.workspace import WorkspaceContext
@@ -83,15 +84,8 @@ class PresetBrowsing(QObject):
         if not path.exists():
             self._write(patch, path)
             return
-        box = QMessageBox(self._side.window())
-        box.setWindowTitle("Save as preset")
-        box.setText(f"There is a preset “{patch.title}” already. Replace it?")
-        box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
-        box.button(QMessageBox.StandardButton.Yes).setText("Replace")
-        box.accepted.connect(lambda: self._write(patch, path))
-        box.finished.connect(box.deleteLater)
-        box.open()
+        text = f"There is a preset “{patch.title}” already. Replace it?"
+        ask(self._side.window(), "Save as preset", text, "Replace", partial(self._write, patch, path))
 
     def _write(self, patch: Patch, path: Path) -> None:
         try:

@@ -1,13 +1,15 @@
 """The presets beside the canvas: found by words, seen, heard as one goes through them, and opened."""
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QMessageBox, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset, all_presets, ranked
 from underfoot.widgets import theme
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.design.node_list import SearchField
 from underfoot.widgets.design.preset_list import PresetList, tooltip_text
@@ -185,15 +187,8 @@ class PresetPanel(QWidget):
         if not preset.is_user_preset:
             self.notified.emit(f"{preset.title} came with the program and stays; only your own presets can be deleted")
             return
-        box = QMessageBox(self.window())
-        box.setWindowTitle("Delete preset")
-        box.setText(f"Delete the preset “{preset.title}”? Its file goes to the trash.")
-        box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
-        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
-        box.button(QMessageBox.StandardButton.Yes).setText("Delete")
-        box.accepted.connect(lambda: self._remove(preset))
-        box.finished.connect(box.deleteLater)
-        box.open()
+        text = f"Delete the preset “{preset.title}”? Its file goes to the trash."
+        ask(self.window(), "Delete preset", text, "Delete", partial(self._remove, preset))
 
     def _remove(self, preset: Preset) -> None:
         self.end_audition()

@@ -9,7 +9,6 @@ from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
-    QMessageBox,
     QPushButton,
     QScrollArea,
     QStackedWidget,
@@ -23,6 +22,7 @@ from underfoot.experiments.draft import Draft, unused_path
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.widgets import theme
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.experiment.choice import facts_of
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.question_table import QuestionTable
@@ -134,16 +134,8 @@ class ProtocolEditor(QWidget):
             self._end()
             self.closed.emit()
             return
-        box = QMessageBox(self.window())
-        box.setWindowTitle("Close without saving")
-        box.setText("The protocol has changes that are not saved.")
-        discard = box.addButton("Discard the changes", QMessageBox.ButtonRole.DestructiveRole)
-        stay = box.addButton("Go on with it", QMessageBox.ButtonRole.RejectRole)
-        box.setDefaultButton(stay)
-        box.setEscapeButton(stay)
-        discard.clicked.connect(self._discard)
-        box.finished.connect(box.deleteLater)
-        box.open()
+        text = "The protocol has changes that are not saved."
+        ask(self.window(), "Close without saving", text, "Discard the changes", self._discard, "Go on with it")
 
     def unsaved(self) -> bytes:
         """What was changed and not saved, to be gone on with another time; empty where nothing was."""
@@ -225,15 +217,7 @@ class ProtocolEditor(QWidget):
 def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[], object]) -> None:
     """Ask whether a protocol of the user's is to go; its sessions stay."""
     kept = f" Its {sessions} {'session stays' if sessions == 1 else 'sessions stay'}." if sessions else ""
-    box = QMessageBox(parent)
-    box.setWindowTitle("Delete protocol")
-    box.setText(f"Delete the protocol “{title}”? Its file goes to the trash.{kept}")
-    box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
-    box.setDefaultButton(QMessageBox.StandardButton.Cancel)
-    box.button(QMessageBox.StandardButton.Yes).setText("Delete")
-    box.accepted.connect(lambda: then())
-    box.finished.connect(box.deleteLater)
-    box.open()
+    ask(parent, "Delete protocol", f"Delete the protocol “{title}”? Its file goes to the trash.{kept}", "Delete", then)
 
 
 def _is_own_key(event: QKeyEvent) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QMessageBox, QStackedWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
@@ -18,6 +18,7 @@ from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.background import BackgroundWorker, Task
@@ -139,19 +140,8 @@ class ExperimentWorkspace(Workspace):
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
         """Ask before a participant's study ends for now."""
-        if not self.would_lose:
-            then()
-            return
-        box = QMessageBox(self.window())
-        box.setWindowTitle("Close during a study")
-        box.setText("A study is running. Its answers are kept, and it can be gone on with another time.")
-        close = box.addButton("Close", QMessageBox.ButtonRole.DestructiveRole)
-        stay = box.addButton("Go on with it", QMessageBox.ButtonRole.RejectRole)
-        box.setDefaultButton(stay)
-        box.setEscapeButton(stay)
-        close.clicked.connect(lambda: then())
-        box.finished.connect(box.deleteLater)
-        box.open()
+        text = "A study is running. Its answers are kept, and it can be gone on with another time."
+        ask(self.window(), "Close during a study", text, "Close", then, "Go on with it")
 
     def close_down(self) -> None:
         """End what runs; the session's file stays as it is, to be gone on with."""

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QMessageBox,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -25,6 +24,7 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.records.recording import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.plots.painting import polygon
 from underfoot.widgets.recordings.tracks import time_text
@@ -33,7 +33,6 @@ LIST_PX = 33 * theme.GRID
 PICTURE = QSize(72, 32)
 _PATH = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole + 1
-_Answer = QMessageBox.StandardButton
 
 
 class Summaries(QObject):
@@ -167,7 +166,8 @@ class RecordingList(QWidget):
         """Delete the chosen recording when the person has said so."""
         path = self.chosen_path()
         if path is not None:
-            self._ask(f"Move “{path.stem}” to the trash?", "Move to trash", lambda: self._delete(path))
+            text = f"Move “{path.stem}” to the trash?"
+            ask(self, "Delete a recording", text, "Move to trash", lambda: self._delete(path))
 
     def close_down(self) -> None:
         """End the thread."""
@@ -194,7 +194,8 @@ class RecordingList(QWidget):
             self.notified.emit(f"{path.name} is in the trash.")
             self.refresh()
         else:
-            self._ask(f"There is no trash for “{path.stem}”. Delete it for good?", "Delete", lambda: self._remove(path))
+            text = f"There is no trash for “{path.stem}”. Delete it for good?"
+            ask(self, "Delete a recording", text, "Delete", lambda: self._remove(path))
 
     def _remove(self, path: Path) -> None:
         try:
@@ -204,17 +205,6 @@ class RecordingList(QWidget):
         else:
             self.notified.emit(f"{path.name} was deleted.")
         self.refresh()
-
-    def _ask(self, text: str, yes: str, then: Callable[[], object]) -> None:
-        box = QMessageBox(self)
-        box.setWindowTitle("Delete a recording")
-        box.setText(text)
-        box.setStandardButtons(_Answer.Ok | _Answer.Cancel)
-        box.button(_Answer.Ok).setText(yes)
-        box.setDefaultButton(_Answer.Cancel)
-        box.finished.connect(lambda answer: then() if _Answer(answer) == _Answer.Ok else None)
-        box.finished.connect(box.deleteLater)
-        box.open()
 
     def _ask_file(self) -> None:
         dialog = QFileDialog(self, "Open a recording", str(self._folder()), "Recordings (*.underfoot *.uf)")

@@ -256,7 +256,7 @@ def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, 
         if not any(one.isVisible() for one in workspace.recordings.findChildren(QMessageBox)):
             qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
         box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
-        qtbot.mouseClick(box.button(QMessageBox.StandardButton.Ok), Qt.MouseButton.LeftButton)
+        qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     assert not path.exists()
     assert workspace.content is None
     assert workspace.recordings.list.count() == 0
