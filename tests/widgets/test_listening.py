@@ -1,5 +1,6 @@
 """A scripted hand plays from the start, loops, hears one node alone, and compares A with B: on the simulated floor."""
 
+import time
 from itertools import pairwise
 
 import numpy as np
@@ -153,6 +154,26 @@ def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_pa
     assert bench.patch() == louder
     bench.undo_action.trigger()
     assert bench.patch() == a
+
+
+def test_a_preview_of_an_older_edit_sets_no_level(window, bench, qtbot):
+    listening, controller = window.listening, window.controller
+    if window.open_patch.other is None:
+        key(bench, Qt.Key.Key_X)
+    slot, tile = window.open_patch.slot, bench.preview_tile()
+    quiet = bench.patch()
+    qtbot.waitUntil(lambda: listening.level("A") is not None and listening.level("B") is not None)
+    loudness = listening.level(slot)
+    louder = quiet.set("noise", "amplitude", 4.0 * quiet.node("noise").parameters.get("amplitude", 1.0), REGISTRY)
+    bench.document.edit(louder, "Set amplitude")
+    bench.undo_action.trigger()
+    with qtbot.waitSignal(controller.preview_computed):
+        bench.preview_requested.emit("tile-output", tile, False)
+        time.sleep(0.5)  # it is computed, but not received yet
+        bench.redo_action.trigger()
+    qtbot.waitUntil(lambda: listening.level(slot) is not None)
+    assert listening.level(slot) == pytest.approx(4.0 * loudness, rel=0.02)
+    bench.undo_action.trigger()
 
 
 def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp_path, monkeypatch):

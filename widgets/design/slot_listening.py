@@ -49,6 +49,7 @@ class SlotListening(QObject):
         self._open_patch, self._listening = context.open_patch, context.listening
         self._peaks: dict[str, dict[str, float]] = {}
         self._pending: AuditionedOutput | None = None
+        self._requested: tuple[tuple[object, ...], Patch] | None = None
         self._overlaid = ""
         listening, open_patch = self._listening, self._open_patch
         listening.tile = preview.pad.tile.id
@@ -87,14 +88,26 @@ class SlotListening(QObject):
         node = self._counterpart(previewed)
         return OTHER_PREFIX + node if node and self._overlaid != previewed else ""
 
+    def request(self, name: str, tile: str, laws: bool) -> None:
+        """Have a node previewed on a tile: of the patch that is edited or, with the prefix, of the other slot's."""
+        patch, node = self._patch_of(name), name.removeprefix(OTHER_PREFIX)
+        if patch is None:
+            return
+        self._requested = (self._conditions(), patch)
+        if name != node and self._open_patch.other is not None:
+            patch = with_files_kept(patch, self._context.registry, self._open_patch.other.folder, None)
+        seconds = self._bar.seconds
+        self._context.controller.request_preview(patch, node, tile, seconds, laws=laws, name=name)
+
     def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
         """Learn from a preview how loud it is; one of the other slot is drawn over the one that is shown."""
         slot, is_other = self._open_patch.slot, name.startswith(OTHER_PREFIX)
-        if is_other and self._open_patch.other is None:
+        node, patch = name.removeprefix(OTHER_PREFIX), self._patch_of(name)
+        if patch is None or not any(one.id == node for one in patch.nodes):
             return
-        node = name.removeprefix(OTHER_PREFIX)
-        patch = self._open_patch.other.patch if is_other and self._open_patch.other else self._patch
-        if not any(one.id == node for one in patch.nodes):
+        if not self._is_as_requested(patch):
+            if self._pending is not None and self._pending.node == node:
+                self.preview_requested.emit(node)
             return
         if self._open_patch.other is not None and (preview.error or COMMANDED in preview.signals):
             level = felt_rms(preview.signals.get(COMMANDED, np.zeros(0)), preview.rate_hz)
@@ -175,13 +188,21 @@ class SlotListening(QObject):
         types = self._context.registry
         return next((n.id for n in patch.nodes if types[n.type].is_sink and not types[n.type].to_sound), "")
 
-    def request_other(self, node: str, tile: str) -> None:
-        """Have a node of the other slot's patch previewed on a tile."""
-        other = self._open_patch.other
-        if other is not None:
-            patch = with_files_kept(other.patch, self._context.registry, other.folder, None)
-            seconds = self._bar.seconds
-            self._context.controller.request_preview(patch, node, tile, seconds, name=OTHER_PREFIX + node)
+    def _patch_of(self, name: str) -> Patch | None:
+        """The patch that the preview of this name is of."""
+        if not name.startswith(OTHER_PREFIX):
+            return self._patch
+        return self._open_patch.other.patch if self._open_patch.other is not None else None
+
+    def _is_as_requested(self, patch: Patch) -> bool:
+        """Whether slot, tile, length and nodes are still those of the request: the preview may be of an older edit."""
+        if self._requested is None or self._requested[0] != self._conditions():
+            return False
+        requested = self._requested[1]
+        return not changed_nodes(requested, patch) and len(requested.nodes) == len(patch.nodes)
+
+    def _conditions(self) -> tuple[object, ...]:
+        return self._open_patch.slot, self._preview.pad.tile.id, self._bar.seconds
 
     # --- what is heard ---
 

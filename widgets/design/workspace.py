@@ -52,13 +52,10 @@ class DesignWorkspace(Workspace):
 
     preview_requested = Signal(str, str, bool)
     """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
-    laws should be drawn for `show_laws`."""
+    laws should be drawn for `show_laws`. With `OTHER_PREFIX`, a node of the patch in the other slot."""
 
     errors_requested = Signal(str)
     """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
-
-    other_requested = Signal(str, str)
-    """The same of a node of the patch in the other slot; `show_preview` is to call it `OTHER_PREFIX` and the node."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
@@ -127,17 +124,12 @@ class DesignWorkspace(Workspace):
         controller.laws_computed.connect(self.show_laws)
         controller.errors_measured.connect(self.inspector.show_errors)
         controller.equaliser_changed.connect(lambda tile: self._preview_timer.start())
-        self.preview_requested.connect(
-            lambda node, tile, laws: controller.request_preview(
-                self.patch(), node, tile, self.listen_bar.seconds, laws=laws
-            )
-        )
         self.small_plots.outlines_requested.connect(
             lambda nodes: controller.request_outlines(self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds)
         )
         self.errors_requested.connect(lambda node: controller.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.mark_actions, self.preview, self.listen_bar, context)
-        self.other_requested.connect(self.slots.request_other)
+        self.preview_requested.connect(self.slots.request)
         self.slots.preview_requested.connect(self._request)
         self.slots.preview_update_requested.connect(self._idle_timer.start)
         self.slots.slot_chosen.connect(self.show_slot)
@@ -447,9 +439,6 @@ class DesignWorkspace(Workspace):
         self._requested = id
         self._timeout_timer.start()
         self.small_plots.forget_request()
-        if id.startswith(OTHER_PREFIX):
-            self.other_requested.emit(id.removeprefix(OTHER_PREFIX), self.preview_tile())
-            return
         wants_laws = id == self._previewed and (self.preview.wants_laws or self.inspector.wants_laws)
         self._laws_of = id if wants_laws else self._laws_of
         self.preview_requested.emit(id, self.preview_tile(), wants_laws)
