@@ -89,6 +89,7 @@ def _open_window(
     """Open the window, after everything that was named on the command line has been looked at."""
     from underfoot.engine.child_process import engine_process
 
+    gc.disable()  # until the window is there, which collects by itself
     engine = engine_process()  # which loads while the window is made
     with ExitStack() as unless_opened:
         unless_opened.callback(engine.end, 0.0)

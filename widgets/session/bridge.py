@@ -1,5 +1,7 @@
 """Conversion of a session's reports to Qt signals, sixty times a second, in batches."""
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from underfoot.engine.commands import Mark
@@ -17,9 +19,11 @@ from underfoot.engine.reports import (
     ProcessDied,
     Started,
 )
-from underfoot.engine.session import Session
 from underfoot.floor.layout import Floor
 from underfoot.widgets.session.footstep_tracker import FootstepTracker
+
+if TYPE_CHECKING:
+    from underfoot.engine.session import Session
 
 TICK_MS = 16
 HEALTH_TICKS = 6
@@ -83,7 +87,7 @@ class Bridge(QObject):
         self._timer.setInterval(TICK_MS)
         self._timer.timeout.connect(self.tick)
 
-    def attach(self, session: Session, floor: Floor, rate_hz: float) -> None:
+    def attach(self, session: "Session", floor: Floor, rate_hz: float) -> None:
         """Poll this session from now on, with `rate_hz` frames per second."""
         self._session = session
         self._tracker = FootstepTracker(floor, rate_hz, session.force_rate_hz)
@@ -128,7 +132,7 @@ class Bridge(QObject):
         self._ticks += 1
         self.ticked.emit()
 
-    def _read(self, session: Session, tracker: FootstepTracker) -> None:
+    def _read(self, session: "Session", tracker: FootstepTracker) -> None:
         """Read what is new in the rings, which hold it for seconds."""
         frames, force_n = session.force.read()
         self._watch_floor(len(frames) == 0 and session.health.running)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import platformdirs
 from PySide6.QtCore import QObject, Signal
@@ -12,7 +13,6 @@ from PySide6.QtCore import QObject, Signal
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
 from underfoot.engine.reports import SOUND_CARD, Distributions, ErrorCurveDrawn, Outlines, Preview, Started
-from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
@@ -24,6 +24,9 @@ from underfoot.widgets.session.bridge import Bridge
 from underfoot.widgets.session.profile_folder import profile_folder
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import target_text
+
+if TYPE_CHECKING:
+    from underfoot.engine.session import Session
 
 
 class SessionController(QObject):
@@ -162,7 +165,7 @@ class SessionController(QObject):
         else:
             self.set_target(self.target)
 
-    def lend(self, only_patch: bool = False) -> Session | None:
+    def lend(self, only_patch: bool = False) -> "Session | None":
         """Hand the session to a study; edits, level, play and stop wait until `take_back`. None without a session.
 
         A scene takes `only_patch`: level, play and stop still act. Also None while somebody else has the session.
@@ -233,6 +236,8 @@ class SessionController(QObject):
         engine, self._engine = self._engine, None
 
         def make() -> None:
+            from underfoot.engine.session import Session
+
             try:
                 self._new_session = session = Session(target, patch, self._registry, folder, engine)
             except UnderfootError as error:
@@ -247,7 +252,7 @@ class SessionController(QObject):
         self._opening_thread = threading.Thread(target=make, name="open session")
         self._opening_thread.start()
 
-    def _use_session(self, session: Session) -> None:
+    def _use_session(self, session: "Session") -> None:
         """Adopt the session that was created; send it the changes made meanwhile."""
         if self._is_leaving:
             return
@@ -279,14 +284,14 @@ class SessionController(QObject):
         self._settings.source = self._settings.simulation = ""
         self._open()
 
-    def _drop(self, session: Session) -> None:
+    def _drop(self, session: "Session") -> None:
         """Stop following a session, and end it."""
         self.record(False)
         self.bridge.detach()
         self.session, self.transform_patch = None, unchanged
         self._end(session)
 
-    def _end(self, session: Session) -> None:
+    def _end(self, session: "Session") -> None:
         """Close a session in a thread, and then open the next one: they may use the same card."""
 
         def close() -> None:

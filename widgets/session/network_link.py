@@ -1,19 +1,22 @@
 """The network connection of the window's session: sends its reports, and executes incoming requests."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
 from underfoot.engine.reports import Health, Report
-from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError
 from underfoot.floor.footsteps import Step
-from underfoot.network.cue_player import CuePlayer
 from underfoot.network.plan import NetworkPlan
-from underfoot.network.server import Counts, NetworkServer
 from underfoot.widgets.session.controller import SessionController, unchanged
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.session.settings import DEFAULT_ADDRESSES, Settings
+
+if TYPE_CHECKING:
+    from underfoot.engine.session import Session
+    from underfoot.network.cue_player import CuePlayer
+    from underfoot.network.server import Counts, NetworkServer
 
 _HEALTH_DIVISOR = 5  # one of this many reports, which come ten times a second
 LENT_MESSAGE = "a study has the floor, which takes no cues meanwhile"
@@ -28,7 +31,7 @@ class NetworkLink(QObject):
         self._controller, self._settings, self._panic = controller, settings, panic
         self._server: NetworkServer | None = None
         self._player: CuePlayer | None = None
-        self._counts = Counts()
+        self._counts: Counts | None = None
         self._reports: list[Report] = []
         self._health_count = 0
         bridge = controller.bridge
@@ -40,9 +43,11 @@ class NetworkLink(QObject):
         bridge.ticked.connect(self._tick)
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> "Counts":
         """Messages sent, received and refused since the window was opened."""
-        return self._server.counts if self._server is not None else self._counts
+        from underfoot.network.server import Counts
+
+        return self._server.counts if self._server is not None else self._counts or Counts()
 
     @property
     def problem(self) -> str:
@@ -93,10 +98,14 @@ class NetworkLink(QObject):
             if self._server is not None:
                 self._play_cues_of(self._server, session)
 
-    def _make_server(self, plan: NetworkPlan, session: Session, before: NetworkServer | None) -> NetworkServer:
+    def _make_server(self, plan: NetworkPlan, session: "Session", before: "NetworkServer | None") -> "NetworkServer":
+        from underfoot.network.server import NetworkServer
+
         return NetworkServer(plan, session.target.floor, session.target.rate, session.force_rate_hz, before)
 
-    def _play_cues_of(self, server: NetworkServer, session: Session) -> None:
+    def _play_cues_of(self, server: "NetworkServer", session: "Session") -> None:
+        from underfoot.network.cue_player import CuePlayer
+
         if self._player is not None and self._player.session is session:
             self._player.server = server
             return

@@ -4,14 +4,16 @@ LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): a stream of mar
 serial trigger sends one byte for each mark.
 """
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, DeviceError
-from underfoot.experiments.study import Entry, Page
 from underfoot.floor.layout import Floor
+
+if TYPE_CHECKING:
+    from underfoot.experiments.study import Entry, Page
 
 BEGIN, ONSET, END, ANSWER, STOP = "begin", "onset", "end", "answer", "stop"
 BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
@@ -20,7 +22,7 @@ its end; an answer; a stop."""
 BAUD = 115_200
 
 
-def place_of(page: Page | Entry) -> str:
+def place_of(page: "Page | Entry") -> str:
     """What a mark says of where in the study it was."""
     return page.stage if page.trial is None else f"{page.stage}.{page.trial.number}"
 
