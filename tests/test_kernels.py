@@ -46,3 +46,9 @@ def test_a_part_is_cached_only_within_its_kernel_and_may_raise_there(monkeypatch
     with pytest.raises(ValueError, match="no root of a negative number"):
         _two_roots(-9.0)
     assert not [path for path in tmp_path.rglob("*.nbi") if "_root-" in path.name]
+
+
+def test_a_part_that_python_calls_says_so_and_the_interpreter_lives_on():
+    with pytest.raises(TypeError, match=r"_root is a part of kernels; Python calls _root\.py_func"):
+        _root(9.0)
+    assert _root.py_func(9.0) == 3.0

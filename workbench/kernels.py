@@ -48,6 +48,15 @@ class Kernel:
         return self.compiled._numba_type_
 
 
+class KernelPart(Kernel):
+    """Kernel that exists only within others. Python cannot call it: without this, the interpreter would crash."""
+
+    def _refuse(self) -> Any:
+        raise TypeError(f"{self.py_func.__name__} is a part of kernels; Python calls {self.py_func.__name__}.py_func")
+
+    __call__ = property(_refuse)
+
+
 class Intrinsic:
     """Function for compiled code only that emits its own code (an intrinsic of Numba)."""
 
@@ -74,12 +83,12 @@ def modal_kernel(function: Callable[..., Any]) -> Any:
 
 def part(function: Callable[..., Any]) -> Any:
     """Declare a helper of one kernel, compiled with it."""
-    return Kernel(function, is_kept=False, **_PART)
+    return KernelPart(function, is_kept=False, **_PART)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Declare a helper that is inlined into each kernel that calls it, for code that runs every frame."""
-    return Kernel(function, is_kept=False, **_INLINED)
+    return KernelPart(function, is_kept=False, **_INLINED)
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
@@ -96,7 +105,7 @@ def callback(signature: Any, function: Callable[..., Any]) -> Any:
 
 def modal_inlined(function: Callable[..., Any]) -> Any:
     """Declare a helper inlined into modal kernels. It may contract; its sums keep their order."""
-    return Kernel(function, is_kept=False, **_INLINED, fastmath={"contract", "nsz"})
+    return KernelPart(function, is_kept=False, **_INLINED, fastmath={"contract", "nsz"})
 
 
 @intrinsic

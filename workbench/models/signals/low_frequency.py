@@ -5,7 +5,7 @@ To avoid clicks, the edges of saw and square, and the jump of a restart, are lin
 
 import math
 
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -17,6 +17,8 @@ SINE, TRIANGLE, SAW, SQUARE = range(4)
 EDGE_S = 1e-3
 """Duration of an edge."""
 _WIDEST_EDGE = 0.25
+_SINE = tuple((-1.0) ** k * (2.0 * math.pi) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(11))
+"""Taylor series of sin(2 pi x) at 0; up to a quarter its remainder is below 1e-17."""
 
 
 @kernel
@@ -29,7 +31,7 @@ def wave(shape: int, phase: float, edge: float) -> float:
     [0.0, 1.0, 0.0, -1.0]
     """
     if shape == SINE:
-        return math.sin(2.0 * math.pi * phase)
+        return sine(phase)
     if shape == TRIANGLE:
         return 1.0 - abs(4.0 * ((phase + 0.25) % 1.0) - 2.0)
     if shape == SAW:
@@ -63,6 +65,9 @@ def run(
         state.since = edge_frames
     phase, at, left, since = state.phase, state.shift, state.left, state.since
     k, count = 0, len(restarts)
+    if count == 0 and at == shift and since >= edge_frames:
+        state.phase = _fill_undisturbed(shape, phase, at, turn, edge, out)
+        return
     for i in range(out.size):
         now = frame + i
         if at != shift:
@@ -78,6 +83,36 @@ def run(
             since += 1.0
         phase = _turned(phase + turn)
     state.phase, state.shift, state.left, state.since = phase, at, left, since
+
+
+@kernel
+def sine(phase: float) -> float:
+    """Return sin(2 pi phase) for a phase from 0 to 1, to 1e-15. Loops compute it in lanes, in an eighth of the time.
+
+    >>> [round(sine(phase), 12) + 0.0 for phase in (0.0, 1 / 12, 0.25, 0.5, 0.75)]
+    [0.0, 0.5, 1.0, 0.0, -1.0]
+    """
+    past_half = phase - 0.5
+    x = 0.25 - abs(abs(past_half) - 0.25)
+    square, total = x * x, _SINE[10]
+    for k in range(9, -1, -1):
+        total = _SINE[k] + square * total
+    return math.copysign(x * total, -past_half)
+
+
+@inlined
+def _fill_undisturbed(shape: int, phase: float, shift: float, turn: float, edge: float, out: Floats) -> float:
+    """Fill `out` with the wave, without restarts and changes of the shift; return the phase after it."""
+    for i in range(out.size):
+        out[i] = _turned(phase + shift)
+        phase = _turned(phase + turn)
+    if shape == SINE:
+        for i in range(out.size):
+            out[i] = sine(out[i])
+    else:
+        for i in range(out.size):
+            out[i] = wave(shape, out[i], edge)
+    return phase
 
 
 @kernel
