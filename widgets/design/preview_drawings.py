@@ -78,10 +78,10 @@ def levels_over_time(
 ) -> Drawing:
     """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above.
 
-    With a `caption` words beside the dashed lines say what those are.
+    With a `caption` words beside the dashed lines say what those are. What is for ears has no such lines.
     """
     view = heat.x if heat is not None else view_ms or _NO_TIME_MS
-    lines = _CAPTION if caption and not note else FELT
+    lines = () if not scale.is_felt else _CAPTION if caption and not note else FELT
     return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, lines, note)
 
 
@@ -134,7 +134,7 @@ def _levels_along(lines: list[Series], scale: Scale, range_db: Range) -> Drawing
         y_log=scale.log,
         x_range=range_db,
         y_range=scale.range_hz,
-        lines=FELT,
+        lines=FELT if scale.is_felt else (),
     )
 
 
