@@ -12,10 +12,12 @@ from underfoot.widgets.design.preview_signal import PreviewSignal
 from underfoot.widgets.plots.spectrogram import FELT, FELT_HZ, spectrogram
 
 FORCE_AXIS_PX = 52
-TIMES = Margins(top=4.0, right=FORCE_AXIS_PX)
-NO_TIMES = Margins(top=4.0, right=FORCE_AXIS_PX, bottom=8.0)
+_LEFT_PX = AXIS_PX + 8
+"""Room for "20 000 Hz"."""
+TIMES = Margins(_LEFT_PX, top=4.0, right=FORCE_AXIS_PX)
+NO_TIMES = Margins(_LEFT_PX, top=4.0, right=FORCE_AXIS_PX, bottom=8.0)
 """Waveform and spectrogram above one another have one time axis, whether or not it is written under the first."""
-FREQUENCIES = Margins(AXIS_PX, 4.0, 8.0)
+FREQUENCIES = Margins(_LEFT_PX, 4.0, 8.0)
 NO_FREQUENCIES = Margins(8.0, 4.0, 8.0)
 """A spectrum alone, and one beside the spectrogram, where the frequencies are written already."""
 

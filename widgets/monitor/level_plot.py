@@ -81,5 +81,14 @@ def summary_text(
     return f"{text}; {stiffness_in_words(measured_peak)}".replace("-", "−")
 
 
+def whole_parts(text: str) -> str:
+    """A summary that wraps only between its parts.
+
+    >>> whole_parts("1 dB over threshold; not covered").split(" ")
+    ['1\\xa0dB\\xa0over\\xa0threshold;', 'not\\xa0covered']
+    """
+    return text.replace(" ", "\u00a0").replace(";\u00a0", "; ")
+
+
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(20.0 * np.log10(np.maximum(amplitude_m_s2, 1e-9)))
