@@ -61,7 +61,7 @@ class Scale:
 
 
 def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
-    """Levels in dB of one unit's amplitude, float32 [rows, columns], the lowest frequency first.
+    """Levels in dB re one unit's amplitude, float32 [rows, columns], the lowest frequency first.
 
     Hann windows of 40 ms, padded to four times their length; a sine of amplitude 1 gives 0 dB.
 
@@ -96,7 +96,7 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
 
 
 def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320) -> NDArray[np.float32]:
-    """The largest amplitude in each row's band over the whole signal, in dB of one unit: float32 [rows]."""
+    """The largest amplitude in each row's band over the whole signal, in dB re one unit: float32 [rows]."""
     signal = np.asarray(signal, np.float64)
     if signal.size < 2:
         return np.full(rows, FLOOR_DB, np.float32)

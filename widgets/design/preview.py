@@ -371,7 +371,7 @@ class PreviewPanel(QWidget):
                 more += "; violet: the other slot"
             self.spectrum.show_drawing(drawing)
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
-            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
+            self.spectrum.setToolTip(f"Amplitude in dB re {reference}; {more}")
 
     def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)

@@ -41,7 +41,7 @@ class LevelPlot(Plot):
             Drawing(
                 "",
                 "frequency, Hz",
-                "third octaves, dB of 1 m/s^2",
+                "third octaves, dB re 1 m/s^2",
                 tuple(lines),
                 x_log=True,
                 x_range=(BAND_HZ[0], BAND_HZ[-1]),
