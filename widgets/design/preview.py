@@ -195,17 +195,19 @@ class PreviewPanel(QWidget):
         self._other = self._view_ms = None
         self._draw()
 
-    def expect(self, node: str, type: NodeType, why_silent: str = "") -> None:
-        """A preview of this node will come; what is shown of it now stays a moment, but not for long."""
+    def expect(self, node: str, type: NodeType, why_silent: str = "", is_heard: bool = False) -> None:
+        """A preview of this node will come; what is shown of it now stays a moment, but not for long.
+
+        What `is_heard` alone, and not felt, is shown as far as ears reach.
+        """
         self._late.start()
         if self.wants_laws:
             self.law_view.expect()
-        self._why_silent = why_silent
+        self._why_silent, self._is_heard = why_silent, is_heard
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
-        self._is_heard = type.to_sound
         self._preview = self._other = self._view_ms = None
         self._name(type.label)
         self.note.set_full_text("")

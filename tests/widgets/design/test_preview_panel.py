@@ -191,7 +191,7 @@ def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(sh
     assert all(lines())
     assert shown.spectrum.ranges[3] == pytest.approx(2000.0)
     crackle = np.sin(2 * np.pi * 8000.0 * np.arange(4800) / 48_000.0)
-    shown.expect("sound", NODES["sound-output"])
+    shown.expect("sound", NODES["sound-output"], is_heard=True)
     assert not any(lines())
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"heard": crackle}))
     assert not any(lines())
