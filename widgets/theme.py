@@ -275,6 +275,7 @@ QToolButton[role="chip"] {{
     background: transparent; border-color: transparent; color: {MUTED}; padding: 1px 2px; font-size: {SMALL_PX}px; }}
 QToolButton[role="chip"]:hover {{ color: {TEXT}; }}
 QToolButton[role="chip"]:checked {{ background: {RAISED}; color: {TEXT}; }}
+QToolButton[role="chip"]:disabled {{ color: {FAINT}; }}
 QToolButton[role="chip"]:focus {{ border: 1px solid {VIBRATION}; }}
 QComboBox[role="chip"] {{ padding: 1px 6px; font-size: {SMALL_PX}px; }}
 QPushButton[role="tab"]:checked, QToolButton[role="tab"]:checked {{ background: {RAISED}; color: {TEXT}; }}

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.signal import csd, welch
 from table_6_1 import RMS_MISSED, TABLE_6_1
 
 from underfoot.__main__ import cli
@@ -19,7 +20,6 @@ from underfoot.engine.render import render
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
-from underfoot.floor.tile_response import response_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
@@ -31,15 +31,21 @@ def noise():
     return patch.connect("noise.out", "tile-output.acceleration", REGISTRY)
 
 
+def worst_db(commanded, measured):
+    """How far any line from 60 to 700 Hz, 3 Hz apart, is from 0 dB: SciPy's transfer function of what was recorded."""
+    frequencies_hz, power = welch(commanded, 48_000.0, nperseg=16_384)
+    both = csd(commanded, measured, 48_000.0, nperseg=16_384)[1]
+    inside = (frequencies_hz >= 60.0) & (frequencies_hz <= 700.0)
+    return float(np.abs(20.0 * np.log10(np.abs(both) / power))[inside].max())
+
+
 def test_a_calibrated_tile_does_what_it_is_told_from_60_to_700_hz_and_another_does_not(profile):
     found = {}
     for name, profiles in (("calibrated", {"t1": profile}), ("not", {})):
         floor = default_floor(1, 1)
         options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of(profiles))
         tiles = render(noise(), REGISTRY, SimulatedFloor(floor, walking=False), 20.0, options).tiles
-        response = response_of(tiles["commanded"][:, 0], tiles["accelerometer"][:, 0], 48_000.0)
-        inside = (response.bands_hz > 60.0) & (response.bands_hz < 700.0)
-        found[name] = float(np.abs(response.transfer_db[inside]).max())
+        found[name] = worst_db(tiles["commanded"][:, 0], tiles["accelerometer"][:, 0])
     assert found["calibrated"] < 1.0
     assert found["not"] > 5.0
 
@@ -57,9 +63,7 @@ def test_a_tile_calibrated_while_stood_on_does_what_it_is_told_while_it_is_stood
         loop_options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of({"t1": learned}))
         tiles = render(noise(), REGISTRY, source, 20.0, loop_options).tiles
         after = slice(48_000, None)
-        response = response_of(tiles["commanded"][after, 0], tiles["accelerometer"][after, 0], 48_000.0)
-        inside = (response.bands_hz > 60.0) & (response.bands_hz < 700.0)
-        found[name] = float(np.abs(response.transfer_db[inside]).max())
+        found[name] = worst_db(tiles["commanded"][after, 0], tiles["accelerometer"][after, 0])
     assert found["standing"] < 1.0
     assert found["nobody"] > 4.0
 

@@ -159,6 +159,16 @@ def test_a_plate_that_has_rung_out_is_exactly_at_rest():
     np.testing.assert_array_equal(again, found[:500])
 
 
+def test_what_a_long_block_left_does_not_come_back_after_short_ones():
+    drive = noise(48_000)
+    drive[256:] = 0.0
+    played = Played(block=256)
+    found = played.play(drive, np.zeros((48_000, 2)), cuts=range(256, 48_000 - 255, 64))
+    assert found[:256].any()
+    assert played.plates.awake() == (False, False)
+    assert not found[-256:].any()
+
+
 def test_tiles_on_one_channel_share_its_drive_and_one_without_a_channel_is_still():
     drive, force_n = noise(1000, width=1), np.zeros((1000, 2))
     found = Played(channels=[0, 0]).play(np.repeat(drive, 2, axis=1)[:, :1], force_n)

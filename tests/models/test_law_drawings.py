@@ -63,7 +63,7 @@ def test_the_command_prints_and_draws_and_says_which_nodes_there_are(tmp_path):
     assert said.exit_code == 0, said.output
     assert [drawing["x"] for drawing in json.loads(said.stdout)["sole"]] == [
         "duration, ms",
-        "distance, mm",
+        "distance at 0.1 m/s, mm",
         "period, ms",
     ]
     assert len(list((tmp_path / "laws").glob("*.svg"))) == 3

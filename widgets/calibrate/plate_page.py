@@ -32,7 +32,7 @@ _COLUMNS = ("E, GPa", "h, mm", "mass, kg", "sag, mm", "f1, Hz", "dip, Hz")
 _ABOUT = (
     "A grid over Young's modulus and thickness (section 4.4.2): which plates are light, hardly bend under the load at "
     "their middle, and have their first mode, edges held, above the band. The dip of the tile, with its shaker at the "
-    "middle, is where its own band ends; it lies lower."
+    "middle, is where its own band ends; it lies lower, and rises as the sag falls."
 )
 
 

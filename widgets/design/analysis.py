@@ -9,6 +9,8 @@ from underfoot.drawing import Range
 from underfoot.drawing.axes import scaled
 
 LOWEST_HZ, HIGHEST_HZ = 20.0, 2000.0
+HEARD_HZ = 20_000.0
+"""Where a picture of what is for ears ends."""
 WINDOW_S = 0.04
 """A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
 COLUMNS = 360
@@ -22,6 +24,17 @@ class Scale:
     log: bool = True
     low_hz: float = LOWEST_HZ
     high_hz: float = HIGHEST_HZ
+    is_felt: bool = True
+    """Whether the band that the sole feels is marked."""
+
+    @staticmethod
+    def of_sound(log: bool, rate_hz: float) -> "Scale":
+        """All that is heard, as far as it can be sampled.
+
+        >>> Scale.of_sound(True, 48000.0).range_hz, Scale.of_sound(True, 16000.0).range_hz
+        ((20.0, 20000.0), (20.0, 8000.0))
+        """
+        return Scale(log, high_hz=min(HEARD_HZ, rate_hz / 2), is_felt=False)
 
     @property
     def range_hz(self) -> Range:
@@ -48,7 +61,7 @@ class Scale:
 
 
 def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
-    """Levels in dB of one unit's amplitude, float32 [rows, columns], the lowest frequency first.
+    """Levels in dB re one unit's amplitude, float32 [rows, columns], the lowest frequency first.
 
     Hann windows of 40 ms, padded to four times their length; a sine of amplitude 1 gives 0 dB.
 
@@ -62,7 +75,7 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     length = max(int(WINDOW_S * rate_hz), 16)
     if signal.size < 2:
         return np.full((rows, 1), FLOOR_DB, np.float32)
-    every = _decimation_factor(rate_hz)
+    every = _decimation_factor(scale, rate_hz)
     frames = signal.size // every
     # Mirrored at its ends: a signal that is merely cut off would begin and end with a click that it does not have.
     padded = _decimated(np.pad(signal, (length // 2, length), mode="symmetric"), every)
@@ -83,11 +96,11 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
 
 
 def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320) -> NDArray[np.float32]:
-    """The largest amplitude in each row's band over the whole signal, in dB of one unit: float32 [rows]."""
+    """The largest amplitude in each row's band over the whole signal, in dB re one unit: float32 [rows]."""
     signal = np.asarray(signal, np.float64)
     if signal.size < 2:
         return np.full(rows, FLOOR_DB, np.float32)
-    every = _decimation_factor(rate_hz)
+    every = _decimation_factor(scale, rate_hz)
     signal, rate_hz = _decimated(signal, every), rate_hz / every
     hann = np.hanning(signal.size)
     size = 1 << (2 * signal.size - 1).bit_length()
@@ -118,9 +131,9 @@ def _top_bin(scale: Scale, per_hz: float) -> int:
     return int(scale.high_hz * per_hz) + 2
 
 
-def _decimation_factor(rate_hz: float) -> int:
+def _decimation_factor(scale: Scale, rate_hz: float) -> int:
     """How many samples may become one: the shown band keeps twice its room."""
-    return max(int(rate_hz / (HIGHEST_HZ * 4.0)), 1)
+    return max(int(rate_hz / (scale.high_hz * 4.0)), 1)
 
 
 def _decimated(signal: NDArray[np.floating], every: int) -> NDArray[np.floating]:

@@ -104,6 +104,13 @@ def downstream(patch: Patch, ids: Iterable[str]) -> set[str]:
     return _reached(((source, target) for source, target in patch.wires), ids)
 
 
+def is_only_heard(patch: Patch, registry: Registry, id: str) -> bool:
+    """Whether what this node does comes to ears, and to no tile."""
+    reached = (registry[patch.node(one).type] for one in downstream(patch, [id]))
+    to_sound = [type.to_sound for type in reached if type.is_sink]
+    return bool(to_sound) and all(to_sound)
+
+
 def upstream(patch: Patch, ids: Iterable[str]) -> set[str]:
     """These nodes and all that their inputs come from."""
     return _reached(((target, source) for source, target in patch.wires), ids)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.drawing import Drawing, HeatMap, Range
+from underfoot.drawing import HeatMap, Range
 from underfoot.engine.reports import Distributions, Preview
 from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
@@ -28,7 +28,8 @@ from underfoot.quantities import pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
-from underfoot.widgets.design.analysis import Scale, quantised_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.analysis import HEARD_HZ, Scale, quantised_levels, spectrogram_db, spectrum_db
+from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
 from underfoot.widgets.design.preview_signal import (
     SHORTEST_MS,
@@ -40,14 +41,11 @@ from underfoot.widgets.design.preview_signal import (
     zoomed_view,
 )
 from underfoot.widgets.design.tile_pad import TilePad
-from underfoot.widgets.plots.plot import Plot
 from underfoot.widgets.plots.zoom_plot import ZoomPlot
 
 RANGES_DB = (60, 90, 120)
 SIDE_PX, LEAST_SIDE_PX = 176, 112
 """The column of the tile and the spectrum; in a narrow panel it is a quarter, but not less than the second."""
-LAWS_PAGE = 3
-"""How many laws of a node are drawn."""
 LATE_AFTER_MS = 400
 """A preview that takes longer says that it is being made."""
 NARROW_PX, LOW_PX = 680, 240
@@ -76,7 +74,7 @@ class PreviewPanel(QWidget):
         self._signal: PreviewSignal | None = None
         self._view_ms: Range | None = None
         self._levels = self._line = np.zeros((0, 0), np.float32)
-        self._is_late = False
+        self._is_late = self._is_heard = False
         self.node = self._why_silent = ""
         self.title = ElidedLabel("title")
         self.short_title = theme.label("", "heading")
@@ -100,6 +98,7 @@ class PreviewPanel(QWidget):
         )
         self.laws.setChecked(False)
         self.laws.hide()
+        self.law_view = LawView(LATE_AFTER_MS)
         self.tiles = QComboBox(self)
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
@@ -163,16 +162,11 @@ class PreviewPanel(QWidget):
         self._plots.setColumnStretch(0, 1)
         self._plots.setRowStretch(0, 2)
         self._plots.setRowStretch(1, 3)
-        self._step_page, self._law_page = QWidget(self), QWidget(self)
+        self._step_page = QWidget(self)
         self._step_page.setLayout(self._plots)
-        self.law_plots = [Plot(f"Law {k + 1}") for k in range(LAWS_PAGE)]
-        row = QHBoxLayout(self._law_page)
-        row.setContentsMargins(8, 0, 8, 8)
-        for plot in self.law_plots:
-            row.addWidget(plot)
         self._pages = QStackedWidget(self)
         self._pages.addWidget(self._step_page)
-        self._pages.addWidget(self._law_page)
+        self._pages.addWidget(self.law_view)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -201,10 +195,15 @@ class PreviewPanel(QWidget):
         self._other = self._view_ms = None
         self._draw()
 
-    def expect(self, node: str, type: NodeType, why_silent: str = "") -> None:
-        """A preview of this node will come; what is shown of it now stays a moment, but not for long."""
+    def expect(self, node: str, type: NodeType, why_silent: str = "", is_heard: bool = False) -> None:
+        """A preview of this node will come; what is shown of it now stays a moment, but not for long.
+
+        What `is_heard` alone, and not felt, is shown as far as ears reach.
+        """
         self._late.start()
-        self._why_silent = why_silent
+        if self.wants_laws:
+            self.law_view.expect()
+        self._why_silent, self._is_heard = why_silent, is_heard
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
@@ -254,22 +253,17 @@ class PreviewPanel(QWidget):
 
     def show_laws(self, laws: Distributions) -> None:
         """Show what came of the laws that were asked for."""
-        for plot, drawing in zip_longest(self.law_plots, laws.drawings):
-            plot.setVisible(drawing is not None)
-            if drawing is not None:
-                plot.show_drawing(drawing)
-        if laws.error:
-            self.note.set_full_text(laws.error)
+        self.law_view.show_laws(laws)
 
     def _choose_page(self) -> None:
         """What the node does in a step, or its laws."""
         wanted = self.wants_laws
-        self._pages.setCurrentWidget(self._law_page if wanted else self._step_page)
+        self._pages.setCurrentWidget(self.law_view if wanted else self._step_page)
         for widget in (*self.shows.values(), self.log, self.range):
             widget.setEnabled(not wanted)
+        self.note.setVisible(not wanted)  # it tells of the step
         if wanted:
-            for plot in self.law_plots:
-                plot.show_drawing(Drawing("Law", "", "", note="being made…"))
+            self.law_view.wait()
             self.laws_requested.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
@@ -379,7 +373,7 @@ class PreviewPanel(QWidget):
                 more += "; violet: the other slot"
             self.spectrum.show_drawing(drawing)
             reference = f"1 {pretty_unit(port.unit)}" if port.unit else "1"
-            self.spectrum.setToolTip(f"Amplitude in dB of {reference}; {more}")
+            self.spectrum.setToolTip(f"Amplitude in dB re {reference}; {more}")
 
     def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)
@@ -389,7 +383,9 @@ class PreviewPanel(QWidget):
 
     @property
     def _scale(self) -> Scale:
-        return Scale(self.log.isChecked())
+        log = self.log.isChecked()
+        rate_hz = self._preview.rate_hz if self._preview is not None else 2.0 * HEARD_HZ
+        return Scale.of_sound(log, rate_hz) if self._is_heard else Scale(log)
 
     def _show_late(self) -> None:
         """What is awaited takes its time: what was shown is of a patch that is no more."""

@@ -12,10 +12,12 @@ from underfoot.widgets.design.preview_signal import PreviewSignal
 from underfoot.widgets.plots.spectrogram import FELT, FELT_HZ, spectrogram
 
 FORCE_AXIS_PX = 52
-TIMES = Margins(top=4.0, right=FORCE_AXIS_PX)
-NO_TIMES = Margins(top=4.0, right=FORCE_AXIS_PX, bottom=8.0)
+_LEFT_PX = AXIS_PX + 8
+"""Room for "20 000 Hz"."""
+TIMES = Margins(_LEFT_PX, top=4.0, right=FORCE_AXIS_PX)
+NO_TIMES = Margins(_LEFT_PX, top=4.0, right=FORCE_AXIS_PX, bottom=8.0)
 """Waveform and spectrogram above one another have one time axis, whether or not it is written under the first."""
-FREQUENCIES = Margins(AXIS_PX, 4.0, 8.0)
+FREQUENCIES = Margins(_LEFT_PX, 4.0, 8.0)
 NO_FREQUENCIES = Margins(8.0, 4.0, 8.0)
 """A spectrum alone, and one beside the spectrogram, where the frequencies are written already."""
 
@@ -78,10 +80,10 @@ def levels_over_time(
 ) -> Drawing:
     """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above.
 
-    With a `caption` words beside the dashed lines say what those are.
+    With a `caption` words beside the dashed lines say what those are. What is for ears has no such lines.
     """
     view = heat.x if heat is not None else view_ms or _NO_TIME_MS
-    lines = _CAPTION if caption and not note else FELT
+    lines = () if not scale.is_felt else _CAPTION if caption and not note else FELT
     return spectrogram(heat, _TIME, view, scale.range_hz, scale.log, lines, note)
 
 
@@ -134,7 +136,7 @@ def _levels_along(lines: list[Series], scale: Scale, range_db: Range) -> Drawing
         y_log=scale.log,
         x_range=range_db,
         y_range=scale.range_hz,
-        lines=FELT,
+        lines=FELT if scale.is_felt else (),
     )
 
 

@@ -21,7 +21,7 @@ from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
 from underfoot.widgets.design.node_palette import NodePalette
-from underfoot.widgets.design.patch_editing import changed_nodes, downstream
+from underfoot.widgets.design.patch_editing import changed_nodes, downstream, is_only_heard
 from underfoot.widgets.design.preset_browsing import PresetBrowsing
 from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
@@ -431,8 +431,9 @@ class DesignWorkspace(Workspace):
     def _request_previewed(self) -> None:
         id = self._previewed
         if any(node.id == id for node in self.patch().nodes):
-            type = self.registry[self.patch().node(id).type]
-            self.preview.expect(id, type, why_silent(self.patch(), self.registry, id))
+            patch, registry = self.patch(), self.registry
+            type, is_heard = registry[patch.node(id).type], is_only_heard(patch, registry, id)
+            self.preview.expect(id, type, why_silent(patch, registry, id), is_heard)
             self._request(id)
 
     def _request(self, id: str) -> None:

@@ -41,7 +41,7 @@ class LevelPlot(Plot):
             Drawing(
                 "",
                 "frequency, Hz",
-                "third octaves, dB of 1 m/s^2",
+                "third octaves, dB re 1 m/s^2",
                 tuple(lines),
                 x_log=True,
                 x_range=(BAND_HZ[0], BAND_HZ[-1]),
@@ -79,6 +79,15 @@ def summary_text(
         side = "over" if level_db >= 0.0 else "under"
         text += f"; {abs(level_db):.0f} dB {side} threshold, noticed by {100.0 * found.noticed:.0f} %"
     return f"{text}; {stiffness_in_words(measured_peak)}".replace("-", "−")
+
+
+def whole_parts(text: str) -> str:
+    """A summary that wraps only between its parts.
+
+    >>> whole_parts("1 dB over threshold; not covered").split(" ")
+    ['1\\xa0dB\\xa0over\\xa0threshold;', 'not\\xa0covered']
+    """
+    return text.replace(" ", "\u00a0").replace(";\u00a0", "; ")
 
 
 def _db(amplitude_m_s2: NDArray[np.float64]) -> NDArray[np.float64]:

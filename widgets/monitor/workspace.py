@@ -32,7 +32,7 @@ from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
-from underfoot.widgets.monitor.level_plot import LevelPlot
+from underfoot.widgets.monitor.level_plot import LevelPlot, whole_parts
 from underfoot.widgets.monitor.running_spectrum import SHOWN_DB, RunningSpectrum
 from underfoot.widgets.monitor.spectrogram_plot import SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
@@ -386,7 +386,7 @@ class MonitorWorkspace(Workspace):
             return
         response, text = self.tile_levels.of(self._row)
         self.levels.show_response(response)
-        self._levels_line.set_full_text(text)
+        self._levels_line.setText(whole_parts(text))
 
     def _choose_view(self, levels: bool) -> None:
         """Levels over frequency, or the spectrogram over time."""
@@ -485,8 +485,9 @@ class MonitorWorkspace(Workspace):
         self.level_key = ColourBar()
         self._felt_key = ElidedLabel("small")
         self._felt_key.set_full_text("dashed lines: what the sole of the foot feels, 40 Hz to 1 kHz")
-        self._levels_line = ElidedLabel("small")
-        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._levels_line = theme.label("", "small")
+        self._levels_line.setWordWrap(True)  # there is room for two lines
+        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         policy.setHorizontalStretch(100)
         self._levels_line.setSizePolicy(policy)
         self._levels_line.hide()

@@ -79,7 +79,7 @@ class DetailEnvelopes:
 
 @dataclass(frozen=True)
 class Vibration:
-    """What one tile does about a moment: largest acceleration, m/s^2, level, dB of 1 m/s^2, and strongest frequency."""
+    """What one tile does about a moment: largest acceleration, m/s^2, level, dB re 1 m/s^2, and strongest frequency."""
 
     peak_m_s2: float
     level_db: float

@@ -46,7 +46,7 @@ def contacts_at(content: RecordingContent, time_s: float) -> list[OngoingContact
 
 
 def vibration_text(one: Vibration) -> str:
-    """Largest acceleration, strongest frequency, and level in dB of 1 m/s².
+    """Largest acceleration, strongest frequency, and level in dB re 1 m/s².
 
     >>> vibration_text(Vibration(0.0, -math.inf, math.nan))
     'still'

@@ -80,7 +80,6 @@ _OF_SEARCH = {
     "load": "load_n",
 }
 """What a search is told by which option."""
-_UNITS = {"modulus": 1e9, "thickness": 1e-3, "most_sag": 1e-3}
 
 
 def _report(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:
@@ -96,24 +95,24 @@ def _report(options: TileDesignOptions, floor: "Floor", parameters: "TileParamet
 def _search(options: TileDesignOptions, floor: "Floor", parameters: "TileParameters") -> None:
     import msgspec
 
-    from underfoot.floor.plate_search import PlateSearch, search, table, write
+    from underfoot.floor.plate_search import SAID, PlateSearch, search, table, write
 
     spec = PlateSearch.like(parameters.plate)
     for option, field in _OF_SEARCH.items():
         value = getattr(options, option)
         if value is not None:
-            unit = _UNITS.get(option, 1.0)
-            number = _span(option, value, unit) if option in ("modulus", "thickness") else value
-            spec = msgspec.structs.replace(spec, **{field: number * unit if isinstance(number, float) else number})
+            size = SAID[field][2] if field in SAID else 1.0
+            number = _span(option, value, size) if option in ("modulus", "thickness") else value
+            spec = msgspec.structs.replace(spec, **{field: number * size if isinstance(number, float) else number})
     found = [search(one, parameters, spec) for one in {tile.size_m: tile for tile in floor.tiles}.values()]
     if options.report is not None:
         write(found, options.report)
     print(json.dumps([one.data() for one in found]) if options.as_json else "\n\n".join(map(table, found)))
 
 
-def _span(option: str, text: str, unit: float) -> tuple[float, float]:
+def _span(option: str, text: str, size: float) -> tuple[float, float]:
     low, _, high = text.partition(":")
     try:
-        return float(low) * unit, float(high) * unit
+        return float(low) * size, float(high) * size
     except ValueError:
         raise BadValue(f"--{option} is {text!r}; allowed: LOW:HIGH, as 5:50") from None

@@ -51,10 +51,11 @@ def svg(drawing: Drawing, colours: str = "dark") -> str:
 
 
 def _cut_off(elements: list[str], box: Box) -> list[str]:
-    """Clip elements to a box. Readers that cannot clip show them whole; of a nested picture they showed nothing."""
+    """Clip elements to a box. Readers that cannot clip show them whole; of a nested picture they showed nothing, and of
+    a clip that is no definition the box in black."""
     place = f'x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" height="{box.height:g}"'
     name = _name("area", place)
-    clip = f'<clipPath id="{name}"><rect {place}/></clipPath>'
+    clip = f'<defs><clipPath id="{name}"><rect {place}/></clipPath></defs>'
     return [clip, f'<g clip-path="url(#{name})">', *elements, "</g>"]
 
 

@@ -25,23 +25,39 @@ from underfoot.patch.patch import Patch
 
 
 def run(connection: Connection) -> None:
-    """The process's main function; returns when the connection ends. Of requests for pictures the newest counts."""
+    """The process's main function; returns when the connection ends.
+
+    What is compiled comes first, then pictures, of which the newest counts, then laws, which take long, and last what
+    takes until something else is asked for.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
+    picture: PreviewRequest | OutlinesRequest | None = None
+    laws: PreviewRequest | None = None
+    curve: ErrorCurveRequest | None = None
     try:
         while True:
-            request = connection.recv()
-            while isinstance(request, PreviewRequest | OutlinesRequest) and connection.poll():
+            is_idle = not connection.poll()
+            if is_idle and picture is not None:
+                if isinstance(picture, PreviewRequest):
+                    connection.send(_preview(picture))
+                    laws = picture if picture.distributions else laws
+                else:
+                    connection.send(_outlines(picture))
+                picture = None
+            elif is_idle and laws is not None:
+                connection.send(_distributions(laws))
+                laws = None
+            elif is_idle and curve is not None:
+                _measure_errors(curve, connection)
+                curve = None
+            else:
                 request = connection.recv()
-            if isinstance(request, CompileRequest):
-                connection.send(_compiled(request, connection.send))
-            elif isinstance(request, PreviewRequest):
-                connection.send(_preview(request))
-                if request.distributions and not connection.poll():
-                    connection.send(_distributions(request))
-            elif isinstance(request, OutlinesRequest):
-                connection.send(_outlines(request))
-            elif isinstance(request, ErrorCurveRequest):
-                _measure_errors(request, connection)
+                if isinstance(request, CompileRequest):
+                    connection.send(_compiled(request, connection.send))
+                elif isinstance(request, ErrorCurveRequest):
+                    curve = request
+                else:
+                    picture = request
     except (EOFError, OSError):
         return  # the supervisor is gone
 

@@ -31,6 +31,15 @@ STIFFNESSES = ("textbook", "thesis", "solid")
 """How a plate may resist bending."""
 SHOWN = 8
 """Plates of the table."""
+SAID = {
+    "modulus_pa": ("modulus", "GPa", 1e9),
+    "thickness_m": ("thickness", "mm", 1e-3),
+    "most_kg": ("mass at most", "kg", 1.0),
+    "most_deflection_m": ("sag at most", "mm", 1e-3),
+    "load_n": ("load", "N", 1.0),
+    "least_hz": ("first mode from", "Hz", 1.0),
+}
+"""What a person calls each condition, and the unit in which a person gives it."""
 _MILLI, _GIGA = 1e3, 1e9
 _EDGE = 1.05
 _FITS = 90
@@ -56,12 +65,18 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         for name in ("modulus_pa", "thickness_m"):
-            low, high = getattr(self, name)
-            least, most = PLATE_RANGES[name]
-            require(least <= low < high <= most, name, (low, high), f"two rising numbers, {least:g} to {most:g}")
+            said, unit, size = SAID[name]
+            low, high = (end / size for end in getattr(self, name))
+            least, most = (end / size for end in PLATE_RANGES[name])
+            if not least <= low < high <= most:
+                allowed = f"from a smaller to a larger number, {least:g} to {most:g} {unit}"
+                raise BadValue(f"{said} is {low:g} to {high:g} {unit}; allowed: {allowed}")
         require(self.stiffness in STIFFNESSES, "stiffness", self.stiffness, ", ".join(STIFFNESSES))
         for name in ("most_kg", "most_deflection_m", "load_n", "least_hz"):
-            require(0.0 < getattr(self, name) <= 1e6, name, getattr(self, name), "above 0, up to 1e6")
+            said, unit, size = SAID[name]
+            given = getattr(self, name)
+            if not 0.0 < given <= 1e6:
+                raise BadValue(f"{said} is {given / size:g} {unit}; allowed: above 0, up to {1e6 / size:g} {unit}")
 
     @staticmethod
     def like(plate: Plate) -> "PlateSearch":

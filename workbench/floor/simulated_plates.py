@@ -52,13 +52,15 @@ ROW = np.dtype(
         ("shares_before", np.float64, (2, CORNERS)),
         ("fade_frame", np.int64),
         ("zero_frames", np.int64),
+        ("written", np.int64),
         ("awake", np.bool_),
     ],
     align=True,
 )
 """A tile: its output channel; steps of the grid a metre; which of its two slots plays, which systems each has (0:
 nobody's, else 1 + the place's number; -1: none), their shares at the end of this span and at its beginning, and since
-when the slot is faded to; how many frames of zero have come in, and whether anything moves."""
+when the slot is faded to; how many frames of zero have come in, from which row on its output is zero, and whether
+anything moves."""
 
 LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORNERS,))], align=True)
 """What is on a tile: the systems that are to play, and their shares."""
@@ -119,7 +121,7 @@ class SimulatedPlates:
             np.zeros(1, LOAD),
         )
         self._where = addresses(self._memory)
-        self._moving = self._zeros_written = 0
+        self._unsettled = 0
         drive, silent_since = np.zeros((0, sounds.size), np.float32), self._rows["zero_frames"]
         self.apply(
             drive, 1, silent_since, np.zeros((3, tiles, 0)), 0, 0, 0
@@ -135,12 +137,8 @@ class SimulatedPlates:
         which it is, -1 while it is not; `signals` [signal, tile, frame] are force, x and y of the same frames.
         Allocates nothing.
         """
-        if self._moving or sounding:
-            self._moving = _apply(self._where, drive, silent_since, signals, (frame, at, n))
-            self._zeros_written = 0
-        elif self._zeros_written < 2 * len(self.out):  # else all of it is zero
-            self.out[at : at + n] = 0.0
-            self._zeros_written += n
+        if self._unsettled or sounding:  # else all of `out` is zero
+            self._unsettled = _apply(self._where, drive, silent_since, signals, (frame, at, n))
 
     def awake(self) -> tuple[bool, ...]:
         """Of each tile, whether anything moves."""
@@ -255,7 +253,7 @@ def _apply(
     signals: NDArray[np.float64],
     stretch: tuple[int, int, int],
 ) -> int:
-    """See `SimulatedPlates.apply`; returns how many tiles move."""
+    """See `SimulatedPlates.apply`; returns how many tiles move, or have an output that is not all zero yet."""
     memory = _memory_at(where)
     frame, at, n = stretch
     out, rows, sounds, load = memory.out, memory.rows, memory.sounds, memory.load[0]
@@ -263,7 +261,7 @@ def _apply(
     for k in range(len(rows)):
         if rows[k].channel >= 0 and not 0 <= silent_since[k] <= frame:
             sounds[rows[k].channel] = True
-    moving = 0
+    unsettled = 0
     for k in range(len(rows)):
         row = rows[k]
         if row.channel < 0:
@@ -287,10 +285,14 @@ def _apply(
             for i in range(len(force)):
                 measured_at[i] = force[i]
             begin = end
-        for i in range(at + begin, at + n):
+            row.written = max(row.written, at + end)
+        first = at + begin
+        for i in range(first, min(at + n, row.written)):
             out[i, k] = 0.0
-        moving += row.awake
-    return moving
+        if first < row.written <= at + n:
+            row.written = first
+        unsettled += row.awake or row.written > 0
+    return unsettled
 
 
 @part

@@ -209,11 +209,14 @@ def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot
     with qtbot.waitSignal(workspace.preview.laws_requested):
         QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
     assert workspace.preview.wants_laws
+    laws = workspace.preview.law_view
+    assert laws.text.isVisible()
+    assert not any(plot.isVisible() for plot in laws.plots), "axes of nothing"
     drawing = Drawing("How long", "duration, ms", "density", (Series("exact", np.arange(3.0), np.arange(3.0)),))
     workspace.preview.show_laws(Distributions(1, (drawing,)))
-    assert workspace.preview.law_plots[0].isVisible()
-    assert workspace.preview.law_plots[0].drawing is drawing
-    assert not workspace.preview.law_plots[1].isVisible()
+    assert laws.plots[0].isVisible()
+    assert laws.plots[0].drawing is drawing
+    assert not laws.plots[1].isVisible()
     assert not workspace.preview.waveform.isVisible()
     QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
     assert workspace.preview.waveform.isVisible()

@@ -4,8 +4,18 @@ import pytest
 from design_samples import REGISTRY, sample
 
 from underfoot.errors import BadFile
+from underfoot.nodes import REGISTRY as NODES
+from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
-from underfoot.widgets.design.patch_editing import aligned, changed_nodes, downstream, open_targets, pasted, refusal
+from underfoot.widgets.design.patch_editing import (
+    aligned,
+    changed_nodes,
+    downstream,
+    is_only_heard,
+    open_targets,
+    pasted,
+    refusal,
+)
 from underfoot.widgets.design.undo import Document
 
 
@@ -59,3 +69,11 @@ def test_only_what_is_downstream_of_a_change_is_rendered_again():
     after = patch.set("hum", "frequency", 60.0, REGISTRY)
     assert downstream(after, changed_nodes(patch, after)) == {"hum", "shaker"}
     assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}
+
+
+def test_what_reaches_ears_and_no_tile_is_only_heard():
+    patch = Patch.load(preset_files.patches()["material-leaves"], NODES)
+    heard = {node.type for node in patch.nodes if is_only_heard(patch, NODES, node.id)}
+    assert heard == {"drawn-bank", "high-pass", "sound-output"}
+    assert sum(is_only_heard(patch, NODES, node.id) for node in patch.nodes) == 3, "not the bank before the tile"
+    assert not is_only_heard(Patch().add("noise", NODES), NODES, "noise")

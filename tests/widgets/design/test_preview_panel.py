@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 from windows import quiet_window
 
 from underfoot.drawing.shapes import Text
-from underfoot.engine.reports import MEASURED, Costs, OutputChanged, Preview
+from underfoot.engine.reports import MEASURED, Costs, Distributions, OutputChanged, Preview
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.nodes import REGISTRY as NODES
@@ -154,6 +154,19 @@ def test_without_a_node_there_are_no_laws_to_be_shown(shown):
     assert shown.waveform.isVisible()
 
 
+def test_laws_of_what_is_no_more_do_not_stay(shown, qtbot):
+    shown.expect("gaps", NODES["poisson"])
+    shown.laws.click()
+    laws = Distributions(1, NODES["poisson"].distributions({"interval": 0.05}))
+    shown.show_laws(laws)
+    assert shown.law_view.plots[0].isVisible()
+    shown.expect("gaps", NODES["poisson"])
+    qtbot.waitUntil(shown.law_view.text.isVisible)
+    assert not shown.law_view.plots[0].isVisible()
+    shown.show_laws(laws)
+    assert shown.law_view.plots[0].isVisible()
+
+
 def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogram(shown, qtbot):
     def named():
         return [line.name for line in shown.spectrogram.drawing.lines if line.name]
@@ -169,3 +182,21 @@ def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogra
     qtbot.waitUntil(lambda: bool(named()))
     assert shown.title.text() == "Hum"
     assert shown.short_title.isHidden()
+
+
+def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(shown):
+    def lines():
+        return shown.spectrogram.drawing.lines, shown.spectrum.drawing.lines
+
+    assert all(lines())
+    assert shown.spectrum.ranges[3] == pytest.approx(2000.0)
+    crackle = np.sin(2 * np.pi * 8000.0 * np.arange(4800) / 48_000.0)
+    shown.expect("sound", NODES["sound-output"], is_heard=True)
+    assert not any(lines())
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"heard": crackle}))
+    assert not any(lines())
+    assert shown.spectrum.ranges[3] == pytest.approx(20_000.0)
+    line = shown.spectrum.drawing.series[0]
+    assert line.y[line.x.argmax()] == pytest.approx(8000.0, rel=0.03)
+    shown.show_preview(Preview(3, 16_000.0, np.zeros(1600), {"heard": crackle[::3]}))
+    assert shown.spectrum.ranges[3] == pytest.approx(8000.0), "no more than is sampled"

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QAbstractButton, QLabel
 from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
-from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.monitor.running_spectrum import RunningSpectrum
 from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.session.footstep_tracker import FootstepTracker, ForceUpdate
@@ -223,9 +222,11 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert commanded.x[loudest] == 200.0
     assert commanded.y[loudest] == pytest.approx(0.0, abs=0.2)
     assert measured.y[loudest] - commanded.y[loudest] == pytest.approx(6.0, abs=0.1)
-    said = next(one.full_text for one in monitor.findChildren(ElidedLabel) if one.full_text.startswith("commanded"))
+    line = next(one for one in monitor.findChildren(QLabel) if one.text().startswith("commanded"))
+    said = line.text().replace("\u00a0", " ")
     assert "commanded 1 m/s², measured 2 (+6.0 dB, 0 % unexplained)" in said
     assert "noticed by 100 %; perceived stiffness: not covered" in said
+    assert line.heightForWidth(line.width()) <= line.height(), "all of it is seen at 1280 pixels"
     qtbot.keyClick(monitor, Qt.Key.Key_L)
     assert monitor.spectrogram.isVisible()
 

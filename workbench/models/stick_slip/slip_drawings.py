@@ -18,6 +18,8 @@ _STEP = 0.002
 """Step of the thesis, 1/w0, over which its white noise is averaged."""
 _SHOWN = 0.995
 """Quantile of the observed values at which pictures end."""
+_FIRST = 0.0005
+"""Quantile at which they begin if it is below 0, as distances may be."""
 
 
 def block_of(values: Mapping[str, Any]) -> BlockOnBelt:
@@ -44,7 +46,9 @@ def slip_drawings(values: Mapping[str, Any]) -> tuple[Drawing, ...]:
     near = white_upcrossings(block, np.linspace(t_end / _TIMES, t_end, _TIMES), _STEP / block.w0)
     return (
         _density_drawing("How long a slip lasts", "duration, ms", 1e3, exact.duration, near, "durations"),
-        _density_drawing("How far it goes", "distance, mm", 1e3, exact.distance, near, "distances"),
+        _density_drawing(
+            "How far it goes", f"distance at {block.belt_velocity:g} m/s, mm", 1e3, exact.distance, near, "distances"
+        ),
         _density_drawing("Slip and stick", "period, ms", 1e3, exact.period, near, "periods"),
     )
 
@@ -53,7 +57,8 @@ def _density_drawing(
     title: str, label: str, scale: float, exact: Distribution, near: Upcrossings, name: str
 ) -> Drawing:
     """Return a drawing of one density, exact and approximated; negligible ends are cut off."""
-    seen = exact.cdf <= exact.cdf[-1] - (1.0 - _SHOWN) * exact.cdf[-1]
+    cdf = exact.cdf / exact.cdf[-1]
+    seen = ((exact.points >= 0.0) | (cdf >= _FIRST)) & (cdf <= _SHOWN)
     points: NDArray[np.float64] = exact.points[seen]
     lines = [Series("exact", scale * points, exact.density[seen] / scale)]
     if name == "durations":

@@ -1,0 +1,63 @@
+"""The compiler's process, in this one: in which order it answers what is asked of it at once."""
+
+import multiprocessing
+import signal
+from threading import Thread
+
+import pytest
+
+from underfoot.engine import compiler
+from underfoot.engine.reports import Compiled, Distributions, Outlines, Preview
+from underfoot.engine.requests import CompileRequest, OutlinesRequest, PreviewRequest
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
+from underfoot.patch.patch import Patch
+
+FLOOR = default_floor(1, 1)
+PATCH = Patch().add("poisson", REGISTRY).dumps()
+LIMIT_S = 60.0
+POISSON = (PATCH, "poisson", "t1", 0.05, 48_000.0)
+
+
+@pytest.fixture
+def answers():
+    """Ask for all of these at once; the reports that come, in their order."""
+    before = signal.getsignal(signal.SIGINT)
+
+    def ask(*requests, reports):
+        ours, theirs = multiprocessing.Pipe()
+        found = []
+
+        def collect():
+            while len(found) < reports and ours.poll(LIMIT_S):
+                found.append(ours.recv())
+            ours.close()
+
+        for request in requests:
+            ours.send(request)
+        reader = Thread(target=collect)
+        reader.start()
+        compiler.run(theirs)
+        reader.join()
+        theirs.close()
+        return found
+
+    yield ask
+    signal.signal(signal.SIGINT, before)
+
+
+def test_laws_that_were_asked_for_come_whatever_is_asked_besides(answers):
+    found = answers(
+        PreviewRequest(1, *POISSON, distributions=True),
+        CompileRequest(2, b"no patch", Target(FLOOR)),
+        reports=3,
+    )
+    assert [(type(report), report.ticket) for report in found] == [(Compiled, 2), (Preview, 1), (Distributions, 1)]
+    assert found[2].drawings
+
+
+def test_of_pictures_the_newest_counts(answers):
+    outlines = OutlinesRequest(3, PATCH, ("poisson",), "t1", 0.05, 48_000.0)
+    found = answers(PreviewRequest(1, *POISSON), PreviewRequest(2, *POISSON), outlines, reports=1)
+    assert [(type(report), report.ticket) for report in found] == [(Outlines, 3)]
