@@ -227,7 +227,7 @@ class ContactTracker:
         foot_of: dict[int, int] = {}
         start_s: dict[int, float] = {}
         tokens: dict[int, list[int]] = {}
-        for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
+        for load, earlier in sorted(self._feet.present_loads(), key=lambda found: found[0].sample):
             foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
             foot_of[load.token] = foot
             on.setdefault(foot, []).append(load.tile)
