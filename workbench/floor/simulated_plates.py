@@ -165,8 +165,8 @@ def _edges_m(tile: Tile) -> Point:
 
 
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_at: PlateOutput) -> NDArray[np.float64]:
-    """Return the coefficients of all systems, [tile, load, value], from the cache if they are there."""
-    key = b"".join(
+    """The coefficients of every tile's systems, [tile, load, value]; known ones are read from the cache."""
+    said = b"".join(
         (
             floor.dumps(),
             *(one.dumps() for one in drawn),
@@ -179,7 +179,7 @@ def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_
         flat = _coefficients([one.at_rate(rate_hz)[1] for of_tile in systems for one in of_tile])
         return flat.reshape(len(systems), -1, flat.shape[1])
 
-    return _aligned(_CACHE.get(hashlib.blake2b(key, digest_size=16).hexdigest(), made))
+    return _aligned(_CACHE.get(hashlib.blake2b(said, digest_size=16).hexdigest(), made))
 
 
 def _systems(tile: Tile, parameters: TileParameters, measured_at: PlateOutput) -> list[Poles]:
