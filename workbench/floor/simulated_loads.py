@@ -160,11 +160,12 @@ def walk(
     curves: Floats,
     footing: NDArray[np.void],
 ) -> None:
-    """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
+    """Add the footfalls, repeated for ever, to the first `count` of `forces_n` (n, tiles, 4) at session frames
+    `stamps`.
 
     `plates` and `footing` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table.
-    A foot brakes, then pushes off: the place where vertical sensors see it is the tile's `shift_m` ahead of where it is
-    as it comes down, and as much behind as it leaves.
+    A foot brakes and then pushes off. This shear shifts the centroid that vertical sensors measure by the tile's
+    `shift_m`: forwards when the foot comes down, backwards when it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s
     longest_s = 0.0
@@ -184,7 +185,7 @@ def walk(
 
 @kernel
 def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray[np.void]) -> None:
-    """Add the hands (tiles,) of `HAND` to the first `count` of `forces_n` (n, tiles, 4)."""
+    """Add the forces of hands (tiles,), of `HAND`, to the first `count` of `forces_n` (n, tiles, 4)."""
     for i in range(count):
         for k in range(len(plates)):
             hand = hands[k]
@@ -230,8 +231,7 @@ def _add_point_force(
     force_n: float,
     shift: tuple[float, float],
 ) -> None:
-    """A point force on the floor goes to the tile that it is on, over a gap to the edges about it (`_held`); elsewhere
-    it goes into the ground."""
+    """Add a point force: to the tile below it, or to the edges of a gap (`_held`); elsewhere it goes to the ground."""
     for k in range(len(plates)):
         along, across = _on_tile(plates[k], place)
         if abs(along) <= plates[k].half_m[0] and abs(across) <= plates[k].half_m[1]:
@@ -253,14 +253,14 @@ def _add_point_force(
 
 @part
 def _on_tile(plate: np.record, place: tuple[float, float]) -> tuple[float, float]:
-    """A place of the floor in a tile's frame."""
+    """Convert a place on the floor to a tile's frame."""
     dx, dy = place[0] - plate.centre_m[0], place[1] - plate.centre_m[1]
     return plate.axes[0, 0] * dx + plate.axes[0, 1] * dy, plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
 
 
 @part
 def _held(plate: np.record, footing: np.record, along: float, across: float) -> float:
-    """The share of a load beside a tile that its edge bears: 1 at the edge, 0 at that of the tile across the gap."""
+    """Return the share of a load beside a tile that its edge bears: 1 at the edge, 0 at the tile across the gap."""
     share = 1.0
     for axis, at in ((0, along), (1, across)):
         beyond = abs(at) - plate.half_m[axis]
@@ -278,7 +278,7 @@ def _add_shifted(
     force_n: float,
     shift: tuple[float, float],
 ) -> None:
-    """A foot's force at a place of the tile's frame, where shear lets it be seen."""
+    """Add a foot's force at a place in the tile's frame, shifted by shear."""
     x = place[0] + shift_m * (plate.axes[0, 0] * shift[0] + plate.axes[0, 1] * shift[1])
     y = place[1] + shift_m * (plate.axes[1, 0] * shift[0] + plate.axes[1, 1] * shift[1])
     _add_to_corners(forces_n, plate, x, y, force_n)
@@ -286,7 +286,7 @@ def _add_shifted(
 
 @part
 def _add_to_corners(forces_n: Floats, plate: np.record, x: float, y: float, force_n: float) -> None:
-    """A force at (x, y) of a tile's frame, split bilinearly over sensors at the corners of an upright rectangle."""
+    """Add a force at (x, y) in the tile's frame, split bilinearly over sensors at the corners of a rectangle."""
     centre_x = centre_y = half_x = half_y = 0.0
     for j in range(4):
         centre_x += 0.25 * plate.sensors_m[j, 0]

@@ -433,7 +433,7 @@ class Recording:
 
 
 def _is_said(key: str, value: object) -> bool:
-    """Return whether an entry of `about` is valid: not empty, and a number where required."""
+    """Return whether an entry of `about` is valid: a text, and for rates a number."""
     try:
         return isinstance(value, str) and (not key.endswith("rate") or 0.0 < float(value) < 1e9)
     except ValueError:
