@@ -55,9 +55,9 @@ ROW = np.dtype(
     ],
     align=True,
 )
-"""State of a tile: output channel; grid steps per metre; present slot of two; systems of each slot (0: without load,
-else 1 + number of the place; -1: none), and their weights at the end and at the beginning of this span; frame at which
-the fade to the slot began; frames of zero drive so far; whether anything moves."""
+"""A tile: its output channel; steps of the grid a metre; which of its two slots plays, which systems each has (0:
+nobody's, else 1 + the place's number; -1: none), their shares at the end of this span and at its beginning, and since
+when the slot is faded to; how many frames of zero have come in, and whether anything moves."""
 
 LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORNERS,))], align=True)
 """Load of a tile: the systems to run, and their weights."""
@@ -254,7 +254,7 @@ def _apply(
     signals: NDArray[np.float64],
     stretch: tuple[int, int, int],
 ) -> int:
-    """Do the work of `SimulatedPlates.apply`; return the number of tiles that move."""
+    """See `SimulatedPlates.apply`; returns how many tiles move."""
     memory = _memory_at(where)
     frame, at, n = stretch
     out, rows, sounds, load = memory.out, memory.rows, memory.sounds, memory.load[0]
