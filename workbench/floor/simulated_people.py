@@ -1,7 +1,8 @@
 """People who walk on a simulated floor: their bodies, their paths, and their footfalls.
 
 They avoid each other: nobody steps to within `CLEARANCE_M` of another person. A person whose way is blocked steps on
-the spot, and after a while chooses another destination."""
+the spot, and after a while chooses another destination.
+"""
 
 import heapq
 import math

@@ -2,7 +2,8 @@
 
 A person's next footstep is predicted in place and time, and compared in what two steps of one person have in common:
 the mean force, which depends on weight, and the stance time. Steps that end within 0.4 s of each other are assigned to
-several persons jointly, at the least total cost. After three seconds without a step a person counts as a new one."""
+several persons jointly, at the least total cost. After three seconds without a step a person counts as a new one.
+"""
 
 import math
 from collections import deque

@@ -1,7 +1,8 @@
 """The patch that is played with cues: the floor's own and, on some tiles, presets instead, each at a gain.
 
 It is a patch like any other, so the effect of a cue is swapped in, recorded and replayed like an edit. A preset is in
-it once, for all tiles that play it; each gain has an output of its own."""
+it once, for all tiles that play it; each gain has an output of its own.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,8 @@
 """Open Sound Control 1.0: encoding and decoding of messages and bundles.
 
 Input is decoded strictly: a datagram that deviates from the specification is refused as a whole, with a reason. So is
-one with deeper nesting than `MOST_DEPTH`, or with more than `MOST_MESSAGES`."""
+one with deeper nesting than `MOST_DEPTH`, or with more than `MOST_MESSAGES`.
+"""
 
 import struct
 from collections.abc import Callable, Iterator, Sequence

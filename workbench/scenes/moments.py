@@ -28,7 +28,8 @@ class Moment:
 
     `contacts` are in the order of their forces, the largest first; their ids count from 1. `down` are those that are
     new since the moment before, `up` those that ended, as last seen. `steps` are the footsteps whose person, side and
-    measures are known now, 0.7 s or more after their end (docs/contracts.md)."""
+    measures are known now, 0.7 s or more after their end (docs/contracts.md).
+    """
 
     time_s: float
     contacts: tuple[OngoingContact, ...] = ()
