@@ -31,6 +31,10 @@ DIP_SHARE, DIP_RISE = 0.8, 1.1
 KEPT_S = 2.0
 """Length of the track that is kept of a load."""
 
+_CENTRE_S = 0.02
+"""Half of the time over which a centre of pressure is averaged, or more if no sample is that near."""
+_FIRST_S = 0.1
+"""Time after a foot's beginning over which the place from which it rolls is averaged."""
 _DIRECTIONS = 16
 _ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
 _TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -92,7 +96,8 @@ def loaded(load: Load, until_s: float) -> NDArray[np.float64]:
 
 def centre_m(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
     """Return the centre of pressure of a track, which may be several loads', around a time."""
-    near = track[np.abs(track[:, TIME] - time_s) <= max(0.02, float(np.abs(track[:, TIME] - time_s).min()))]
+    apart_s = np.abs(track[:, TIME] - time_s)
+    near = track[apart_s <= max(_CENTRE_S, float(apart_s.min()))]
     return np.asarray(np.average(near[:, PLACE], axis=0, weights=near[:, FORCE]))
 
 
@@ -158,7 +163,7 @@ def toes_m(mine: NDArray[np.float64], track: NDArray[np.float64], outlasts_s: fl
     if near > TOES_M or outlasts_s > TOES_OUTLAST_S:
         return None
     centre = centre_m(track, float(mine[0, TIME]))
-    first = track[track[:, TIME] <= track[0, TIME] + 0.1]
+    first = track[track[:, TIME] <= track[0, TIME] + _FIRST_S]
     rolled = centre - np.average(first[:, PLACE], axis=0, weights=first[:, FORCE])
     length_m = float(np.hypot(*rolled))
     behind = length_m >= 2.0 * BEHIND_M and float((mine[0, PLACE] - centre) @ rolled) < -BEHIND_M * length_m

@@ -115,7 +115,7 @@ class SharedLoad:
 def shared(track: Floats, at_s: float) -> SharedLoad:
     """Return how two feet shared a load that was handed over at `at_s`, from its `track` before and after that."""
     time_s, places_m, force_n = track[:, TIME], track[:, PLACE], track[:, FORCE]
-    first_s, last_s = at_s - 0.8 * BOTH_FEET_S, at_s + 0.7 * BOTH_FEET_S
+    first_s, last_s = at_s - 0.8 * BOTH_FEET_S, at_s + 0.7 * BOTH_FEET_S  # a first guess
     for _ in range(_ROUNDS):
         found = SharedLoad(
             first_s,

@@ -34,6 +34,13 @@ place, for a person who turns."""
 STEP_TIME_SD, FORCE_SD, STANCE_SD = 0.12, 0.06, 0.08
 """Relative standard deviations of a person's step time, mean force and stance time."""
 
+FEW_TIMED_STEPS, FEW_TIMED_FACTOR, FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 2, 3.0, 3, 2.0
+"""Standard deviations of the step time are multiplied by `FEW_TIMED_FACTOR` while fewer than `FEW_TIMED_STEPS` steps of
+a person are known; those of force and stance by `FEW_WEIGHED_FACTOR` below `FEW_WEIGHED_STEPS`."""
+
+MISSED_STEP_COST, LOST_STEPS = 2.0, 1.6
+"""Cost of each step that was not seen; step times without a step after which a walk counts as lost."""
+
 SAME_PERSON_SD, LAST_COMPARED_STEP, MOST_STRAY_STEPS = 2.5, 10, 5.0
 """A new walk continues one that was lost before if their steps differ by at most `SAME_PERSON_SD` standard deviations.
 This is checked from its second to its `LAST_COMPARED_STEP`th step. The lost walk may have got up to `MOST_STRAY_STEPS`
@@ -261,19 +268,19 @@ class _Walk:
             return math.inf
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
-        uncertain = 3.0 if self.seen < 2 else 1.0
+        uncertain = FEW_TIMED_FACTOR if self.seen < FEW_TIMED_STEPS else 1.0
         late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * uncertain * self.step_s)
         if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
             late = 0.0  # a person who stood can leave at any time
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
         place = min((off_m / PLACE_SD_M) ** 2, (way_m / TURN_PLACE_SD_M) ** 2 + TURN_COST)
-        return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + 2.0 * missed
+        return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + MISSED_STEP_COST * missed
 
     def cost(self, footfall: _Footfall) -> float:
         """Return `placement_cost`, plus the cost of the footfall's difference from the person's averages."""
         total = self.placement_cost(footfall.start_s, footfall.place_m)
         if math.isfinite(total) and footfall.is_whole and self.seen:
-            uncertain = 2.0 if self.seen < 3 else 1.0
+            uncertain = FEW_WEIGHED_FACTOR if self.seen < FEW_WEIGHED_STEPS else 1.0
             force = math.log(footfall.force_n / self.force_n) / (FORCE_SD * uncertain)
             stance = math.log(footfall.stance_s / self.stance_s) / (STANCE_SD * uncertain)
             total += min(force**2 + stance**2, MOST_LOAD_COST)
@@ -287,7 +294,7 @@ class _Walk:
     def may_continue(self, other: "_Walk") -> bool:
         """Return whether this walk can be the continuation of another one that was lost."""
         began_s = self.first_s
-        lost = self.last.start_s - other.last.start_s > 1.6 * other.step_s
+        lost = self.last.start_s - other.last.start_s > LOST_STEPS * other.step_s
         return bool(
             lost
             and 2 <= self.seen <= LAST_COMPARED_STEP
