@@ -21,9 +21,9 @@ from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 
 SCALE_VARIABLE = "QT_SCALE_FACTOR"
-"""What Qt multiplies all sizes by."""
+"""Environment variable with the factor of all sizes in Qt."""
 SETTLED_MS = 1500
-"""After a start, when its processes and threads leave the window time to make workspaces that are not on the screen."""
+"""Time after the engine's start at which the hidden workspaces are made: by then the processor is mostly free."""
 
 
 def run(
@@ -34,11 +34,13 @@ def run(
     file: Path | None = None,
     restart_options: Sequence[str] = (),
 ) -> int:
-    """Open the window and stay until it is closed; the exit status. `engine` is a process for its first session;
-    `file` is opened in the workspace that opens such files; `restart_options` of the command line give `target` again.
+    """Open the window, and return the exit status when it is closed.
 
-    With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes; it
-    neither makes a sound nor remembers anything.
+    `engine` is a process for the first session. `file` is opened in the workspace for its suffix. `restart_options` are
+    the options of the command line that give `target` again after a restart.
+
+    With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes. It makes
+    no sound and stores no settings.
     """
     with tempfile.TemporaryDirectory() as passing:
         folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
@@ -46,7 +48,7 @@ def run(
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
         for number in (signal.SIGINT, signal.SIGTERM):
-            # Not at once: it may come in the midst of what reads the session that closing ends.
+            # Later: the signal may interrupt code that reads the session, which closing ends.
             signal.signal(number, lambda *_: QTimer.singleShot(0, window.leave))
         window.controller.use_sound(screenshot_dir is None)
         window.show()
@@ -65,7 +67,7 @@ def run(
 
 
 def application(settings: Settings) -> QApplication:
-    """The application in the colours and the size that were chosen. A size takes effect before there is one only."""
+    """Return the application with the chosen colours and text size; the size applies only if it is created here."""
     made = QApplication.instance()
     if made is None:
         given = os.environ.get(SCALE_VARIABLE)
@@ -83,7 +85,7 @@ def application(settings: Settings) -> QApplication:
 
 
 def _has_same_forces(now: Target, given: Target | None) -> bool:
-    """Whether the forces are still those of the command line: of another choice the settings know."""
+    """Return whether the forces are still those of the command line; another choice is in the settings."""
     if given is None:
         return False
     return (now.floor, now.kind, now.source, now.simulation) == (
@@ -92,7 +94,7 @@ def _has_same_forces(now: Target, given: Target | None) -> bool:
 
 
 def _restart(options: Sequence[str]) -> None:
-    """Open the window anew: in place of this process, where the system can."""
+    """Open the window again, in place of this process if the system allows that."""
     command = [sys.executable, *([] if getattr(sys, "frozen", False) else ["-m", "underfoot"]), *options]
     if os.name == "posix":
         os.execv(command[0], command)

@@ -5,6 +5,7 @@ import random
 
 import pytest
 from made_studies import TD, preset_protocol, protocol_text
+from mutations import mutated_document
 
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
@@ -108,31 +109,7 @@ def test_a_mistake_is_one_line_that_names_its_place(name):
 
 
 ODD = (None, True, -1, 0, 1e308, float("nan"), "", "x", "end", [], {}, [[]], {"a": 1}, "\0", 2**70, "stimulus-td")
-
-
-def mutated(document, chance):
-    """A document with one to three places changed: another value, a key gone, an item twice."""
-    changed = json.loads(json.dumps(document))
-    for _ in range(chance.randint(1, 3)):
-        places = []
-        queue = [changed]
-        while queue:
-            here = queue.pop()
-            for key in here if isinstance(here, dict) else range(len(here)):
-                places.append((here, key))
-                if isinstance(here[key], dict | list):
-                    queue.append(here[key])
-        where, key = chance.choice(places)
-        match chance.randint(0, 3):
-            case 0:
-                del where[key]
-            case 1 if isinstance(where, list):
-                where.append(where[key])
-            case 2 if isinstance(where, dict):
-                where[chance.choice(("id", "kind", "next", "odd"))] = chance.choice(ODD)
-            case _:
-                where[key] = chance.choice(ODD)
-    return changed
+KEYS = ("id", "kind", "next", "odd")
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -141,7 +118,7 @@ def test_a_mutated_file_is_read_or_refused_in_one_line(name):
     document = json.loads(PRESETS[name].read_text())
     refused = 0
     for _ in range(60):
-        said = refusal(mutated(document, chance), PRESETS[name].parent)
+        said = refusal(mutated_document(document, chance, KEYS, ODD), PRESETS[name].parent)
         refused += bool(said)
         assert "\n" not in said
     assert refused > 10

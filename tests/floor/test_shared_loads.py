@@ -68,7 +68,7 @@ def test_where_one_foot_leaves_as_the_other_comes_the_load_is_the_others_from_wh
     rows["time_s"] = rows["sample"] / 1000.0
     rows["x_m"] = np.interp(rows["time_s"], (0.495, 0.5), (0.0, 0.2))
     rows["force_n"] = np.interp(rows["time_s"], (0.49, 0.496, 0.5, 0.509), (60.0, 12.0, 12.0, 60.0))
-    first, second, lead_n = feet.part(rows)
+    first, second, lead_n = feet.split(rows)
     assert (first["sample"][-1], second["sample"][0], lead_n) == (497, 498, 0.0)
     assert len(first) + len(second) == len(rows)
 

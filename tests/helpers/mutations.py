@@ -58,6 +58,33 @@ def _replaced(value, rng):
     return [_replaced(item, rng) if other == key else item for other, item in enumerate(value)]
 
 
+def mutated_document(document, rng, keys, values):
+    """Return a JSON document with one to three changes: a value replaced, a key removed or added, an item doubled.
+
+    `keys` and `values` are those that are put in.
+    """
+    changed = json.loads(json.dumps(document))
+    for _ in range(rng.randint(1, 3)):
+        places, queue = [], [changed]
+        while queue:
+            here = queue.pop()
+            for key in here if isinstance(here, dict) else range(len(here)):
+                places.append((here, key))
+                if isinstance(here[key], dict | list):
+                    queue.append(here[key])
+        where, key = rng.choice(places)
+        match rng.randint(0, 3):
+            case 0:
+                del where[key]
+            case 1 if isinstance(where, list):
+                where.append(where[key])
+            case 2 if isinstance(where, dict):
+                where[rng.choice(keys)] = rng.choice(values)
+            case _:
+                where[key] = rng.choice(values)
+    return changed
+
+
 def randomness(seed):
     """Return a separate generator for each seed."""
     return random.Random(seed)

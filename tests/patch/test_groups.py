@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from loops import loop_of, played
+from mutations import mutated_document
 
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -146,30 +147,7 @@ def test_the_bytes_are_the_same_collapsed_or_not():
 # --- damage ---
 
 ODD = (None, True, -1, 1e308, float("nan"), "", "x", "note", "group", "tile", [], {}, [[]], ["tile"], {"id": "x"}, "\0")
-
-
-def mutated(document, chance):
-    """A document with one to three places changed: another value, a key gone, an item twice."""
-    changed = json.loads(json.dumps(document))
-    for _ in range(chance.randint(1, 3)):
-        places, queue = [], [changed]
-        while queue:
-            here = queue.pop()
-            for key in here if isinstance(here, dict) else range(len(here)):
-                places.append((here, key))
-                if isinstance(here[key], dict | list):
-                    queue.append(here[key])
-        where, key = chance.choice(places)
-        match chance.randint(0, 3):
-            case 0:
-                del where[key]
-            case 1 if isinstance(where, list):
-                where.append(where[key])
-            case 2 if isinstance(where, dict):
-                where[chance.choice(("id", "at", "members", "label", "text", "odd"))] = chance.choice(ODD)
-            case _:
-                where[key] = chance.choice(ODD)
-    return changed
+KEYS = ("id", "at", "members", "label", "text", "odd")
 
 
 def read_or_refused(document):
@@ -187,7 +165,7 @@ def test_a_mutated_patch_is_read_or_refused_in_one_line():
     document = json.loads(dressed().dumps())
     small = {**document, "nodes": document["nodes"], "wires": document["wires"][:2]}
     for _ in range(400):
-        said = read_or_refused(mutated(chance.choice((document, small)), chance))
+        said = read_or_refused(mutated_document(chance.choice((document, small)), chance, KEYS, ODD))
         refused += bool(said)
         assert "\n" not in said
     assert 100 < refused < 400

@@ -153,7 +153,9 @@ def test_a_contact_is_where_its_rows_say(recording):
         np.concatenate([getattr(part, name) for part in rows])
         for name in ("time_s", "contact", "x_m", "y_m", "force_n")
     )
-    for span in survey(recording, lambda so_far: True).contacts:
+    spans = survey(recording, lambda so_far: True).contacts
+    assert spans
+    for span in spans:
         mine = id == span.id
         told = np.array([span.at(at_s) for at_s in time_s[mine]])
         assert np.quantile(np.hypot(told[:, 0] - x_m[mine], told[:, 1] - y_m[mine]), 0.9) < 0.005

@@ -12,7 +12,7 @@ from underfoot.models.elasto_plastic import Ground
 from underfoot.scenes import discover
 from underfoot.scenes.frozen_pond import LEAST_J, MOST_J
 from underfoot.scenes.frozen_pond.cracks import Cracks
-from underfoot.scenes.rehearsal import rehearse, rehearse_presses
+from underfoot.scenes.rehearsal import TimedPress, rehearse, rehearse_presses
 
 FLOOR = default_floor()
 POND = discover()["frozen-pond"]
@@ -78,7 +78,7 @@ def test_each_slip_is_one_strike_at_its_time_with_its_energy():
 
 def test_slips_are_those_of_the_ground_model():
     pond = POND(FLOOR, {"spread": 0.0, "threshold_n": 150.0})
-    done = rehearse_presses(pond, [(0.3, "t1", 0.0, 0.0, 900.0)], 1.0)
+    done = rehearse_presses(pond, [TimedPress(0.3, "t1", 0.0, 0.0, 900.0)], 1.0)
     contacts = [moment.contacts[0].force_n if moment.contacts else 0.0 for moment in done.moments]
     on = next(k for k, force in enumerate(contacts) if force)
     force = np.interp(np.arange(1, 10 * len(contacts) + 1) / 10.0, np.arange(len(contacts) + 1), [0.0, *contacts])

@@ -11,16 +11,16 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.scenes import discover
 from underfoot.scenes.cues import Play, nearest_tile
-from underfoot.scenes.rehearsal import rehearse, rehearse_presses
+from underfoot.scenes.rehearsal import TimedPress, rehearse, rehearse_presses
 
 FLOOR = default_floor()
 KINDS = discover()
 
 
 def hand(time_s, x_m, y_m, force_n):
-    """A hand at a place of the floor."""
+    """Return the press of a hand at a place of the floor."""
     tile = FLOOR.tiles[FLOOR.index(nearest_tile(FLOOR, x_m, y_m))]
-    return (time_s, tile.id, *tile.to_tile((x_m, y_m)).tolist(), force_n)
+    return TimedPress(time_s, tile.id, *tile.to_tile((x_m, y_m)).tolist(), force_n)
 
 
 def test_a_button_clicks_down_and_softer_up():

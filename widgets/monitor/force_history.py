@@ -1,4 +1,4 @@
-"""What was measured in the last ten minutes: the latest seconds sample by sample, before that in means of 10 ms."""
+"""Forces of the last ten minutes: the latest seconds as samples, earlier ones as means of 10 ms."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +8,11 @@ from underfoot.widgets.plots.history import History
 HISTORY_S = 600.0
 BIN_S = 0.01
 MAX_BYTES = 64 << 20
-"""Of the means: on a floor of more than 70 tiles they reach back less far."""
+"""Memory of the means: on floors of more than 70 tiles they cover less than ten minutes."""
 
 
 class ForceHistory:
-    """Corner forces of a floor, in memory taken once.
+    """Corner forces of a floor, in preallocated memory.
 
     >>> history = ForceHistory(1, 5.0, 1000.0)
     >>> history.append(np.arange(20_000) / 1000.0, np.ones((20_000, 1, 4), np.float32))
@@ -21,7 +21,7 @@ class ForceHistory:
     """
 
     def __init__(self, tiles: int, fine_s: float, max_hz: float) -> None:
-        """The latest `fine_s` seconds are kept as they come, up to `max_hz` samples a second."""
+        """The latest `fine_s` seconds are kept as samples, at up to `max_hz`."""
         self._times = History(np.float64, int(fine_s * max_hz))
         self._forces = History(np.float32, int(fine_s * max_hz), tiles, 4)
         bins = min(round(HISTORY_S / BIN_S), MAX_BYTES // (16 * tiles))
@@ -32,7 +32,7 @@ class ForceHistory:
         self._count = 0
 
     def append(self, time_s: NDArray[np.float64], force_n: NDArray[np.floating]) -> None:
-        """Samples at `time_s` (n,), ascending: (n, tiles, 4)."""
+        """Add samples (n, tiles, 4) at `time_s` (n,), ascending."""
         self._times.append(time_s)
         self._forces.append(force_n)
         bins = np.floor(np.asarray(time_s) / BIN_S + 1e-6).astype(np.int64)
@@ -53,14 +53,15 @@ class ForceHistory:
 
     @property
     def first_s(self) -> float:
-        """When what is known begins; NaN where nothing is."""
+        """Beginning of the known times; NaN if there are none."""
         bins, times = self._bins.latest(), self._times.latest()
         if len(bins):
             return float(bins[0]) * BIN_S
         return float(times[0]) if len(times) else np.nan
 
     def samples_before(self, end_s: float, seconds: float, row: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        """Times (n,) and corner forces (n, 4) of a tile, of the seconds before a time: samples, or else means."""
+        """Return times (n,) and corner forces (n, 4) of a tile in the seconds before a time: samples if known, else
+        means."""
         times, forces = self._times.latest(), self._forces.latest()
         if not len(times) or end_s - seconds < times[0]:
             bins = self._bins.latest()

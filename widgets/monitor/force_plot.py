@@ -14,9 +14,9 @@ from underfoot.widgets.plots.plot import Plot
 
 MIN_TOP_N = 200.0
 MAX_LETTERS = 32
-"""Of a mark's words; the recording has all of them."""
+"""Most letters of a mark's text; the recording has all of it."""
 BELOW_ZERO = 0.1
-"""How far the axis goes below zero, as a share of its top: real corners are pulled up, too."""
+"""Extent of the axis below zero, as a share of its top: forces of real corners can be negative."""
 MARGINS = Margins(bottom=8.0)
 """The times are written under the spectrogram below."""
 
@@ -24,7 +24,7 @@ CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
 """Names of the corners' colours, in the order of the sensors."""
 _CURVES = (*CORNERS, "force")
 _STEPS_PX = 2.0
-"""A curve has two points in so many pixels."""
+"""Width in pixels for which a curve has two points."""
 
 
 class ForcePlot(Plot):

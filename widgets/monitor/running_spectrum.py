@@ -1,26 +1,27 @@
-"""The spectrogram of one tile's vibration, column by column as it comes in."""
+"""The spectrogram of one tile's vibration, computed column by column."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 LOW_HZ, HIGH_HZ = 20.0, 2000.0
 FLOOR_DB = -140.0
-"""Silence: below what the colours show at the lowest output level."""
+"""Lowest level, that of silence: below the colours at the lowest output level."""
 SHOWN_DB = 70.0
-"""Levels below the top that the colours span."""
+"""Range of levels that the colours span."""
 ROWS = 192
 COLUMN_S = 0.01
 WINDOW_S = 0.08
-"""A Hann window, 12.5 Hz of resolution: pulses of a step stay apart, and so do modes."""
+"""Length of the Hann window: its resolution of 12.5 Hz separates both pulses of a step and modes."""
 
 _SLAB = 96
-"""Columns made in one go: what a frame has time for."""
+"""Columns computed at once, within one frame of the display."""
 
 
 class RunningSpectrum:
     """Levels over log frequency, uint8 from `FLOOR_DB` to 0 dB of a full-scale sine, a column every `COLUMN_S`.
 
-    Column k is of the window around frame k times `hop`, so that it does not matter in which pieces the samples come.
+    Column k is the window around frame k times `hop`, so the result does not depend on how samples are split into
+    calls.
 
     >>> spectrum = RunningSpectrum(48000, seconds=1.0)
     >>> spectrum.feed(0, np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)).astype(np.float32))
@@ -45,11 +46,12 @@ class RunningSpectrum:
         self.clear()
 
     def clear(self) -> None:
-        """Forget what came so far."""
+        """Clear the picture."""
         self._samples = np.zeros(0, np.float32)
         self._first = -1
         self._column = 0
-        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)  # new: memory is taken only where it is written
+        # A new array takes memory only where it is written.
+        self._picture = np.zeros((2 * self.columns, ROWS), np.uint8)
 
     @property
     def end_frame(self) -> float:
@@ -57,7 +59,7 @@ class RunningSpectrum:
         return (self._column - 0.5) * self.hop
 
     def feed(self, first: int, samples: NDArray[np.float32]) -> None:
-        """Take samples (n,) from session frame `first` on. What is missing before them is a gap, and left dark."""
+        """Add samples (n,) from session frame `first` on. A gap before them stays dark."""
         end = self._first + len(self._samples)
         if self._first < 0 or first != end:
             self._skip_to(first)
@@ -67,12 +69,12 @@ class RunningSpectrum:
         self._make()
 
     def levels(self) -> NDArray[np.uint8]:
-        """The picture, uint8 [ROWS, columns], lowest frequency first; a view."""
+        """Return the picture, uint8 [ROWS, columns], lowest frequency first; a view."""
         begin = self._column % self.columns
         return self._picture[begin : begin + self.columns].T
 
     def part(self, begin: float, end: float) -> tuple[NDArray[np.uint8], float, float]:
-        """The columns between two session frames, as `levels` has them, and the frames at their edges."""
+        """Return the columns between two session frames, as in `levels`, and the frames at their edges."""
         oldest = self._column - self.columns
         first = min(max(int(begin // self.hop), oldest), self._column)
         behind = min(max(int(-(-end // self.hop)) + 1, first), self._column)
@@ -80,7 +82,7 @@ class RunningSpectrum:
         return self.levels()[:, first - oldest : behind - oldest], *edges
 
     def _skip_to(self, first: int) -> None:
-        """Begin anew at frame `first`: columns between are dark."""
+        """Continue at frame `first`; the columns between are dark."""
         half = self._size // 2
         column = -(-(first + half) // self.hop)
         dark = max(self._column, column - self.columns)
@@ -109,7 +111,7 @@ class RunningSpectrum:
             self._first += spare
 
     def _put(self, column: int, levels: NDArray[np.uint8]) -> None:
-        """Write columns twice, one picture apart, so that the latest always lie in one piece."""
+        """Write columns twice, one picture apart, so that the latest are always contiguous."""
         at = np.arange(column, column + len(levels)) % self.columns
         self._picture[at] = levels
         self._picture[at + self.columns] = levels

@@ -26,7 +26,7 @@ class SpectrogramPlot(Plot):
         self._show()
 
     def set_top(self, top_db: float) -> None:
-        """Let the colours end at this level, in dB of a full-scale sine."""
+        """Set the highest level of the colours, in dB re a full-scale sine."""
         self._top_db = top_db
         self._show()
 

@@ -1,4 +1,4 @@
-"""The panel of footsteps: the table, how many there are, the cadence, and their export."""
+"""The panel of footsteps: table, number, cadence, and export."""
 
 import math
 from collections.abc import Sequence
@@ -19,17 +19,17 @@ from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.controls.step_table import StepTable, WholeRows
 
 CADENCE_STEPS = 8
-"""The cadence is a mean over so many steps."""
+"""Number of steps in the mean cadence."""
 
 MAX_FILES = 100
-"""So many files of footsteps that nobody saved are kept."""
+"""Most files of unsaved footsteps that are kept."""
 
 GAIT_STEPS = 100
-"""Each person's gait, under the mouse, is of so many of the latest steps."""
+"""Number of latest steps in each person's gait, shown under the mouse."""
 
 
 class StepPanel(QWidget):
-    """Footsteps as they happen."""
+    """Shows footsteps live."""
 
     notified = Signal(str)
     """A line for the person."""
@@ -62,7 +62,7 @@ class StepPanel(QWidget):
         self._show_count()
 
     def start_new_table(self) -> None:
-        """Another session begins, or the window closes: footsteps that nobody saved are kept as a file."""
+        """Begin an empty table; unsaved footsteps are stored in a file. Called at a new session, and at the end."""
         count = len(self.table.steps.steps)
         if count and not self._is_saved and self.folder is not None:
             path = self.folder / f"{datetime.now():%Y-%m-%d %H.%M.%S}.csv"
@@ -85,7 +85,7 @@ class StepPanel(QWidget):
         self.cleared.emit()
 
     def export(self, path: str) -> None:
-        """Write the footsteps as CSV, and say so; or why the file cannot be written."""
+        """Write the footsteps as CSV, and show that, or the reason of a failure."""
         try:
             self.table.export(Path(path))
         except UnderfootError as error:

@@ -1,4 +1,4 @@
-"""What all tiles were asked and did in the last two seconds, and which of them does not do what it is told."""
+"""Commanded and measured vibration of all tiles in the last two seconds, and tiles whose response deviates."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ _KEPT_S, _MIN_S = 2.0, 0.3
 
 
 class TileLevels:
-    """Commanded and measured acceleration, m/s^2, of so many tiles."""
+    """Commanded and measured acceleration of `tiles` tiles, m/s^2."""
 
     def __init__(self, tiles: int, rate_hz: float) -> None:
         self._rate_hz = rate_hz
@@ -20,17 +20,17 @@ class TileLevels:
         self._watch = ResponseMonitor(tiles, rate_hz)
 
     def feed(self, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
-        """The next frames of all tiles, (n, tiles) each."""
+        """Add the next frames of all tiles, (n, tiles) each."""
         self._commanded.append(commanded)
         self._measured.append(measured)
         self._watch.feed(commanded, measured)
 
     def deviating(self) -> NDArray[np.bool_]:
-        """Which tiles are off their command."""
+        """Return which tiles deviate from their command."""
         return self._watch.deviates()
 
     def of(self, row: int) -> tuple[TileResponse | None, str]:
-        """A tile's response, and its levels in words; None and "" where too little was measured."""
+        """Return a tile's response, and its levels as text; None and "" if there is too little data."""
         commanded, measured = self._commanded.latest()[:, row], self._measured.latest()[:, row]
         if len(measured) < _MIN_S * self._rate_hz:
             return None, ""

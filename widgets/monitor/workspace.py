@@ -33,11 +33,11 @@ from underfoot.widgets.floor_map import DEFAULT_PRESS_N, FloorMap
 from underfoot.widgets.monitor.force_history import HISTORY_S, ForceHistory
 from underfoot.widgets.monitor.force_plot import CORNERS, ForcePlot
 from underfoot.widgets.monitor.level_plot import LevelPlot, whole_parts
-from underfoot.widgets.monitor.running_spectrum import SHOWN_DB, RunningSpectrum
+from underfoot.widgets.monitor.running_spectrum import SHOWN_DB
 from underfoot.widgets.monitor.spectrogram_plot import SpectrogramPlot
 from underfoot.widgets.monitor.step_panel import StepPanel
 from underfoot.widgets.monitor.tile_levels import TileLevels
-from underfoot.widgets.plots.history import History
+from underfoot.widgets.monitor.vibration_history import VibrationHistory
 from underfoot.widgets.session.footstep_tracker import ForceUpdate
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -54,20 +54,12 @@ SHORTCUTS = (
 )
 
 _FORCE_HZ = 2000.0
-"""Force samples a second for which there is room; a faster stream shows less than `MAX_DURATION_S`."""
-
-_KEPT_TILES = 16
-"""The vibration of so many tiles is kept, to be shown at once when another one is selected: 4 MB each."""
-
-_CATCH_UP_S = 0.5
-"""Seconds of kept vibration that are analysed in a frame's time."""
-
-_FALL_S = 0.15
-"""In which time a tile's bar of vibration falls to a third."""
+"""Force samples per second that fit; a faster stream shows less than `MAX_DURATION_S`."""
 
 _MAP_TICKS = 2
 _READOUT_TICKS = 6
-"""The floor is drawn every so many ticks, for it does not scroll; numbers change slower, so that one can read them."""
+"""Ticks between two drawings of the floor, which does not scroll, and between two updates of numbers, to be
+readable."""
 
 
 class MonitorWorkspace(Workspace):
@@ -95,7 +87,7 @@ class MonitorWorkspace(Workspace):
         self._latest: ForceUpdate | None = None
         self._paused_s = self._hover_s = math.nan
         self._back_to_s = math.nan
-        """What is at the right edge, where somebody has scrolled back."""
+        """The time at the right edge after scrolling back; NaN while live."""
         self._build()
         self.map.tile_chosen.connect(self._show_tile)
         self.map.tile_clicked.connect(lambda: self.following.setChecked(False))
@@ -109,7 +101,7 @@ class MonitorWorkspace(Workspace):
         self.set_level(0.0)
         self.setFocusProxy(self.map)
 
-    # --- as a workspace ---
+    # --- workspace ---
 
     def attach(self, context: WorkspaceContext) -> None:
         controller, bridge = context.controller, context.controller.bridge
@@ -133,32 +125,29 @@ class MonitorWorkspace(Workspace):
         return SHORTCUTS
 
     def close_down(self) -> None:
-        """Footsteps that nobody saved are kept."""
+        """Store the table of unsaved footsteps."""
         self.steps.start_new_table()
 
     def set_active(self, active: bool) -> None:
-        """Vibration is read from the session only while it can be seen."""
+        """Read vibration from the session only while this workspace is shown."""
         self.active_changed.emit(active)
 
-    # --- what it shows ---
+    # --- data ---
 
     def _set_target(self, target: Target) -> None:
         self.set_session(target.floor, target.rate, target.kind == "simulator")
 
     def set_session(self, floor: Floor, rate_hz: float, simulated: bool) -> None:
-        """Begin anew with this floor; `rate_hz` are session frames a second."""
+        """Start again with this floor; `rate_hz` is session frames per second."""
         count = len(floor.tiles)
         self._floor, self._rate_hz = floor, rate_hz
         self.force_history = ForceHistory(count, MAX_DURATION_S, _FORCE_HZ)
-        self.spectrum = RunningSpectrum(rate_hz, HISTORY_S)
-        self._vibration = History(np.float32, int(MAX_DURATION_S * rate_hz) if count <= _KEPT_TILES else 0, count)
-        self._vibration_end = self._spectrum_end = 0
+        self.vibration = VibrationHistory(count, rate_hz, MAX_DURATION_S, HISTORY_S)
         self.tile_levels = TileLevels(count, rate_hz)
         self._onsets.clear()
         self._marks.clear()
         self._now_frame = 0.0
         self._row = 0
-        self._peak = np.zeros(count)
         self._latest = None
         self._newest_contact = 0
         self.map.can_press = simulated
@@ -171,7 +160,7 @@ class MonitorWorkspace(Workspace):
         self.draw()
 
     def set_duration(self, seconds: float) -> None:
-        """Show so many seconds before now."""
+        """Show this many seconds before now."""
         self._duration_s = seconds
         self.force.set_duration(seconds)
         self.spectrogram.set_duration(seconds)
@@ -179,13 +168,13 @@ class MonitorWorkspace(Workspace):
             button.setChecked(span_s == seconds)
 
     def set_level(self, db: float) -> None:
-        """The output level: the spectrogram's colours end at it."""
+        """Set the output level, at which the spectrogram's colours end."""
         top_db = min(0.0, 10.0 * math.ceil(db / 10.0))
         self.spectrogram.set_top(top_db)
         self.level_key.set_range(top_db - SHOWN_DB, top_db)
 
     def add_forces(self, update: ForceUpdate) -> None:
-        """Force samples, and the contacts on the floor."""
+        """Add force samples and contacts."""
         self.force_history.append(update.time_s, update.force_n)
         self._latest = update
         for rows in update.contact_rows:
@@ -195,57 +184,49 @@ class MonitorWorkspace(Workspace):
         self._now_frame = max(self._now_frame, float(update.time_s[-1]) * self._rate_hz)
 
     def empty_floor(self, silent: bool) -> None:
-        """Show nobody where no force comes any more."""
+        """Remove all contacts when the floor stops sending."""
         self._latest = self._latest.emptied() if silent and self._latest is not None else self._latest
 
     def add_vibration(self, first: int, samples: NDArray[np.float32]) -> None:
-        """Vibration of all tiles (n, tiles) from session frame `first` on."""
-        if first != self._vibration_end:
-            self._vibration.clear()
-        is_short = len(samples) <= _CATCH_UP_S * self._rate_hz or not self._vibration.capacity
-        if self._spectrum_end == self._vibration_end and is_short:
-            self.spectrum.feed(first, samples[:, self._row])
-            self._spectrum_end = first + len(samples)
-        self._vibration.append(samples)
-        self._vibration_end = first + len(samples)
-        fallen = self._peak * math.exp(-len(samples) / (_FALL_S * self._rate_hz))
-        self._peak = np.maximum(np.maximum(samples.max(axis=0), -samples.min(axis=0)), fallen)
-        self._now_frame = max(self._now_frame, float(self._vibration_end))
+        """Add vibration of all tiles (n, tiles) from session frame `first` on."""
+        self.vibration.append(first, samples)
+        self._now_frame = max(self._now_frame, float(self.vibration.end))
 
     def add_response(self, first: int, commanded: NDArray[np.float32], measured: NDArray[np.float32]) -> None:
-        """Commanded and measured acceleration of all tiles, (n, tiles) each, m/s^2, from session frame `first` on."""
+        """Add commanded and measured acceleration of all tiles, (n, tiles) each, m/s^2, from session frame `first`
+        on."""
         self.tile_levels.feed(commanded, measured)
 
     def add_steps(self, steps: list[Step]) -> None:
-        """Footsteps that happened."""
+        """Add footsteps."""
         self.steps.add(steps)
         self._onsets.extend((step.tile, step.start_s) for step in steps)
 
     def add_mark(self, text: str, at_s: float) -> None:
-        """A mark was set, by whomever."""
+        """Add a mark from any source."""
         self._marks.append((at_s, text))
 
     def _show_starts(self, reports: list[object]) -> None:
-        """Mark the tile on which a patch began with the step of its preview: forces of the floor are without it."""
+        """Show the tile on which a preview's step began: the floor's forces do not have it."""
         for report in reports:
             if isinstance(report, CommandApplied) and isinstance(report.command, Start):
                 self.map.show_step(report.command.tile)
 
     def draw(self) -> None:
-        """Draw the present, unless it cannot be seen or is paused."""
+        """Draw the present state, unless hidden or paused."""
         if not self.isVisible() or self.window().isMinimized():
             return
         self._show_bar()
         if self.is_paused:
             return
-        self._catch_up()
+        self.vibration.catch_up()
         self._draw_plots()
         now_s = self._now_frame / self._rate_hz
         if self._latest is not None:
             self.map.set_loads(self._latest.load_n, self._latest.untared)
             self.map.set_contacts(self._latest.contacts, now_s)
         if self._ticks % _MAP_TICKS == 0:
-            self.map.set_vibration(self._peak)
+            self.map.set_vibration(self.vibration.peaks)
             self.map.set_deviating(self.tile_levels.deviating())
             self.map.update()
         if self._ticks % _READOUT_TICKS == 0:
@@ -254,7 +235,7 @@ class MonitorWorkspace(Workspace):
         self._ticks += 1
 
     def _draw_plots(self) -> None:
-        """Force and spectrogram of the seconds before now, or before what was scrolled back to."""
+        """Draw force and spectrogram of the seconds before the shown time."""
         end_s = self.shown_s
         times, forces = self.force_history.samples_before(end_s, self._duration_s, self._row)
         if len(times):
@@ -262,7 +243,7 @@ class MonitorWorkspace(Workspace):
             self.force.show_forces(times, forces, end_s, np.array(onsets_s), self._marks)
         else:
             self.force.clear_forces()
-        self.spectrogram.show_spectrum(self.spectrum, end_s * self._rate_hz, self._rate_hz)
+        self.spectrogram.show_spectrum(self.vibration.spectrum, end_s * self._rate_hz, self._rate_hz)
 
     @property
     def shown_s(self) -> float:
@@ -273,7 +254,8 @@ class MonitorWorkspace(Workspace):
         return self._now_frame / self._rate_hz
 
     def scroll_to(self, end_s: float) -> None:
-        """Show the seconds before a time of the last ten minutes; what comes meanwhile is kept. Now: go on live."""
+        """Show the seconds before a time in the last ten minutes, while new data is kept. The present time: live
+        again."""
         now_s = self._now_frame / self._rate_hz
         first_s = max(self.force_history.first_s, now_s - HISTORY_S)
         if not first_s < now_s or end_s >= now_s - 0.05:
@@ -288,7 +270,7 @@ class MonitorWorkspace(Workspace):
         self.scroll_to(self.shown_s + share * self._duration_s)
 
     def _show_bar(self) -> None:
-        """The scroll bar is as long as what is known, in tenths of a second."""
+        """Set the scroll bar to the range of known times, in tenths of a second."""
         now_s = self._now_frame / self._rate_hz
         first_s = max(self.force_history.first_s, now_s - HISTORY_S)
         first_s = first_s + self._duration_s if math.isfinite(first_s) else now_s
@@ -298,34 +280,21 @@ class MonitorWorkspace(Workspace):
         self.back.setValue(round(10.0 * self.shown_s))
         self.back.blockSignals(False)
 
-    def _catch_up(self) -> None:
-        """Go on with the spectrum of a tile that was selected just now, from what is known of its vibration."""
-        known = self._vibration.latest()
-        behind = min(self._vibration_end - self._spectrum_end, len(known))
-        if behind > 0:
-            first = self._vibration_end - behind
-            count = min(behind, int(_CATCH_UP_S * self._rate_hz))
-            at = len(known) - behind
-            self.spectrum.feed(first, known[at : at + count, self._row])
-            self._spectrum_end = first + count
-        else:
-            self._spectrum_end = self._vibration_end
-
-    # --- what the person does ---
+    # --- actions ---
 
     @property
     def is_paused(self) -> bool:
-        """Whether the display stands still. Nothing is lost meanwhile."""
+        """Whether the display is paused; data is still kept."""
         return not math.isnan(self._paused_s)
 
     def pause(self) -> None:
-        """Hold the display as it is."""
+        """Pause the display."""
         self._paused_s = self._now_frame / self._rate_hz
         self.pausing.setChecked(True)
         self.pausing.setIcon(theme.icon("play"))
 
     def resume(self) -> None:
-        """Show the present again."""
+        """Show live data again."""
         self._paused_s = self._back_to_s = math.nan
         self.pausing.setChecked(False)
         self.pausing.setIcon(theme.icon("pause"))
@@ -338,8 +307,7 @@ class MonitorWorkspace(Workspace):
 
     def _show_tile(self, tile: str) -> None:
         self._row = self._floor.index(tile)
-        self.spectrum.clear()
-        self._spectrum_end = self._vibration_end - len(self._vibration.latest())
+        self.vibration.choose(self._row)
         for label in (self._tile, self._vibration_tile):
             label.setText(f"tile {tile}")
         self.resume()
@@ -360,10 +328,10 @@ class MonitorWorkspace(Workspace):
             plot.point_at(at_s)
         self._show_readouts()
 
-    # --- figures ---
+    # --- readouts ---
 
     def _show_readouts(self) -> None:
-        """Force of each corner and their sum, under the mouse or else now."""
+        """Show the force of each corner and their sum, at the mouse or else at the shown time."""
         times, forces = self.force_history.samples_before(self.shown_s, self._duration_s, self._row)
         values = np.full(5, math.nan)
         if len(times):
@@ -381,7 +349,7 @@ class MonitorWorkspace(Workspace):
             label.setText(f"{round(value)} N".replace("-", "−") if math.isfinite(value) else "– N")
 
     def _show_levels(self) -> None:
-        """Levels of the chosen tile, where they can be seen."""
+        """Show the levels of the chosen tile, if visible."""
         if not self.levels.isVisible():
             return
         response, text = self.tile_levels.of(self._row)
@@ -389,7 +357,7 @@ class MonitorWorkspace(Workspace):
         self._levels_line.setText(whole_parts(text))
 
     def _choose_view(self, levels: bool) -> None:
-        """Levels over frequency, or the spectrogram over time."""
+        """Show levels over frequency, or the spectrogram over time."""
         self.vibration_views.setCurrentWidget(self.levels if levels else self.spectrogram)
         for widget in (self._felt_key, self.level_key):
             widget.setVisible(not levels)

@@ -1,4 +1,4 @@
-"""The Scenes workspace: the floor as a surface to look at and act on, in the window and on a projector."""
+"""The Scenes workspace: the floor as an interactive surface, in the window and on a projector."""
 
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
 

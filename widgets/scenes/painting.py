@@ -1,4 +1,4 @@
-"""Paints the shapes of a scene: metres of the floor become pixels by one transform."""
+"""Painting of a scene's shapes by Qt."""
 
 import math
 from collections.abc import Iterable
@@ -12,11 +12,11 @@ from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape, Text
 from underfoot.widgets import theme
 
 CAPITAL_SHARE = 0.72
-"""How high capitals are, of a font's size."""
+"""Height of capitals, as a share of the font size."""
 
 
 def paint_shapes(painter: QPainter, shapes: Iterable[Shape], to_pixels: QTransform) -> None:
-    """Paint shapes whose places `to_pixels` takes from the floor's frame, y upwards, to the painter's pixels."""
+    """Paint shapes; `to_pixels` converts from the floor's frame, y upwards, to the painter's pixels."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setTransform(to_pixels, True)

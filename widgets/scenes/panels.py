@@ -1,4 +1,4 @@
-"""The experimenter's side of a scene: the list of scenes with their pictures, and what can be set and seen of one."""
+"""The list of scenes, and the panel with a scene's parameters and state."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -27,11 +27,11 @@ from underfoot.widgets.controls.parameter_editor import editor_for
 
 LIST_PX, SIDE_PX, PICTURE_PX = 24 * theme.GRID, 38 * theme.GRID, 18 * theme.GRID
 MAX_LOG_LINES = 200
-"""Lines of what happened that are kept on the screen."""
+"""Most lines of the log on the screen."""
 
 
 class SceneList(QWidget):
-    """The scenes there are, with a picture each; one is chosen."""
+    """The scenes with their pictures; one is chosen."""
 
     chosen = Signal(str)
 
@@ -68,7 +68,7 @@ class SceneList(QWidget):
 
 
 class ScenePanel(QWidget):
-    """What a scene is about, its parameters, start and stop, the screen, and how late it answers."""
+    """Description and parameters of a scene, start and stop, the projector's screen, and latencies."""
 
     start_requested = Signal()
     stop_requested = Signal()
@@ -130,7 +130,7 @@ class ScenePanel(QWidget):
         self.parameters.setWidget(page)
 
     def show_playing(self, playing: bool, why_not: str) -> None:
-        """Whether a scene plays; if none can, why not."""
+        """Show whether a scene plays or, if none can, the reason."""
         self.is_playing = playing
         self.start.setText("Stop" if playing else "Start")
         self.start.setEnabled(playing or not why_not)
@@ -139,14 +139,14 @@ class ScenePanel(QWidget):
             self.state.setText(why_not)
 
     def show_screens(self, names: Sequence[str]) -> None:
-        """The screens that there are; the last is the projector's, where there are several."""
+        """Offer these screens; of several, the last is the projector's by default."""
         if [self.screen_choice.itemText(k) for k in range(self.screen_choice.count())] != list(names):
             self.screen_choice.clear()
             self.screen_choice.addItems(list(names))
             self.screen_choice.setCurrentIndex(len(names) - 1)
 
     def show_speed(self, per_s: float, cue_s: Sequence[float], shown_s: Sequence[float]) -> None:
-        """Pictures a second, and how late strikes and pictures were."""
+        """Show pictures per second, and latencies of strikes and pictures."""
         parts = [f"{per_s:.0f} pictures a second"]
         for name, values in (("felt", cue_s), ("seen", shown_s)):
             if len(values):
@@ -155,7 +155,7 @@ class ScenePanel(QWidget):
         self.speed.setText("  ·  ".join(parts))
 
     def add_line(self, text: str) -> None:
-        """Something happened."""
+        """Append a line to the log."""
         self.log.appendPlainText(text)
 
     def _start_or_stop(self) -> None:

@@ -1,4 +1,4 @@
-"""A scene as it is seen: in the workspace, fitted to its pane, and on a projector, at true scale."""
+"""Views of a scene: in the workspace, fitted to its pane, and on a projector, at true scale."""
 
 import time
 from collections import deque
@@ -18,11 +18,11 @@ from underfoot.widgets.scenes.painting import paint_shapes
 
 KEPT = 500
 HINT_S = 6.0
-"""How long the keys of the projector are told, after it was opened or adjusted."""
+"""Time for which the projector's keys are shown after it was opened or adjusted."""
 
 
 class PaintTimes:
-    """How often something is painted, how long that takes, and how long after contacts came."""
+    """Rate and duration of paintings, and their delay after contacts began."""
 
     def __init__(self) -> None:
         self.paint_s: deque[float] = deque(maxlen=KEPT)
@@ -34,11 +34,11 @@ class PaintTimes:
         self._onsets_s: list[float] = []
 
     def add_onset(self, onset_s: float) -> None:
-        """The next picture shows a contact that began then."""
+        """Note a contact that the next picture shows, by its beginning."""
         self._onsets_s.append(onset_s)
 
     def add_picture(self, began: float) -> None:
-        """A picture is done that was begun at `began` of `time.perf_counter`."""
+        """Note a finished picture, begun at `began` of `time.perf_counter`."""
         now = time.perf_counter()
         self.paint_s.append(now - began)
         self._ends_s.append(now)
@@ -49,13 +49,13 @@ class PaintTimes:
 
     @property
     def pictures_per_s(self) -> float:
-        """Pictures in the last second."""
+        """Number of pictures in the last second."""
         now = time.perf_counter()
         return float(sum(end > now - 1.0 for end in self._ends_s))
 
 
 class SceneView(QWidget):
-    """The floor fitted to the pane, with the scene that plays. On a simulated floor the mouse is a foot."""
+    """The floor fitted to the pane, with the scene that plays. On a simulated floor the mouse acts as a foot."""
 
     pressed = Signal(str, float, float, float)
     """Tile, x and y in metres of its frame, force in newtons; 0 ends the press."""
@@ -73,17 +73,17 @@ class SceneView(QWidget):
         self._pressed_tile = ""
 
     def show_floor(self, floor: Floor | None) -> None:
-        """Show this floor, with nothing on it."""
+        """Show this floor, without a scene."""
         self._floor, self._pressed_tile = floor, ""
         self.update()
 
     def show_scene(self, scene: Scene | None) -> None:
-        """Show a scene from now on; None for none."""
+        """Show a scene, or None."""
         self._scene = scene
         self.update()
 
     def to_pixels(self) -> QTransform:
-        """From the floor's frame to the pane's pixels."""
+        """Return the transform from the floor's frame to the pane's pixels."""
         assert self._floor is not None
         low, high = bounds(self._floor)
         area = QRectF(self.rect()).adjusted(*[2.0 * theme.GRID] * 2, *[-2.0 * theme.GRID] * 2)
@@ -149,7 +149,7 @@ class SceneView(QWidget):
 
 
 class SceneProjection(TrueScaleWindow):
-    """A scene alone on a screen, at true scale: the floor's middle in the screen's, placed by keys."""
+    """A scene on a whole screen, at true scale; centred on the floor, and adjusted by keys."""
 
     def __init__(self, scene: Scene, placement: Placement) -> None:
         super().__init__(placement)
@@ -168,7 +168,7 @@ class SceneProjection(TrueScaleWindow):
         self.update()
 
     def to_pixels(self) -> QTransform:
-        """From the floor's frame to the screen's pixels."""
+        """Return the transform from the floor's frame to the screen's pixels."""
         return super().to_pixels().translate(-self._middle_m[0], -self._middle_m[1])
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -189,6 +189,6 @@ class SceneProjection(TrueScaleWindow):
 
 
 def bounds(floor: Floor) -> np.ndarray:
-    """The lowest and the highest corner of the rectangle around a floor's tiles: shape (2, 2)."""
+    """Return the lower and the upper corner of the bounding box of a floor's tiles: shape (2, 2)."""
     corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
     return np.array([corners.min(axis=0), corners.max(axis=0)])

@@ -1,4 +1,4 @@
-"""The Scenes workspace: a scene is chosen, set, started, seen here and on the projector, and stopped."""
+"""The Scenes workspace: choose, adjust, start and stop a scene, shown here and on a projector."""
 
 import threading
 from typing import Any
@@ -30,15 +30,15 @@ SHORTCUTS = (
     ("On the projector: scale, move, turn, reset, close", "+ −, arrows, comma and period, 0, Esc"),
 )
 POLL_MS = 5
-"""A scene looks for force samples so often: what it answers with is felt, and need not wait for a picture."""
+"""Interval at which a scene reads force samples; shorter than that of pictures, because its answers are felt."""
 _BESIDE_TICKS = 6
-"""Beside the projector the pane is painted once in so many ticks."""
+"""Ticks between two paintings of the pane while a projector shows the scene."""
 _SPEED_TICKS = 20
-"""Figures are shown once in so many ticks."""
+"""Ticks between two updates of the latencies shown."""
 
 
 class ScenesWorkspace(Workspace):
-    """Plays one scene on the window's session, whose patch it borrows meanwhile."""
+    """Plays one scene on the window's session, instead of the window's patch."""
 
     _made = Signal(object)
     _failed = Signal(str)
@@ -94,7 +94,7 @@ class ScenesWorkspace(Workspace):
             self.panel.show_screens([screen.name() or "screen" for screen in QGuiApplication.screens()])
 
     def silence(self) -> None:
-        """Panic: the scene ends, and the window's patch is back."""
+        """End the scene on panic; the window's patch returns."""
         self.stop()
 
     def close_down(self) -> None:
@@ -106,7 +106,7 @@ class ScenesWorkspace(Workspace):
     # --- the choice ---
 
     def choose(self, name: str) -> None:
-        """Choose a scene by its name; one that plays is ended."""
+        """Choose a scene by its name; a scene that plays ends."""
         if self.stage is not None and name != self.chosen:
             self.stop()
         self.chosen = name
@@ -122,11 +122,11 @@ class ScenesWorkspace(Workspace):
 
     @property
     def is_making(self) -> bool:
-        """Whether a scene is being made: its kernels are loaded."""
+        """Whether a scene is being made, which loads its kernels."""
         return self._maker is not None and self._maker.is_alive()
 
     def start(self) -> None:
-        """Make the chosen scene, in a thread, and let it play; what hinders it is said."""
+        """Make the chosen scene in a thread, then play it; a failure is shown."""
         controller = self._controller
         if controller is None or controller.session is None or self.stage is not None or self.is_making:
             return
@@ -144,7 +144,7 @@ class ScenesWorkspace(Workspace):
         self._maker.start()
 
     def stop(self) -> None:
-        """End the scene: the patch from before plays again."""
+        """End the scene, and play the earlier patch."""
         stage, self.stage = self.stage, None
         if self.projection is not None:
             self.projection.close()
@@ -170,7 +170,7 @@ class ScenesWorkspace(Workspace):
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
 
     def _play(self, scene: Scene) -> None:
-        """The scene has been made."""
+        """Play the scene that has been made."""
         controller = self._controller
         session = controller.lend(only_patch=True) if controller is not None else None
         if controller is None or session is None:
@@ -199,7 +199,7 @@ class ScenesWorkspace(Workspace):
             self.stage.take(reports)
 
     def _poll(self) -> None:
-        """Let the scene go through what came in."""
+        """Step the scene through new force samples."""
         stage = self.stage
         if stage is None:
             self._poll_timer.stop()
@@ -217,7 +217,7 @@ class ScenesWorkspace(Workspace):
         self._has_news |= bool(moments)
 
     def _tick(self) -> None:
-        """Show what the scene has done."""
+        """Show the scene's state and picture."""
         stage = self.stage
         if stage is None:
             return

@@ -82,11 +82,24 @@ def render(
 ) -> Rendered:
     """Render a patch offline, to the same bytes as a live session: `samples`, float32 [frame, channel].
 
-    Without `forces` a simulated walker walks on `floor`, 2 x 2 tiles by default. The rest is as in `RenderJob`. Raises
-    `BadValue` for invalid arguments.
+    - `forces` drive it; without them a simulated walker walks on `floor`, by default 2 x 2 tiles.
+    - `seconds` is the length, by default that of the forces and a tail, or 5 s; `rate_hz` is in whole hertz.
+    - `seed` replaces the patch's own seed.
+    - `plates` adds the simulated acceleration of tiles, at the "accelerometer" or under the "foot", in m/s^2.
+    - `folder` has the sound files that the patch names by relative paths.
+
+    Raises `BadValue` for invalid arguments.
 
     >>> render(Patch().add("tile-output"), seconds=0.5)
     <Rendered: 24000 frames of 4 channels at 48000 Hz, peak 0.0000>
     """
-    where = Path(folder) if folder is not None else None
-    return RenderJob(patch, forces, floor, True, seconds, rate_hz, 1024, seed, {}, None, plates, where).run()
+    return RenderJob(
+        patch,
+        forces,
+        floor,
+        seconds=seconds,
+        rate_hz=rate_hz,
+        seed=seed,
+        plates=plates,
+        folder=None if folder is None else Path(folder),
+    ).run()

@@ -3,6 +3,7 @@
 Both play through the engine's safety stage only.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,18 @@ from underfoot.errors import BadMeasurement, DeviceError, require
 from underfoot.floor.simulated_tile import SimulatedTile
 
 _TAIL_S = 0.5
+
+
+def require_channel(device: Mapping[str, Any], kind: str, wanted: int) -> int:
+    """Return the number of "input" or "output" channels of PortAudio's `device`; `DeviceError` without the wanted one.
+
+    >>> require_channel({"name": "Stereo", "max_output_channels": 2}, "output", 1)
+    2
+    """
+    there = int(device[f"max_{kind}_channels"])
+    if wanted >= there:
+        raise DeviceError(f"sound device {device['name']!r} has {there} {kind} channels, from 0; not {wanted}")
+    return there
 
 
 class SoundCard:
@@ -72,17 +85,14 @@ class SoundCard:
         """Do nothing: nothing plays between two calls of `play`."""
 
     def _require_channel(self, name: str, kind: str, wanted: int) -> int:
-        """Return the number of channels of a device; raise `DeviceError` if the wanted one is missing."""
+        """Return the number of channels of the named device; raise `DeviceError` if it or the channel is missing."""
         try:
             found: Any = self._sounddevice.query_devices(name or None, kind)
         except (self._sounddevice.PortAudioError, ValueError) as error:
             if not name:
                 raise DeviceError(f"there is no sound device for {kind}; connect one, and try again") from None
             raise self._failure(error, name) from None
-        there = int(found[f"max_{kind}_channels"])
-        if wanted >= there:
-            raise DeviceError(f"sound device {found['name']!r} has {there} {kind} channels, from 0; not {wanted}")
-        return there
+        return require_channel(found, kind, wanted)
 
     def _failure(self, error: Exception, name: str = "") -> DeviceError:
         shown = name or next((name for name in self._devices if name), None) or "default"

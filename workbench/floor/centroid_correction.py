@@ -1,4 +1,4 @@
-"""From corner forces to the centroid of the load, with what a centroid calibration corrects."""
+"""Centroid of the load from corner forces, with the corrections of a centroid calibration."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from underfoot.floor.curves import require_numbers
 from underfoot.kernels import kernel
 
 _MOST_M = 100.0
-"""No length of a correction is larger, in metres."""
+"""Largest length in a correction, in metres."""
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class CorrectionArrays(NamedTuple):
 
 
 class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """From corner forces to the centroid: each force is linearised, and the centroid displaced by a polynomial.
+    """Correction of a centroid: each force is linearised, and the centroid displaced by a polynomial.
 
     A force is multiplied by its sensor's gain. Where there is `nonlinearity`, a row of it belongs to each sensor: the
     first coefficient is of the force where that is below 0 (a corner that lifts), the others of s (1 - exp(-force / s))
@@ -69,7 +69,7 @@ class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True
                 require_numbers(name, point, _MOST_M)
 
     def position(self, forces_n: Floats, sensors_m: Floats, least_n: float) -> Floats:
-        """Centroids (..., 2), metres, of corner forces (..., 4) on sensors (4, 2); NaN for loads below `least_n`.
+        """Return centroids (..., 2), m, of corner forces (..., 4) on sensors (4, 2); NaN for loads below `least_n`.
 
         >>> sensors = np.array([[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]])
         >>> forces = np.array([[30.0, 10.0, 0.0, 40.0], [1.0, 0.0, 0.0, 0.0]])
@@ -83,7 +83,7 @@ class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True
         return out
 
     def linearised(self, forces_n: Floats) -> Floats:
-        """Corner forces (..., 4) with their gains and nonlinearity corrected.
+        """Return corner forces (..., 4) corrected by gains and nonlinearity.
 
         >>> light = CentroidCorrection(nonlinearity_scales_n=(5.0,), nonlinearity=((0.5, 0.1),) * 4)
         >>> light.linearised(np.array([-2.0, 0.0, 5.0, 500.0])).round(2)
@@ -95,7 +95,7 @@ class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True
         return out
 
     def arrays(self) -> CorrectionArrays:
-        """The correction as kernels take it."""
+        """Return the correction as kernels take it."""
         return CorrectionArrays(
             np.array(self.gains, np.float64),
             np.array(self.nonlinearity_scales_n, np.float64),
@@ -108,14 +108,15 @@ class CentroidCorrection(msgspec.Struct, frozen=True, forbid_unknown_fields=True
 
 
 def nonlinear_terms(forces_n: Floats, scales_n: Sequence[float]) -> Floats:
-    """What the coefficients of a `CentroidCorrection`'s nonlinearity are of: shape (..., 1 + scales)."""
+    """Return the terms of a `CentroidCorrection`'s nonlinearity, by which its coefficients are multiplied: (..., 1 +
+    scales)."""
     above = np.maximum(forces_n, 0.0)
     return np.stack([np.minimum(forces_n, 0.0), *(scale * -np.expm1(-above / scale) for scale in scales_n)], axis=-1)
 
 
 @kernel
 def linearise(forces_n: Floats, c: CorrectionArrays, out: Floats) -> None:
-    """Write four corner forces with their gains and nonlinearity corrected."""
+    """Write four corner forces, corrected by gains and nonlinearity."""
     for j in range(4):
         force = forces_n[j]
         out[j] = force * c.gains[j]
@@ -128,7 +129,8 @@ def linearise(forces_n: Floats, c: CorrectionArrays, out: Floats) -> None:
 
 @kernel
 def centroid(linear_n: Floats, sensors_m: Floats, least_n: float, c: CorrectionArrays) -> tuple[float, float]:
-    """The centroid (x, y) of linearised corner forces on sensors (4, 2), displaced; NaN for loads below `least_n`."""
+    """Return the displaced centroid (x, y) of linearised corner forces on sensors (4, 2); NaN for loads below
+    `least_n`."""
     total = linear_n[0] + linear_n[1] + linear_n[2] + linear_n[3]
     if not total >= max(least_n, 1e-9):
         return math.nan, math.nan
@@ -152,7 +154,7 @@ def centroid(linear_n: Floats, sensors_m: Floats, least_n: float, c: CorrectionA
 
 @kernel
 def nearest_within(x: float, y: float, area_m: Floats) -> tuple[float, float]:
-    """The point of a convex area that is nearest to (x, y); its corners (k, 2) counter-clockwise.
+    """Return the point nearest to (x, y) in a convex polygon, whose corners (k, 2) are counter-clockwise.
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> [nearest_within(x, y, square) for x, y in ((0.5, 0.5), (2.0, 0.5), (2.0, 3.0))]

@@ -1,22 +1,22 @@
-"""Contacts: where somebody stands on the floor, followed sample by sample under ids that last.
+"""Contacts: feet and objects on the floor, tracked sample by sample, each with an id.
 
-Corner forces come in as they are read, with whatever tare the sensors have. A tile in contact has one centroid
-(thesis 5.3; docs/models.md#contact-centroid): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines.
-Nothing is clipped, because real corner forces go negative. Tiles that carry one foot are merged (thesis 5.2.1): `x =
-sum F_k x_k / sum F_k`.
+Corner forces include the unknown tare of the sensors. A tile in contact has one centroid (thesis 5.3;
+docs/models.md#contact-centroid): `x = sum x_i f_i / sum f_i` over its sensors, less their baselines. Nothing is
+clipped, because real corner forces can be negative. Tiles that carry one foot are merged (thesis 5.2.1): `x = sum F_k
+x_k / sum F_k`.
 
-A sensor's baseline is the median of its tile's quiet samples, over the second that ended 0.2 s ago: an approaching
-walker bends real plates before the foot is on them (by 1 N a corner), and a drifting tare must not be averaged over
-minutes. It is held in contact and renewed after 0.5 s of quiet. Three cases need a rule of their own:
+A sensor's baseline is the median of its tile's quiet samples in the 2 s that ended 0.2 s ago: an approaching walker
+bends real plates before the foot is on them (by 1 N per corner), and the tare drifts within minutes. The baseline is
+held during a contact, and renewed after 0.5 s of quiet. Three cases have rules of their own:
 
-- The first 50 ms of a stream decide what a tile begins with. Below 20 N, or below 100 N and steady, it is empty and
-  what it reads is its tare; else it is loaded: it uses zero and is `untared` until it has been quiet.
-- A tile that reads less than nothing (below minus the on-threshold) for 0.1 s was tared with a load on it, and takes
-  what it reads as its baseline.
-- A residue that would keep a contact alive for ever (steady for 0.5 s below the on-threshold, or below 100 N where
-  the tile is untared) is no foot: the contact ended when it became steady, and the residue is the new baseline.
+- The first 50 ms of a stream give the initial baseline. A tile below 20 N, or below 100 N and steady, is empty, and
+  its reading is the tare. Any other tile is loaded: its baseline is zero, and it is `untared` until it has been quiet.
+- A tile with a negative load (below minus the on-threshold) for 0.1 s was tared while loaded. Its reading becomes the
+  baseline.
+- A steady residue that would prolong a contact for ever (0.5 s below the on-threshold, or below 100 N on an untared
+  tile) is no foot. The contact ended when the load became steady, and the residue becomes the baseline.
 
-Where no sample comes for 40 ms there is a gap. A contact ends at it, and one behind it is new: both are `cut`.
+40 ms without a sample is a gap. A contact ends there, and one after it is new; both are `cut`.
 """
 
 import math
@@ -33,25 +33,25 @@ from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.running_median import MIDDLE
 
 GAP_S = 0.040
-"""More time than this without a sample is a gap: force at audio rate has been ramped to 0 by then
+"""Longest time between samples that is no gap. By then, force at audio rate has been ramped to 0
 (docs/contracts.md#signals-events-rows)."""
 
 OPENING_S, STEADY_N = 0.050, 5.0
-"""The baseline a tile begins with is decided from so much time; a tare stays within so much (or five sigma) for half
-of it."""
+"""Time from which the initial baselines are determined, and the range (or five sigma) in which a tare stays for half of
+it."""
 
 CURVE_S = 10.0
-"""How much of a contact's curve is kept. No step is longer; a person may stand for hours."""
+"""Length of the curve that is kept of a contact. No step is longer, but a person may stand for hours."""
 
 SLAB = 256
-"""Samples that one call of the kernel follows: what its buffers hold."""
+"""Samples per call of the kernel: the capacity of its buffers."""
 
 
 @dataclass(frozen=True)
 class ContactRows:
-    """One row a contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
+    """One row per contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
 
-    Ids in `contact` go up from 1, places are in the floor's frame. `on_tile` says which tiles a contact stands on.
+    Ids in `contact` count from 1; positions are in the floor's frame. `on_tile` marks the tiles of the contact.
     """
 
     time_s: NDArray[np.float64]
@@ -65,11 +65,11 @@ class ContactRows:
         return len(self.time_s)
 
     def select(self, which: slice | NDArray[np.bool_]) -> "ContactRows":
-        """The rows that an index, slice or mask picks."""
+        """Return the rows of a slice or mask."""
         return ContactRows(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
 
     def tiles(self, floor: Floor) -> list[str]:
-        """The tiles of each row by name, as tables have them: "t1", "t1+t2"."""
+        """Return the tiles of each row as tables name them: "t1", "t1+t2"."""
         kinds, which = np.unique(self.on_tile, axis=0, return_inverse=True)
         names = ["+".join(floor.tiles[k].id for k in np.flatnonzero(kind)) for kind in kinds]
         return [names[i] for i in which.reshape(-1)]
@@ -77,14 +77,13 @@ class ContactRows:
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact that is over. `tiles` are the rows of its tiles in the floor, the one that took most of the impulse
-    first.
+    """A finished contact. `tiles` are the indices of its tiles in the floor, that with the largest impulse first.
 
-    The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is of the contact's first ten
-    seconds. `lead_s` and `lead_n` are time and load of the sample before it began, NaN where there was none. It is
-    `cut` if it began or ended out of sight: at the recording's ends, at a gap, or on an untared tile. `spread_m2` are
-    the second moments xx, xy and yy of its tiles' centroids about the whole one's, weighted by force, while it lay on
-    more than one; 0 where it never did.
+    The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is that of the first ten seconds.
+    `lead_s` and `lead_n` are time and load of the sample before the contact, NaN if there was none. It is `cut` if its
+    beginning or end was not seen: at the recording's ends, at a gap, or on an untared tile. `spread_m2` has the second
+    moments xx, xy and yy of its tiles' centroids about its own, weighted by force, while it was on more than one tile;
+    else 0.
     """
 
     id: int
@@ -103,10 +102,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class OngoingContact:
-    """A contact as it is now, in the floor's frame. `id` is 0 while it is open whether it is a foot of its own.
+    """A present contact, in the floor's frame. `id` is 0 until it is decided that it is a foot of its own.
 
-    `person` is who stands there, as far as somebody has said so (`walks.WalkTracker.person_at`), else 0. `loads` are
-    the numbers of what presses on its tiles, which stay while they last.
+    `person` is the walker's number if known (`walks.WalkTracker.person_at`), else 0. `loads` are the numbers of its
+    tiles' loads, which do not change while these last.
     """
 
     id: int
@@ -121,18 +120,18 @@ class OngoingContact:
 
 @dataclass(frozen=True)
 class TrackedContacts:
-    """What a chunk of forces added: rows, and contacts that are over, in the order in which they ended."""
+    """Results of a chunk of forces: rows, and finished contacts in the order of their ends."""
 
     rows: ContactRows
     finished: tuple[Contact, ...]
 
 
 class ContactTracker:
-    """Follows the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
+    """Tracks the contacts on a floor in a stream of corner forces at about `rate_hz` (20 to 100,000).
 
-    Whatever chunks the stream comes in, the rows and contacts given out are the same. While somebody stands on the
-    floor they are held back for 0.6 s, and for 0.3 s more while it is open which loads are one foot's (`feet.py`); and
-    for the first 50 ms of the stream. `ongoing` and the loads are never held back otherwise.
+    The results do not depend on how the stream is split into chunks. While somebody stands on the floor they are
+    delayed by 0.6 s, and by 0.3 s more while loads are not assigned to feet yet (`feet.py`); nothing is returned in the
+    first 50 ms of the stream. Apart from these, `ongoing` and the loads are not delayed.
 
     >>> from underfoot.floor.layout import default_floor
     >>> tracker = ContactTracker(default_floor(1, 1), rate_hz=1000.0)
@@ -175,23 +174,22 @@ class ContactTracker:
             rows=np.zeros(SLAB * count, tracking.ROW),
             events=np.zeros(2 * SLAB * count, tracking.EVENT),
         )
-        """What `tracking.follow` takes beside the samples. Callers that may allocate nothing give a kernel of theirs
-        `tuple(memory)`, which makes a `TrackerMemory` of it: for a named tuple Numba makes new strings at each call."""
+        """Argument of `tracking.follow`. Callers that must not allocate pass `tuple(memory)` to a kernel of theirs,
+        which makes a `TrackerMemory` of it: for a named tuple Numba creates new strings at each call."""
         self._feet = FootFinder(floor, rate_hz, every)
         self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
         self._opening_length = max(8, math.ceil(OPENING_S * rate_hz))
-        # Kernels are loaded here, not when the first foot comes down.
+        # This loads the kernels now, not at the first footfall.
         self._follow_slab(np.zeros(0), np.zeros((0, count, 4)))
         self._join(self.memory.rows[:0], np.zeros(0, np.int64))
         tracking.bring_up_noise(self.memory)
         self.tare()
 
     def feed(self, time_s: ArrayLike, force_n: ArrayLike) -> TrackedContacts:
-        """Follow the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
+        """Process the next samples: `time_s` (n,), ascending, and `force_n` (n, tiles, 4), in newtons.
 
-        A tile of which a sample is NaN is taken to be as it was before. Raises `BadValue` for
-        other shapes.
+        A tile whose sample is NaN keeps its load. Raises `BadValue` for other shapes.
         """
         times = np.ascontiguousarray(time_s, dtype=np.float64)
         forces = np.ascontiguousarray(force_n, dtype=np.float64)
@@ -206,7 +204,7 @@ class ContactTracker:
         return self._follow(times, forces)
 
     def finish(self) -> TrackedContacts:
-        """End the stream: what was held back, and the contacts that still last, which are cut."""
+        """End the stream; return the delayed results, and the ongoing contacts as cut ones."""
         opened = [self._follow(*self._open_stream(self._opening))] if self._opening else []
         happened = tracking.end_all(self.memory)
         self._feet.finish(self.memory.events[:happened])
@@ -218,16 +216,16 @@ class ContactTracker:
         return self._opening is not None
 
     def tare(self) -> None:
-        """Take what every tile read in the last 0.1 s as its baseline. Contacts end with the next sample."""
+        """Set all baselines to the readings of the last 0.1 s. Contacts end with the next sample."""
         tracking.renew_all(self.memory)
 
     def ongoing(self) -> tuple[OngoingContact, ...]:
-        """The contacts at the latest sample, provisional ones as they stand."""
+        """Return the contacts at the latest sample; their assignment to feet may be provisional."""
         on: dict[int, list[int]] = {}
         foot_of: dict[int, int] = {}
         start_s: dict[int, float] = {}
         tokens: dict[int, list[int]] = {}
-        for load, earlier in sorted(self._feet.standing(), key=lambda found: found[0].sample):
+        for load, earlier in sorted(self._feet.present_loads(), key=lambda found: found[0].sample):
             foot = load.foot or (foot_of.get(earlier.token, earlier.foot) if earlier else 0) or -1 - load.tile
             foot_of[load.token] = foot
             on.setdefault(foot, []).append(load.tile)
@@ -245,7 +243,7 @@ class ContactTracker:
 
     @property
     def baseline_n(self) -> NDArray[np.float64]:
-        """What each sensor reads unloaded: shape (tiles, 4)."""
+        """The reading of each sensor without load: shape (tiles, 4)."""
         return self._tiles["base_n"].copy()
 
     @property
@@ -256,13 +254,13 @@ class ContactTracker:
 
     @property
     def untared(self) -> NDArray[np.bool_]:
-        """Which tiles were loaded from the first sample on, and not quiet since: shape (tiles,)."""
+        """The tiles that were loaded from the first sample on and have not been quiet since: shape (tiles,)."""
         return self._tiles["untared"].copy()
 
     def _open_stream(
         self, chunks: list[tuple[NDArray[np.float64], NDArray[np.float64]]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Decide with which baseline each tile begins, from the stream's first samples."""
+        """Determine the initial baselines from the first samples `chunks`; return times and forces of these."""
         self._opening = None
         times = np.concatenate([chunk for chunk, _ in chunks])
         forces = np.concatenate([chunk for _, chunk in chunks])
@@ -273,7 +271,7 @@ class ContactTracker:
                 continue
             sums = corners.sum(axis=1)
             level = np.median(sums[:5])
-            # The noise is taken from sample to sample: a foot that comes down has none.
+            # Differences of successive samples: a foot that comes down adds little to them.
             noise = 1.4826 * float(np.median(np.abs(np.diff(sums)))) / math.sqrt(2.0) if len(sums) > 1 else 0.0
             loaded = level >= tracking.ON_N
             leaves = np.abs(sums - level) >= max(STEADY_N if loaded else tracking.ON_N, tracking.ON_SIGMAS * noise)
@@ -294,7 +292,7 @@ class ContactTracker:
         return self._flush()
 
     def _flush(self, everything: bool = False) -> TrackedContacts:
-        """Give out what is decided."""
+        """Return the results that are decided, or everything."""
         found, feet, events = self._feet.take(everything)
         if not len(found) and not events:
             return TrackedContacts(_no_rows(len(self._tiles)), ())
@@ -335,7 +333,7 @@ class ContactTracker:
 
 @dataclass
 class _Ongoing:
-    """A contact that has not ended: on `standing` tiles now."""
+    """An unfinished contact, at present on `standing` tiles."""
 
     id: int
     cut: bool
@@ -347,7 +345,7 @@ class _Ongoing:
     loads: list[NDArray[np.void]] = field(default_factory=list)
 
     def take(self, rows: ContactRows, loads: NDArray[np.void]) -> None:
-        """Its own rows, and those of its loads."""
+        """Append rows of the contact, and those of its loads."""
         if len(rows) and (not self.parts or rows.time_s[0] - self.parts[0].time_s[0] <= CURVE_S):
             self.parts.append(rows)
             self.loads.append(loads)
@@ -356,7 +354,7 @@ class _Ongoing:
         curve = {name: np.concatenate([getattr(part, name) for part in self.parts]) for name in _CURVE}
         start_s = float(curve["time_s"][0])
         kept = curve["time_s"] <= min(self.end_s, start_s + CURVE_S)
-        # Sums are of everything at once: in parts they would depend on how the stream was cut.
+        # Summed at once: partial sums would depend on how the stream was split.
         loads = np.concatenate(self.loads)
         on_tiles = np.concatenate([part.on_tile.sum(axis=1) for part in self.parts])
         impulse = np.bincount(loads["tile"], weights=loads["force_n"])
@@ -377,7 +375,7 @@ class _Ongoing:
 def _spread(
     loads: NDArray[np.void], on_tiles: NDArray[np.intp], x_m: NDArray[np.float64], y_m: NDArray[np.float64]
 ) -> tuple[float, float, float]:
-    """The second moments of loads about their foot's centroid (n,), while it was on more than one of `on_tiles`."""
+    """Return the second moments of loads about their foot's centroid (n,), where it is on several of `on_tiles`."""
     several = np.repeat(on_tiles, on_tiles) > 1
     if not several.any():
         return 0.0, 0.0, 0.0
@@ -407,7 +405,7 @@ def _joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
 
 
 def load_kernels() -> None:
-    """Load the kernels of tracking, those of a tare among them: compiled where they are not in the cache yet."""
+    """Load or compile all kernels of tracking, including those of a tare."""
     rate_hz = 1000.0
     tracker = ContactTracker(default_floor(1, 2), rate_hz)
     force_n = np.zeros((400, 2, 4))

@@ -1,4 +1,4 @@
-"""How a real plate splits a load over its corners: what is drawn of it, and what happens when a corner lifts."""
+"""Split of a load over the corners of a real plate: random deviations from bilinear, and corners that lift."""
 
 import math
 
@@ -13,11 +13,11 @@ from underfoot.models.signals.random import normal, stream_key, uniform
 
 
 def drawn_split(tile: Tile, split: Split, seed: int) -> NDArray[np.float64]:
-    """The matrix (4, 4) from bilinear corner forces to those of a real plate, drawn.
+    """Draw the matrix (4, 4) from bilinear corner forces to those of a real plate.
 
-    In terms of load, its two moments and the twist (+ - + -) that no moment sees: the sum is kept, the moments are
-    those of a slightly shifted and scaled place, and twist is added that varies over the plate. `BadValue` for sensors
-    that are not the corners of a rectangle along the tile's axes.
+    Four corner forces are a sum, two moments, and a twist (+ - + -) that changes none of these. The sum is kept, the
+    moments are those of a slightly shifted and scaled place, and a twist is added that varies over the plate.
+    `BadValue` for sensors that are not the corners of a rectangle along the tile's axes.
     """
     key = stream_key("split", seed, tile.id)
     draws = [normal(key, draw) for draw in range(10)]
@@ -45,18 +45,18 @@ def drawn_split(tile: Tile, split: Split, seed: int) -> NDArray[np.float64]:
 
 
 def corner_twist(tile: Tile) -> NDArray[np.float64]:
-    """The corner forces (4,) that change neither the sum nor a moment: + - + - round the tile."""
+    """Return the corner forces (4,) that change neither sum nor moments: + - + - around the tile."""
     centred = np.array(tile.sensors_m) - np.mean(tile.sensors_m, axis=0)
     return np.asarray(np.sign(centred[:, 0] * centred[:, 1]))
 
 
 @kernel
 def lift_corners(carried: NDArray[np.float64], twist: NDArray[np.float64]) -> None:
-    """Lift the corners that would pull: on rubber a corner can only push.
+    """Lift the corners that would pull, because rubber mounts can only push.
 
-    Of what four corners carry (4,), the plate's own weight included, statics leave only the twist open; it is changed
-    by the least that brings the corner that pulls to 0. Sum and both moments stay. A plate that would tip, because it
-    is pressed beyond its sensors, keeps what holds it down as forces below 0, shared by the two corners there.
+    `carried` (4,) are the forces at the corners, with the plate's own weight. Statics determine all but their twist,
+    which is changed just enough to bring a negative force to 0. A plate that would tip, because it is pressed outside
+    its sensors, keeps negative forces, equal at the two corners that would lift.
     """
     least, most = -math.inf, math.inf
     for corner in range(4):
@@ -71,12 +71,12 @@ def lift_corners(carried: NDArray[np.float64], twist: NDArray[np.float64]) -> No
 
 @kernel
 def lift_corners_all(carried: NDArray[np.float64], twist: NDArray[np.float64]) -> None:
-    """`lift_corners` for each of (n, 4)."""
+    """Apply `lift_corners` to each row of (n, 4)."""
     for i in range(len(carried)):
         lift_corners(carried[i], twist)
 
 
 def hand_shift_m(tile: Tile, split: Split, seed: int) -> NDArray[np.float64]:
-    """How far a hand's shear moves the centroid that vertical sensors see, (2,), in a direction that is drawn."""
+    """Draw the shift (2,) of the centroid by a hand's shear, which vertical sensors cannot detect."""
     turn = 2.0 * math.pi * uniform(stream_key("lean", seed, tile.id), 0)
     return tile.sensor_depth_m * split.shear * np.array([math.cos(turn), math.sin(turn)])

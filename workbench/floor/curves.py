@@ -1,4 +1,4 @@
-"""From readings to newtons: a rising curve through knots, and the compensation of hysteresis and creep."""
+"""Conversion of readings to newtons: a monotonic curve through knots, and compensation of hysteresis and creep."""
 
 from collections.abc import Sequence
 
@@ -11,13 +11,13 @@ from underfoot.models.tile.fsr_curves import cubic_hermite
 from underfoot.models.tile.fsr_hysteresis import MOST_PLAYS, HysteresisModel, compensate
 
 ABOVE, BELOW = 0.25, 0.10
-"""How far a curve goes on beyond its knots, in parts of full scale: above the highest force, and below 0."""
+"""Extrapolation beyond the knots, as a share of full scale: above the highest force, and below 0."""
 _MOST, _MOST_N = 1e9, 1e6
-"""No number of a curve is larger: in itself, in newtons."""
+"""Largest magnitude of a number in a curve, and of one in newtons."""
 
 
 class Compensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The hysteresis and creep of one sensor, and the static curve to which their compensation is applied.
+    """Hysteresis and creep of one sensor, and the static curve to which their compensation is applied.
 
     `creep` is a share of the force a decade of time; `weights` are those of the force itself and of a play operator
     each `widths`: newtons, or shares of the force where `relative` (`fsr_hysteresis`). `error_percent` as in `Curve`.
@@ -41,7 +41,7 @@ class Compensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         require_numbers("weights", self.weights, 1e3)
 
     def model(self) -> HysteresisModel:
-        """The hysteresis and creep alone."""
+        """Return hysteresis and creep alone."""
         return HysteresisModel(self.creep, self.relative, np.array(self.widths), np.array(self.weights))
 
 
@@ -78,7 +78,8 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
         require_numbers("rest", (self.unloaded_reading,), _MOST)
 
     def force(self, readings: ArrayLike) -> NDArray[np.float64]:
-        """Newtons of `readings`, any shape; beyond the knots along the last slope, to `ABOVE` and `BELOW` at most."""
+        """Convert `readings`, any shape, to newtons; beyond the knots with the last slope, up to `ABOVE` and
+        `BELOW`."""
         counts = np.asarray(readings, dtype=np.float64)
         if self.uncalibrated:
             return np.full(counts.shape, np.nan)
@@ -87,23 +88,23 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
     def force_over_time(
         self, readings: NDArray[np.float64], time_s: NDArray[np.float64], state: np.void
     ) -> NDArray[np.float64]:
-        """Newtons of readings (n,) at `time_s` (n,), with hysteresis and creep compensated where they are known.
+        """Convert readings (n,) at `time_s` (n,) to newtons; hysteresis and creep are compensated if known.
 
-        `state`, of `fsr_hysteresis.STATE`, is carried on.
+        `state`, of `fsr_hysteresis.STATE`, is updated.
         """
         if self.compensation is None or self.uncalibrated:
             return self.force(readings)
         return self._limited(compensate(self.apparent(readings), time_s, self.compensation.model(), state))
 
     def apparent(self, readings: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Newtons of readings, any shape, before compensation; the curve must have one."""
+        """Convert readings, any shape, to newtons before compensation, which the curve must have."""
         assert self.compensation is not None
         newtons = _through_knots(self.compensation, readings)
         return np.clip(newtons, -BELOW * self.full_scale_n, 2.0 * self.full_scale_n)
 
     @property
     def limits_n(self) -> tuple[float, float]:
-        """The least and the most force that `force` gives."""
+        """Return the least and the greatest force that `force` returns."""
         return -BELOW * self.full_scale_n, (1.0 + ABOVE) * self.full_scale_n
 
     def _limited(self, newtons: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,7 +112,7 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 
 def require_numbers(name: str, values: Sequence[float], largest: float) -> None:
-    """Raise `BadValue` unless all values are numbers up to `largest`, either way."""
+    """Raise `BadValue` unless all values are numbers of at most this magnitude."""
     require(all(abs(value) <= largest for value in values), name, values, f"numbers from {-largest:g} to {largest:g}")
 
 

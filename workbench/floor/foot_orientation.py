@@ -1,13 +1,13 @@
-"""Where a foot points: from how its load is spread over the tiles that it lies on, and from how it rolled.
+"""Direction of a foot: from the spread of its load over several tiles, or from the direction in which it rolled.
 
-A foot that lies across an edge has a centroid on each tile; their difference is along the foot (thesis 5.4). With three
-or four tiles it is the long axis of the centroids' spread about the whole foot's. A broad foot's is turned towards the
+A foot across an edge has a centroid on each tile, and their difference points along the foot (thesis 5.4). On three or
+four tiles it is the principal axis of the centroids about the foot's. The breadth of a foot turns this axis towards the
 edge's normal: a rectangle of length L and breadth w that an edge cuts in the middle, at the angle a from its normal,
 has centroids that lie
 
     tan(e) = (w^2 tan(a) / 6 L) / (L / 4 - w^2 tan(a)^2 / 12 L)
 
-off its axis. That, for a foot's usual breadth, is the error, with what the noise of the path leaves.
+off its axis. This, for a foot's usual breadth, is part of the standard error that is returned.
 """
 
 import math
@@ -18,26 +18,25 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
 
 BREADTH_RATIO = 0.35
-"""A foot's breadth over its length."""
+"""Breadth of a foot over its length."""
 
 UNSURE_RAD = math.radians(4.0)
-"""Deviation of what is seen across an edge, for feet that press unevenly."""
+"""Standard deviation of the direction across an edge, because feet press unevenly."""
 
 OFF_AXIS_RAD = math.radians(8.0)
-"""Deviation of the way in which the centre of pressure goes from the foot's axis: feet roll over their inner side."""
+"""Standard deviation between the path of the centre of pressure and the axis of the foot."""
 
 SHORT_M, NARROW_M = 0.03, 0.06
-"""A roll shorter than the first points nowhere; nor does a spread shorter than the second, of a foot that only touches
-the other tile."""
+"""Shortest roll, and shortest spread over tiles, from which a direction is taken."""
 
 LOADED_N = 50.0
-"""The path is looked at above this force."""
+"""Force above which the path is used."""
 
 
 def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
-    """The direction in which a foot points, in the floor's frame, and its standard error, both in radians.
+    """Return the direction of a foot in the floor's frame, and its standard error, both in radians.
 
-    NaN for both where it does not show: on one tile, without a roll.
+    Both are NaN if it cannot be determined: on one tile, without a roll.
 
     >>> from underfoot.floor.layout import default_floor
     >>> time_s = np.linspace(0.0, 0.6, 61)
@@ -65,19 +64,21 @@ def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
 
 
 def compressed_rad(from_normal_rad: float, breadth_ratio: float = BREADTH_RATIO) -> float:
-    """How far the centroids of a rectangle's two halves lie off its axis, which is so far from the edge's normal.
+    """Return the angle of a rectangle's axis from the line through the centroids of its parts on two tiles.
+
+    `from_normal_rad` is the angle of its axis from the normal of the edge between them.
 
     >>> [round(math.degrees(compressed_rad(math.radians(angle))), 1) for angle in (0.0, 30.0, 60.0)]
     [0.0, 2.7, 9.2]
     """
-    # Beyond this the edge leaves the foot by its ends.
+    # At larger angles the edge crosses the ends of the foot, not its sides.
     steep = min(abs(math.tan(from_normal_rad)), 1.0 / breadth_ratio)
     square = breadth_ratio**2
     return math.atan2(square * steep / 6.0, 0.25 - square * steep**2 / 12.0)
 
 
 def _normal(contact: Contact, floor: Floor) -> float:
-    """The direction of the normal of the edge between the two tiles that bore most."""
+    """Return the direction of the normal of the edge between the two tiles with the largest impulse."""
     one, other = (floor.tiles[k] for k in contact.tiles[:2])
     across = one.axes @ (np.array(other.centre_m) - np.array(one.centre_m))
     axis = one.axes[int(np.argmax(np.abs(across) / np.array(one.size_m)))]

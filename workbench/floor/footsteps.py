@@ -1,9 +1,8 @@
-"""Footsteps: the figures of gait in a contact, and which foot it was.
+"""Footsteps: the gait measures of a contact.
 
-A contact is a step if its beginning and end were both seen, it lasted 0.08 to 5 s and it reached 50 N. A person who
-stands is a contact and no step; nor is one that the recording's beginning or end, a gap or an untared tile has cut,
-because its figures would be of a part. All figures are of the contact's force and of its centroid in the floor's
-frame.
+A contact is a step if its beginning and end were both seen, it lasted 0.08 to 5 s, and it reached 50 N. A person who
+stands is a contact, but no step. A contact that is cut by the ends of the recording, by a gap or by an untared tile is
+no step either. All measures are of the contact's force and of its centroid in the floor's frame.
 """
 
 import math
@@ -17,30 +16,31 @@ from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
 
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
-"""A step lasts longer than the touch of a toe and shorter than standing, and bears weight."""
+"""Shortest and longest step, and least peak force: excludes the touch of a toe, and standing."""
 
 SPIKE_S = 0.030
-"""Where 80 % of the first peak are reached within this of the onset, the loading rate is the impact's: a spike."""
+"""If 80 % of the first peak are reached within this time, the peak is a spike, the impact of the heel."""
 
 PATH_N, PATH_S = 50.0, 0.025
-"""The centroid's path is measured above this force, on its force-weighted mean over this time: noise is no path."""
+"""The centroid's path is measured above `PATH_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One footstep. A figure that there is not is NaN.
+    """One footstep. Measures that cannot be determined are NaN.
 
     `tile` took most of the impulse; `side` is left, right or unknown. `contact_ms` is from the first sample at or
     above the on-threshold to the last at or above the off-threshold. `peak1_n` and `peak2_n` are the largest forces
-    in the first and the second half of the contact, `valley_n` the least between them, `loading_kn_s` the rise from
-    20 to 80 % of the first peak, interpolated between samples and not guarded: `spike` says that it is the impact's.
-    `path_mm` is how far the centroid went above 50 N, `net_mm` how far it got. `contact` is its contact's id.
+    in the first and the second half of the contact, `valley_n` the least between them. `loading_kn_s` is the rise from
+    20 to 80 % of the first peak, interpolated between samples; with `spike` it is that of the heel's impact.
+    `path_mm` is the length of the centroid's path above 50 N, `net_mm` the distance between its ends. `contact` is the
+    id of the contact.
 
-    `person` is who walks, from 1; `cadence_per_min` is from the person's last step to this one, and so are
-    `step_length_mm` (middle to middle, along the way), `step_width_mm` (across it) and `double_support_ms`, in which
-    both feet are down: below 0 where neither is. `swing_ms` is for how long this foot was in the air before.
-    `heading_deg` is where the foot points, counter-clockwise from the floor's x axis, within `heading_error_deg` (one
-    standard deviation).
+    `person` numbers the walkers from 1. From the person's last step to this one are `cadence_per_min`,
+    `step_length_mm` (between the centres, in the direction of walking), `step_width_mm` (across it) and
+    `double_support_ms`, with both feet down; negative if neither is. `swing_ms` is this foot's time in the air before.
+    `heading_deg` is the direction of the foot, counter-clockwise from the floor's x axis, with the standard error
+    `heading_error_deg`.
     """
 
     step: int
@@ -68,13 +68,13 @@ class Step:
 
 
 def is_step(contact: Contact) -> bool:
-    """Whether a contact is a step."""
+    """Return whether a contact is a step."""
     lasted = SHORTEST_S <= contact.end_s - contact.start_s <= LONGEST_S
     return bool(lasted and not contact.cut and len(contact.force_n) >= 3 and contact.force_n.max() >= LEAST_N)
 
 
 def measure(contact: Contact, floor: Floor) -> Step:
-    """The figures of a contact as step 0, of unknown side. Raises `BadValue` for a curve of fewer than three samples.
+    """Return the measures of a contact, as step 0 of unknown side. Raises `BadValue` for fewer than three samples.
 
     >>> from underfoot.floor.layout import default_floor
     >>> time_s = np.linspace(0.0, 0.6, 601)
@@ -113,7 +113,7 @@ def measure(contact: Contact, floor: Floor) -> Step:
 
 
 def _loading(contact: Contact, peak: int) -> tuple[float, float]:
-    """From 20 to 80 % of the first peak, in kN/s, and when 80 % were reached."""
+    """Return the loading rate from 20 to 80 % of the first peak, in kN/s, and the time at which 80 % were reached."""
     time_s = np.concatenate([[contact.lead_s], contact.time_s[: peak + 1]])
     force_n = np.concatenate([[contact.lead_n], contact.force_n[: peak + 1]])
     low_n, high_n = 0.2 * force_n[-1], 0.8 * force_n[-1]
@@ -123,7 +123,7 @@ def _loading(contact: Contact, peak: int) -> tuple[float, float]:
 
 
 def _reached(time_s: NDArray[np.float64], force_n: NDArray[np.float64], level_n: float) -> float:
-    """When a force first reached a level, between the samples about it; NaN if it was there before the first."""
+    """Return when a force first reached a level, interpolated between samples; NaN if it began above it."""
     after = 1 + int(np.argmax(force_n[1:] >= level_n))
     before = after - 1
     if not force_n[before] < level_n:
@@ -133,14 +133,14 @@ def _reached(time_s: NDArray[np.float64], force_n: NDArray[np.float64], level_n:
 
 
 def _path(contact: Contact) -> tuple[float, float]:
-    """How far the centroid went, and how far it got, in metres."""
+    """Return the length of the centroid's path, and the distance between its ends, in metres."""
     loaded = contact.force_n >= PATH_N
     if not loaded.any():
         return math.nan, math.nan
     force_n = contact.force_n[loaded]
     half_width = round(0.5 * PATH_S / float(np.median(np.diff(contact.time_s))))
     place = np.arange(len(force_n))
-    # The mean reaches equally far to both sides, so that it begins and ends where the centroid does.
+    # The mean is symmetric, so that the smoothed path begins and ends where the centroid does.
     half_widths = np.minimum(half_width, np.minimum(place, place[::-1]))
     weight = _moving_sum(force_n, place, half_widths)
     smooth = np.column_stack(

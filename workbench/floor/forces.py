@@ -1,4 +1,4 @@
-"""Force CSV: `time_s`, then one column a sensor, `<tile>.<1 to 4>`, in newtons.
+"""Force CSV: `time_s`, then one column per sensor, `<tile>.<1 to 4>`, in newtons.
 
 Cells are parted by commas, semicolons or tabs; between semicolons and tabs a number may have a decimal comma. Lines
 that begin with # are left alone, and so are further columns.
@@ -16,10 +16,10 @@ from underfoot.files import read_file
 from underfoot.floor.layout import Floor
 
 GAP_PERIODS = 1.5
-"""Two samples further apart than this many median periods have a gap between them."""
+"""Samples further apart than this many median periods have a gap between them."""
 
 LARGEST = 1e12
-"""What no force in newtons and no time in seconds exceeds; arithmetic on it stays finite."""
+"""Largest allowed force in newtons or time in seconds, so that all results are finite."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ForceSeries:
     rate_hz: float
 
     def gaps(self) -> NDArray[np.intp]:
-        """The samples that a gap follows: shape (gaps,).
+        """The last samples before gaps: shape (gaps,).
 
         >>> ForceSeries(np.array([0.0, 0.1, 0.2, 0.5, 0.6]), np.zeros((5, 1, 4)), 10.0).gaps()
         array([2])
@@ -44,7 +44,7 @@ class ForceSeries:
 
 
 def floor_beside(path: str | Path) -> Path:
-    """Where the floor of a force CSV is looked for: walk.csv has walk.floor.json beside it.
+    """Return the path of a force CSV's floor: walk.csv has walk.floor.json beside it.
 
     >>> floor_beside("data/walk.csv").name
     'walk.floor.json'
@@ -103,7 +103,7 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
 
 
 def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> list[int]:
-    """Where time and each sensor of the floor stand in the file, whose columns are named in this line."""
+    """Return the columns of time and of each sensor of the floor, from the header line."""
     expected = ["time_s", *(f"{id}.{sensor}" for id in floor.ids for sensor in range(1, 5))]
     for column, name in enumerate(names, start=1):
         id, dot, sensor = name.rpartition(".")
@@ -125,7 +125,7 @@ def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> lis
 def _fault(
     path: str | Path, names: list[str], order: list[int], part: str, rows: list[tuple[int, str]]
 ) -> BadFile | None:
-    """The first thing wrong in a file that could not be used, found line by line."""
+    """Return the first fault of a file that could not be parsed, found line by line."""
     before = -np.inf
     for number, line in rows:
         cells = line.split(part)

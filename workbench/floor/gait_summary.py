@@ -1,4 +1,4 @@
-"""The gait of each person, from their footsteps: means, and how alike left and right are."""
+"""Gait of each person from the footsteps: means, and asymmetry of left and right."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from underfoot.floor.footsteps import Step
 
 LEAST_STEPS = 4
-"""Of fewer steps there is no gait: two of each foot."""
+"""Fewest steps of a person for a summary: two of each foot."""
 
 
 @dataclass(frozen=True)
 class PersonGait:
-    """The means over a person's steps; a figure that there is not is NaN.
+    """Means over a person's steps; NaN if not known.
 
     An asymmetry is the symmetry index of Robinson and others (1987), in percent: the difference of left and right over
     their mean; 0 where they are alike.
@@ -30,7 +30,7 @@ class PersonGait:
     length_asymmetry_percent: float
 
     def line(self) -> str:
-        """The gait as a line for a person to read."""
+        """Return a readable line."""
         figures = (
             (self.cadence_per_min, "{:.0f} steps a minute"),
             (self.step_length_mm, "length {:.0f} mm"),
@@ -46,7 +46,7 @@ class PersonGait:
 
 
 def gait_of(steps: Iterable[Step]) -> list[PersonGait]:
-    """The gait of each person with at least four of `steps`, in the order of their numbers.
+    """Return the gait of each person with at least four of `steps`, in the order of their numbers.
 
     >>> one = dict(tile="t1", start_s=0.0, contact_ms=600.0, peak1_n=700.0, valley_n=500.0, peak2_n=700.0)
     >>> one |= dict(impulse_ns=300.0, loading_kn_s=8.0, path_mm=200.0, net_mm=200.0, person=1, step_width_mm=100.0)

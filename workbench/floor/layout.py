@@ -1,4 +1,4 @@
-"""Tiles: where they lie, where their sensors are, and which channel drives the shaker under each.
+"""Tiles of a floor: positions, sensors, and output channels of their shakers.
 
 Two frames are used, both in metres. A tile's own has its origin at the tile's centre and its axes along the tile's
 edges; the floor's is common to all tiles. A tile's x axis points `rotation_deg` counter-clockwise of the floor's.
@@ -22,7 +22,7 @@ VERSION = 1
 Point = tuple[float, float]
 
 LOADS = ("none", "standing", "corner")
-"""What stands on a tile: nothing, a foot in its middle, or a foot three quarters of the way to its first sensor."""
+"""Loads of a tile: none, a foot in its middle, or a foot at three quarters of the distance to its first sensor."""
 
 PLATE = np.dtype(
     [
@@ -33,11 +33,11 @@ PLATE = np.dtype(
     ],
     align=True,
 )
-"""A tile's geometry as kernels read it: as in `Tile`, and half its size."""
+"""Geometry of a tile as kernels read it: as in `Tile`, with half the size."""
 
 
 class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One rigid plate on four sensors. Raises `BadValue` for what cannot be a tile.
+    """One rigid plate on four sensors. Raises `BadValue` for invalid values.
 
     `size_m` and `sensors_m` (exactly four points, in the order of the force columns) are in the tile's frame,
     `centre_m` in the floor's. `sensor_depth_m` is how far the sensors lie below the surface that is walked on.
@@ -74,25 +74,25 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def axes(self) -> NDArray[np.float64]:
-        """The tile's axes in the floor's frame, one a row: shape (2, 2)."""
+        """The tile's axes in the floor's frame, as rows: shape (2, 2)."""
         turn = math.radians(self.rotation_deg)
         return np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
 
     def to_floor(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """Points of the tile's frame, shape (..., 2), in the floor's."""
+        """Convert points of the tile's frame, shape (..., 2), to the floor's."""
         return np.asarray(points_m, dtype=np.float64) @ self.axes + self.centre_m
 
     def to_tile(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """Points of the floor's frame, shape (..., 2), in the tile's."""
+        """Convert points of the floor's frame, shape (..., 2), to the tile's."""
         return (np.asarray(points_m, dtype=np.float64) - self.centre_m) @ self.axes.T
 
     def corners_m(self) -> NDArray[np.float64]:
-        """The four corners in the floor's frame, counter-clockwise: shape (4, 2)."""
+        """Return the four corners in the floor's frame, counter-clockwise: shape (4, 2)."""
         half = np.array(self.size_m) / 2.0
         return self.to_floor([half, half * (-1, 1), -half, half * (1, -1)])
 
     def distance_m(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """How far points of the floor, shape (..., 2), are from the tile: shape (...), 0 on it.
+        """Return the distance of points of the floor's frame, shape (..., 2), from the tile: shape (...), 0 on it.
 
         >>> default_floor().tiles[0].distance_m([[0.1, 0.1], [0.1, -0.2]])
         array([0. , 0.2])
@@ -102,7 +102,7 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Floor(msgspec.Struct, frozen=True):
-    """Tiles in the order of their rows in every array. Raises `BadValue` for no tiles and for an id given twice.
+    """Tiles, in the order of their rows in all arrays. Raises `BadValue` without tiles, or for equal ids.
 
     >>> Floor.loads(default_floor().dumps()) == default_floor()
     True
@@ -129,16 +129,16 @@ class Floor(msgspec.Struct, frozen=True):
         return tuple(tile.id for tile in self.tiles)
 
     def index(self, id: str) -> int:
-        """The row of the tile with this id; `BadValue` where there is none."""
+        """Return the row of the tile with this id; `BadValue` if there is none."""
         require(id in self.ids, "tile", id, ", ".join(self.ids))
         return self.ids.index(id)
 
     def sensors_m(self) -> NDArray[np.float64]:
-        """All sensors, each in its tile's frame: shape (tiles, 4, 2)."""
+        """Return all sensors, each in its tile's frame: shape (tiles, 4, 2)."""
         return np.array([tile.sensors_m for tile in self.tiles], dtype=np.float64)
 
     def plates(self) -> NDArray[np.void]:
-        """The tiles' geometry as kernels read it: shape (tiles,) of `PLATE`."""
+        """Return the tiles' geometry for kernels: shape (tiles,) of `PLATE`."""
         table = np.zeros(len(self.tiles), PLATE)
         for plate, tile in zip(table, self.tiles, strict=True):
             plate["sensors_m"], plate["centre_m"], plate["axes"] = tile.sensors_m, tile.centre_m, tile.axes
@@ -146,7 +146,7 @@ class Floor(msgspec.Struct, frozen=True):
         return table
 
     def gaps_m(self) -> NDArray[np.float64]:
-        """How far each tile's edge is from each other's, shape (tiles, tiles); 0 where they touch or overlap.
+        """Return the gaps between the edges of all pairs of tiles, shape (tiles, tiles); 0 if they touch or overlap.
 
         >>> default_floor(1, 3).gaps_m().round(3)
         array([[0.   , 0.005, 0.315],
@@ -159,7 +159,7 @@ class Floor(msgspec.Struct, frozen=True):
         return np.minimum(gaps, gaps.T)
 
     def dumps(self) -> bytes:
-        """The floor as JSON, in a fixed order."""
+        """Return the floor as JSON, in a fixed order."""
         tiles = [{key: v for key, v in msgspec.to_builtins(tile).items() if v is not None} for tile in self.tiles]
         title = {"title": self.title} if self.title else {}
         return msgspec.json.format(
@@ -168,7 +168,7 @@ class Floor(msgspec.Struct, frozen=True):
 
     @staticmethod
     def loads(text: bytes | str, source: str = "floor") -> "Floor":
-        """The floor in `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
+        """Parse a floor from `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
 
         >>> Floor.loads('{"format": "underfoot-floor", "version": 7}', "a.floor.json")
         Traceback (most recent call last):
@@ -182,7 +182,7 @@ class Floor(msgspec.Struct, frozen=True):
 
     @staticmethod
     def load(path: str | Path) -> "Floor":
-        """The floor in a file; `BadFile` as `loads` says."""
+        """Load a floor from a file; `BadFile` as in `loads`."""
         return Floor.loads(read_file(path), str(path))
 
     def save(self, path: str | Path) -> None:
@@ -191,8 +191,8 @@ class Floor(msgspec.Struct, frozen=True):
 
 
 def default_floor(rows: int = 2, columns: int = 2) -> Floor:
-    """Tiles of the thesis, 30.5 cm square and 2 cm thick (sections 3.3 and 5.1), in rows along x from a corner at 0,
-    0.
+    """Return a floor of the thesis's tiles, 30.5 cm square and 2 cm thick (sections 3.3 and 5.1), in rows along x from
+    a corner at 0, 0.
 
     They stand 5 mm apart. The sensors lie under the corners: square pads 38 mm wide, flush with the edges,
     counter-clockwise from the corner at +x, +y. Ids are t1, t2, ... row by row. Raises `BadValue` unless there are 1

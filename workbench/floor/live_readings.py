@@ -1,7 +1,7 @@
-"""Live readings of a whole floor to newtons: each sensor's curve, its hysteresis and creep, and the centroid.
+"""Conversion of live readings of a floor to newtons: curve, hysteresis, creep and centroid correction.
 
-What a centroid calibration corrects is a place; here it is given back as corner forces: of the same sum, and with the
-centroid where it should be, so that whoever has the forces has the place.
+A centroid calibration corrects positions. Here the corrected position is expressed by corner forces: with the same sum,
+and with their centroid at that position, so that the forces are all that later stages need.
 """
 
 import math
@@ -20,9 +20,9 @@ from underfoot.models.tile import fsr_hysteresis
 from underfoot.models.tile.fsr_hysteresis import LAGS_S, MOST_PLAYS
 
 COUNTS = 0x10000
-"""How many readings there are: 0 to 65535."""
+"""Number of possible readings: 0 to 65535."""
 NOMINAL = 0
-"""The curve of a sensor that nobody calibrated."""
+"""Index of the curve for uncalibrated sensors."""
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -40,13 +40,13 @@ PLACING = np.dtype(
     ],
     align=True,
 )
-"""The centroid correction of a tile, but for the arrays of `ConversionTables`. Below `least_n` there is none; infinite
-for a tile without a correction. `sensors_m` are those that it was fitted with, `floor_sensors_m` those of the floor.
-`per_moment` are corner forces of sum 0 with a moment of 1 N m along x, and along y."""
+"""Centroid correction of a tile, apart from the arrays of `ConversionTables`. It applies from `least_n` on, which is
+infinite for a tile without a correction. `sensors_m` are those that it was fitted with, `floor_sensors_m` those of the
+floor. `per_moment` are corner forces of sum 0 with a moment of 1 N m along x, and along y."""
 
 
 class ConversionTables(NamedTuple):
-    """What is known of a floor's sensors; the first axis of most arrays is the tile, the second the sensor."""
+    """Calibrations of a floor's sensors; the first axis of most arrays is the tile, the second the sensor."""
 
     curve: Whole  # (tiles, 4): which of `curves` a sensor has; `NOMINAL` for one without
     curves: Floats  # (curves, COUNTS): newtons of every reading, before compensation
@@ -69,7 +69,7 @@ class ConversionTables(NamedTuple):
 
 
 def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) -> tuple[str, ...]:
-    """A line that names the tiles without curves, and what is done `instead`; none where all have some.
+    """Return a line that names the tiles without curves, and what is done `instead`; none if all have curves.
 
     >>> from underfoot.floor.layout import default_floor
     >>> uncalibrated(default_floor(3, 3), {}, "a guess")
@@ -81,7 +81,7 @@ def uncalibrated(floor: Floor, profiles: Mapping[str, Profile], instead: str) ->
 
 
 def conversion_tables(floor: Floor, profiles: Mapping[str, Profile], nominal: Floats) -> ConversionTables:
-    """The tables of a floor whose tiles have these `profiles`, by id; `nominal` (COUNTS,) reads all other sensors."""
+    """Return the tables of a floor with these `profiles` by tile; `nominal` (COUNTS,) is the curve of other sensors."""
     tiles = len(floor.tiles)
     known = [profiles.get(tile.id, Profile(tile=tile.id)) for tile in floor.tiles]
     corrections = [_correction(profile) for profile in known]
@@ -123,7 +123,7 @@ def conversion_tables(floor: Floor, profiles: Mapping[str, Profile], nominal: Fl
 
 
 def _correction(profile: Profile) -> CentroidCorrection | None:
-    """The correction of the newtons that the profile's curves give live."""
+    """Return the centroid correction for the newtons that the profile's curves give live."""
     part = profile.centroid
     if part is None:
         return None
@@ -132,7 +132,7 @@ def _correction(profile: Profile) -> CentroidCorrection | None:
 
 
 def _set_sensor(tables: ConversionTables, k: int, j: int, curve: Curve) -> Floats:
-    """Put the compensation of a sensor into the tables; its newtons of every reading, (COUNTS,)."""
+    """Store the compensation of a sensor in the tables; return the newtons of every reading, (COUNTS,)."""
     every = np.arange(COUNTS, dtype=np.float64)
     tables.limits_n[k, j] = curve.limits_n
     if curve.compensation is None:
@@ -159,7 +159,7 @@ def _set_placing(tables: ConversionTables, k: int, tile: Tile, part: Centroid, c
 
 @kernel
 def correct_all(tables: ConversionTables, rows: Whole, time_s: Floats, newtons: Floats) -> None:
-    """Correct newtons (n, 4) that the curves gave, each of the tile in `rows` (n,) at `time_s` (n,), in that order."""
+    """Correct newtons (n, 4) from the curves, each of the tile in `rows` (n,) at `time_s` (n,), in this order."""
     for i in range(len(rows)):
         if tables.corrected[rows[i]]:
             _correct(tables, rows[i], time_s[i], newtons[i])
@@ -167,7 +167,7 @@ def correct_all(tables: ConversionTables, rows: Whole, time_s: Floats, newtons: 
 
 @kernel
 def correct_floor(tables: ConversionTables, first: int, count: int, period_s: float, newtons: Floats) -> None:
-    """Correct newtons (n, tiles, 4) that the curves gave: `count` samples from the absolute number `first` on."""
+    """Correct newtons (n, tiles, 4) from the curves: `count` samples from the absolute number `first` on."""
     for k in range(len(tables.corrected)):
         if tables.corrected[k]:
             for i in range(count):
@@ -176,7 +176,7 @@ def correct_floor(tables: ConversionTables, first: int, count: int, period_s: fl
 
 @kernel
 def reset_sensors(tables: ConversionTables, k: int) -> None:
-    """Make the sensors of a tile as they are when they have rested: no hysteresis or creep of loads before."""
+    """Reset the sensors of a tile to rest: without hysteresis or creep of earlier loads."""
     for j in range(4):
         fsr_hysteresis.reset(tables.states[k, j])
 
@@ -185,7 +185,7 @@ def reset_sensors(tables: ConversionTables, k: int) -> None:
 def _correct(tables: ConversionTables, k: int, time_s: float, newtons: Floats) -> None:
     """Compensate hysteresis and creep of a tile's sensors and correct its centroid. Allocates nothing.
 
-    Time that runs back counts as none passed.
+    If time goes back, no time counts as passed.
     """
     for j in range(4):
         if tables.compensated[k, j]:

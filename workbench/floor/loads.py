@@ -1,4 +1,4 @@
-"""What presses on one tile, and where: tracks of loads, and whether they are near enough for one foot's."""
+"""A load is the force on one tile from its beginning to its end; a foot may make several. Their tracks, compared."""
 
 import math
 from dataclasses import dataclass, field
@@ -6,31 +6,35 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.floor.shared_loads import BOTH_FEET_S, JUMP_S, LOADED_N
+from underfoot.floor.shared_loads import BOTH_FEET_S, FORCE, JUMP_S, LOADED_N, PLACE, TIME
 
 LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
-"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m, and 0.12 m broad. At one time
-they are at most `APART_M` apart, three quarters of such a foot: from the heel to the middle of what the heel is not."""
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m long and 0.12 m wide. At any time
+the centroids are at most `APART_M` apart: from the heel to the middle of the rest, three quarters of such a foot."""
 
 SWING_S = 0.30
-"""A walker's feet come down at least so long apart (200 steps a minute)."""
+"""Shortest time between the touchdowns of a walker's feet (200 steps per minute)."""
 
 TOES_M, BEHIND_M, TOES_OUTLAST_S = 0.14, 0.03, 0.15
-"""The toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
+"""Toes come down within `TOES_M` of the foot's centre of pressure, at most `BEHIND_M` behind it, and leave at most
 `TOES_OUTLAST_S` after the rest."""
 
 BEFORE_S = 0.10
-"""So long before that two feet may have been on the tile."""
+"""Time before a handover in which both feet may have been on the tile."""
 
 RELIEVED_SHARE = 0.4
-"""Between its peaks a walker's foot bears more than this share of the first; and its second is larger than that."""
+"""Between the peaks of a walker's foot the force stays above this share of the first, and so does the second peak."""
 
 DIP_SHARE, DIP_RISE = 0.8, 1.1
-"""Between its peaks a walker's foot bears at most this share of the first, and then at least so many times as much."""
+"""Between the peaks of a walker's foot the force falls to `DIP_SHARE` of the first, and then rises by `DIP_RISE`."""
 
 KEPT_S = 2.0
-"""So much of a load's track is looked at."""
+"""Length of the track that is kept of a load."""
 
+_CENTRE_S = 0.02
+"""Half of the time over which a centre of pressure is averaged, or more if no sample is that near."""
+_FIRST_S = 0.1
+"""Time after a foot's beginning over which the place from which it rolls is averaged."""
 _DIRECTIONS = 16
 _ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
 _TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -38,95 +42,97 @@ _TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 @dataclass(eq=False)
 class Load:
-    """What presses on one tile, from when until when (`end` None while it lasts), and whose foot it is: 0 while open.
+    """Force on one tile from `sample` to `end` (None while it lasts); `foot` is its foot's number, 0 while undecided.
 
-    `shared` is the load that it was divided from, and `is_parted` whether it is known since when, and what each bore;
-    `oldest` is the first sample that was not given out when it was divided. `tracks` are its thinned samples: time, x,
-    y, force.
+    `tracks` are thinned samples, [sample, column] (see `shared_loads.TIME`). If a load goes over from one foot to
+    another it is divided in two: `divided_from` is the earlier one, and `is_split` says whether the force in the time
+    of both feet was split between them. `oldest` is the first sample that can still be changed for that. `is_divided`:
+    a later load was divided from this one. `is_cut`: its end was not seen.
     """
 
     token: int
     tile: int
     sample: int
     start_s: float
-    shared: "Load | None" = None
+    divided_from: "Load | None" = None
     end: int | None = None
     end_s: float = math.inf
     foot: int = 0
-    is_parted: bool = False
+    is_split: bool = False
     oldest: int = 0
     is_divided: bool = False
     is_cut: bool = False
     tracks: list[NDArray[np.float64]] = field(default_factory=list)
 
     def rank(self) -> tuple[float, int]:
-        """Its place in the order of decisions: one that was divided may turn out to have begun earlier, and is late."""
-        late_s = 0.0 if self.shared is None else BOTH_FEET_S if self.is_parted else SWING_S
+        """Return the order of decisions: by beginning, but later for a divided load, which may have begun earlier."""
+        late_s = 0.0 if self.divided_from is None else BOTH_FEET_S if self.is_split else SWING_S
         return self.start_s + late_s, self.token
 
     def track(self) -> NDArray[np.float64]:
-        """Its last two seconds: shape (n, 4)."""
+        """Return the samples of the last two seconds: shape (n, 4)."""
         if len(self.tracks) > 1:
             joined = np.concatenate(self.tracks)
-            last_s = joined[-1, 0] if len(joined) else 0.0
-            self.tracks = [joined[np.searchsorted(joined[:, 0], last_s - KEPT_S) :]]
+            last_s = joined[-1, TIME] if len(joined) else 0.0
+            self.tracks = [joined[np.searchsorted(joined[:, TIME], last_s - KEPT_S) :]]
         return self.tracks[0] if self.tracks else np.zeros((0, 4))
 
 
 def columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    """Rows as a load's track has them."""
+    """Return `tracking.ROW` rows as columns of a track."""
     return np.column_stack([rows[name] for name in ("time_s", "x_m", "y_m", "force_n")])
 
 
 def loaded(load: Load, until_s: float) -> NDArray[np.float64]:
-    """A load's track where it says something: above `LOADED_N`, and not while two feet share it."""
+    """Return the reliable part of a load's track: above `LOADED_N`, without the time when two feet shared it."""
     track = load.track()
-    kept = (track[:, 3] >= LOADED_N) & (track[:, 0] <= until_s)
-    if load.shared is not None:
-        kept &= track[:, 0] >= load.start_s + JUMP_S
+    kept = (track[:, FORCE] >= LOADED_N) & (track[:, TIME] <= until_s)
+    if load.divided_from is not None:
+        kept &= track[:, TIME] >= load.start_s + JUMP_S
     if load.is_divided:
-        kept &= track[:, 0] <= load.end_s - BEFORE_S
+        kept &= track[:, TIME] <= load.end_s - BEFORE_S
     return track[kept]
 
 
 def centre_m(track: NDArray[np.float64], time_s: float) -> NDArray[np.float64]:
-    """The centre of pressure of several loads' tracks, about a time."""
-    near = track[np.abs(track[:, 0] - time_s) <= max(0.02, float(np.abs(track[:, 0] - time_s).min()))]
-    return np.asarray(np.average(near[:, 1:3], axis=0, weights=near[:, 3]))
+    """Return the centre of pressure of a track, which may be several loads', around a time."""
+    apart_s = np.abs(track[:, TIME] - time_s)
+    near = track[apart_s <= max(_CENTRE_S, float(apart_s.min()))]
+    return np.asarray(np.average(near[:, PLACE], axis=0, weights=near[:, FORCE]))
 
 
 def distance_m(first: NDArray[np.float64], track: NDArray[np.float64]) -> float:
-    """How far a sample of a track is from several loads' centre of pressure at that time."""
-    return float(np.hypot(*(first[1:3] - centre_m(track, float(first[0])))))
+    """Return the distance of a sample `first` from the centre of pressure of a track at that time."""
+    return float(np.hypot(*(first[PLACE] - centre_m(track, float(first[TIME])))))
 
 
 def present_distance_m(load: Load, other: Load) -> float:
-    """How far two loads press from each other now; 0 where one has just begun."""
+    """Return the present distance of two loads' centroids; 0 if one has just begun."""
     track, others = load.track(), other.track()
-    return math.dist(track[-1, 1:3], others[-1, 1:3]) if len(track) and len(others) else 0.0
+    return math.dist(track[-1, PLACE], others[-1, PLACE]) if len(track) and len(others) else 0.0
 
 
 def nearest_distance_m(mine: NDArray[np.float64], track: NDArray[np.float64]) -> float:
-    """How near two loads come at one time, looked at eight times; one that is shared for a while may begin far away."""
+    """Return the least distance of two tracks at eight times of the first, which may begin far away if it is shared."""
     return min(distance_m(row, track) for row in mine[:: max(1, len(mine) // 8)])
 
 
 def total(loads: list[Load]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What loads bear together: times and forces."""
+    """Return times and the sum of the loads' forces."""
     tracks = np.concatenate([load.track() for load in loads])
-    time_s, at = np.unique(tracks[:, 0], return_inverse=True)
-    return time_s, np.asarray(np.bincount(at, tracks[:, 3]), np.float64)
+    time_s, at = np.unique(tracks[:, TIME], return_inverse=True)
+    return time_s, np.asarray(np.bincount(at, tracks[:, FORCE]), np.float64)
 
 
 def dips(force_n: NDArray[np.float64], begin: int = 0) -> bool:
-    """Whether a force is, from `begin` on, as small as a walker's foot's between its two peaks."""
+    """Return whether a force has a dip, from index `begin` on, like that between the two peaks of a step."""
     before, after = np.maximum.accumulate(force_n), np.maximum.accumulate(force_n[::-1])[::-1]
     low = (force_n <= DIP_SHARE * before) & (DIP_RISE * force_n <= after)
     return bool(low[begin:].any())
 
 
 def bears_twice(loads: list[Load]) -> bool:
-    """Whether what loads bear together falls far and rises again, as no foot's does."""
+    """Return whether the loads' sum falls far and rises again, which that of one foot does not."""
     _, force_n = total(loads)
     if not len(force_n):
         return False
@@ -139,8 +145,7 @@ def bears_twice(loads: list[Load]) -> bool:
 
 
 def light_load_m(load: Load, parts: list[Load], now_s: float) -> float | None:
-    """How far a load, too light to tell anything but where it is, began from a foot of which it is a part; None if it
-    is none."""
+    """Return how far a load, too light for other criteria, began from the foot of `parts`; None if not part of it."""
     mine, track = load.track(), np.concatenate([other.track() for other in parts])
     if not len(mine) or not len(track):
         return LENGTH_M
@@ -150,20 +155,23 @@ def light_load_m(load: Load, parts: list[Load], now_s: float) -> float | None:
 
 
 def toes_m(mine: NDArray[np.float64], track: NDArray[np.float64], outlasts_s: float) -> float | None:
-    """How far from a foot its toes came down, if a load that outlasts the rest by `outlasts_s` are they; else None."""
+    """Return how far a load began from a foot with this `track`, if it can be its toes; else None.
+
+    The load outlasts the foot's other loads by `outlasts_s`.
+    """
     near = distance_m(mine[0], track)
     if near > TOES_M or outlasts_s > TOES_OUTLAST_S:
         return None
-    centre = centre_m(track, float(mine[0, 0]))
-    first = track[track[:, 0] <= track[0, 0] + 0.1]
-    rolled = centre - np.average(first[:, 1:3], axis=0, weights=first[:, 3])
+    centre = centre_m(track, float(mine[0, TIME]))
+    first = track[track[:, TIME] <= track[0, TIME] + _FIRST_S]
+    rolled = centre - np.average(first[:, PLACE], axis=0, weights=first[:, FORCE])
     length_m = float(np.hypot(*rolled))
-    behind = length_m >= 2.0 * BEHIND_M and float((mine[0, 1:3] - centre) @ rolled) < -BEHIND_M * length_m
+    behind = length_m >= 2.0 * BEHIND_M and float((mine[0, PLACE] - centre) @ rolled) < -BEHIND_M * length_m
     return None if behind else near
 
 
 def fits_in_foot(places_m: NDArray[np.float64]) -> bool:
-    """Whether places (n, 2) lie in a foot's box, turned to the best of sixteen directions."""
+    """Return whether places (n, 2) lie in a foot's box in one of sixteen orientations."""
     along = places_m @ _TOWARDS
     extent = along.max(axis=0) - along.min(axis=0)
     half = _DIRECTIONS // 2

@@ -1,4 +1,4 @@
-"""Concealment of lost samples: what a contact tracker sees of a tile of which no sample came while others went on."""
+"""Concealment of lost samples of single tiles, for contact trackers, while other tiles are read."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,15 +8,15 @@ from underfoot.floor.contacts import GAP_S, ContactTracker
 from underfoot.kernels import kernel
 
 LAST = np.dtype([("time_s", np.float64), ("force_n", np.float64, (4,))], align=True)
-"""The latest sample of a tile that came, and when: minus infinity where none came yet."""
+"""Latest received sample of a tile, and its time; minus infinity before the first."""
 
 
 class LossConcealment:
-    """Fills in the samples (NaN) that a floor's tracker did not get of single tiles, so that it need not begin anew.
+    """Replaces missing samples (NaN) of single tiles before they reach a tracker, which would restart otherwise.
 
-    A tile stays as it was for 40 ms, the time in which its force goes to 0, and then reads as it does when nobody
-    stands on it; one of which no sample ever came stays NaN. A tile whose first sample comes after the stream's opening
-    is tared with what it reads then, unless that is a load. `most` is how many samples are filled in at once.
+    A tile keeps its last sample for 40 ms, the time in which its force is ramped to 0, and then has the baseline, as if
+    empty. Before its first sample it stays NaN. A tile whose first sample comes after the stream's opening is tared
+    with it, unless it is loaded. `most` is the largest number of samples per call.
     """
 
     def __init__(self, tracker: ContactTracker, most: int) -> None:
@@ -24,10 +24,10 @@ class LossConcealment:
         self.last = np.zeros(len(self.tiles), LAST)
         self.last["time_s"] = -np.inf
         self.absent = np.zeros((most, len(self.tiles)), np.bool_)
-        """Which tiles of the samples that were filled in had none of their own: shape (most, tiles)."""
+        """The tiles of the last call's samples that were missing: shape (most, tiles)."""
 
     def fill(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64], count: int) -> None:
-        """Fill in the first `count` samples of `force_n` (n, tiles, 4) in place. Allocates nothing."""
+        """Replace missing samples among the first `count` of `force_n` (n, tiles, 4). Allocates nothing."""
         conceal(time_s, force_n, count, self.tiles, self.stream, self.last, self.absent)
 
 
@@ -41,7 +41,7 @@ def conceal(
     last: NDArray[np.void],
     absent: NDArray[np.bool_],
 ) -> None:
-    """Fill in `count` samples. `tiles` and `stream` are the tracker's, the rest is `LossConcealment`'s."""
+    """Do the work of `LossConcealment.fill`; `tiles` and `stream` are the tracker's."""
     for i in range(count):
         for k in range(len(tiles)):
             total = 0.0

@@ -1,7 +1,7 @@
 """Running median of a window, and the median absolute deviation of one.
 
-Of a window only the values around its median are kept in order: a value that comes or goes below or above these is
-counted, no more. The few in the middle are found anew when the median has left them.
+Only the values around the median of a window are kept, in ascending order; of the others only the number below them is
+known. When the median has moved out of those that are kept, they are selected again from the whole window.
 """
 
 import numpy as np
@@ -12,21 +12,21 @@ from underfoot.kernels import kernel, part
 Floats = NDArray[np.float64]
 
 MIDDLE = np.dtype([("low", np.float64), ("high", np.float64), ("below", np.int64), ("kept", np.int64)], align=True)
-"""The middle of a window: all its values from `low` to `high`, `kept` of them, and how many are `below`."""
+"""Middle of a window: `kept` values, all those from `low` to `high`; `below` is the number of smaller ones."""
 
-_REACH = 32  # values that are kept on either side of the median, at least when they are chosen
-_MOST = 4 * _REACH  # values that may be kept before they are fewer again
+_REACH = 32  # values kept on either side of the median when they are selected
+_MOST = 4 * _REACH  # largest number kept
 
 
 @kernel
 def begin(middle: np.record) -> None:
-    """An empty window, of which all that comes is kept."""
+    """Begin an empty window; all its first values are kept."""
     middle.low, middle.high, middle.below, middle.kept = -np.inf, np.inf, 0, 0
 
 
 @kernel
 def insert(middle: np.record, ascending: Floats, value: float) -> None:
-    """Let a value into the window, whose middle is the first of `ascending`."""
+    """Add a value to the window, whose middle is at the beginning of `ascending`."""
     if value < middle.low:
         middle.below += 1
     elif value <= middle.high:
@@ -39,26 +39,23 @@ def insert(middle: np.record, ascending: Floats, value: float) -> None:
 
 
 @kernel
-def exchange(middle: np.record, ascending: Floats, goes: float, comes: float) -> None:
-    """Replace one value of the window by another."""
-    if goes == comes:
+def exchange(middle: np.record, ascending: Floats, old: float, new: float) -> None:
+    """Replace the value `old` of the window by `new`."""
+    if old == new:
         return
-    if goes < middle.low:
+    if old < middle.low:
         middle.below -= 1
-    elif goes <= middle.high:
+    elif old <= middle.high:
         last = int(middle.kept) - 1
-        for i in range(_first_not_below(ascending[: last + 1], goes), last):
+        for i in range(_first_not_below(ascending[: last + 1], old), last):
             ascending[i] = ascending[i + 1]
         middle.kept = last
-    insert(middle, ascending, comes)
+    insert(middle, ascending, new)
 
 
 @kernel
 def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> float:
-    """The median of a window of n values, the latest of which is `ring[newest]`, the one before at `newest` - 1.
-
-    `ascending` has room for n.
-    """
+    """Return the median of the n latest values in `ring`, which end at index `newest`; `ascending` has space for n."""
     if (n - 1) // 2 < middle.below or n // 2 >= middle.below + middle.kept:
         copy_latest(ring, newest, ascending, n)
         _choose(middle, ascending, n)
@@ -69,10 +66,10 @@ def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: i
 
 @part
 def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
-    """The latest n values of a ring, in no order that matters, into the first of `values`."""
+    """Copy the n latest values of a ring to `values`, in any order."""
     end = newest + 1
     newer = min(n, end)
-    for i in range(newer):  # no slices: in Numba, assigning one brings the code for strings of its error
+    for i in range(newer):  # assigning a slice would compile Numba's string functions
         values[i] = ring[end - newer + i]
     for i in range(newer, n):
         values[i] = ring[len(ring) - n + i]
@@ -80,7 +77,7 @@ def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
 
 @part
 def _choose(middle: np.record, values: Floats, n: int) -> None:
-    """Find the middle of the first n values, and put it first, in order."""
+    """Select the middle of the first n values, and move it to the front, in ascending order."""
     first, last = max((n - 1) // 2 - _REACH, 0), min(n // 2 + _REACH, n - 1)
     _select(values, 0, n - 1, first)
     _select(values, first, n - 1, last)
@@ -92,7 +89,7 @@ def _choose(middle: np.record, values: Floats, n: int) -> None:
             at -= 1
         values[at] = value
     middle.low, middle.high = values[first], values[last]
-    # What equals an end belongs to the middle, too.
+    # Values equal to an end belong to the middle too.
     for i in range(first - 1, -1, -1):
         if values[i] == middle.low:
             first -= 1
@@ -106,7 +103,7 @@ def _choose(middle: np.record, values: Floats, n: int) -> None:
 
 @part
 def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
-    """Keep fewer values: those near the median, and what equals the outermost of them."""
+    """Keep fewer values: those near the median, and those equal to the outermost of them."""
     kept = ascending[: middle.kept]
     first, last = (n - 1) // 2 - middle.below - _REACH, n // 2 - middle.below + _REACH
     first = _first_not_below(kept, kept[first]) if first > 0 else 0
@@ -120,7 +117,7 @@ def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
 
 @part
 def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
-    """Move what is kept to the front; before it were values below."""
+    """Move the kept values to the front; those before them are now counted as below."""
     middle.kept = last + 1 - first
     if first > 0:
         for i in range(middle.kept):
@@ -130,7 +127,7 @@ def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
 
 @part
 def _first_not_below(ascending: Floats, value: float) -> int:
-    """The place of the first value that is not below `value`. Without a jump in the loop: values come at random."""
+    """Return the index of the first value that is not below `value`, by a search without unpredictable branches."""
     first, length = 0, ascending.size
     while length > 1:
         half = length // 2
@@ -141,7 +138,7 @@ def _first_not_below(ascending: Floats, value: float) -> int:
 
 @part
 def _select(values: Floats, first: int, last: int, k: int) -> None:
-    """Order the values from `first` to `last` so far that number k is in its place, none below it behind it."""
+    """Partially sort values `first` to `last` (quickselect): value k is in its place, no smaller one is after it."""
     while first < last:
         one, two, three = values[first], values[(first + last) // 2], values[last]
         pivot = max(min(one, two), min(max(one, two), three))
@@ -163,7 +160,7 @@ def _select(values: Floats, first: int, last: int, k: int) -> None:
 
 @kernel
 def median(values: Floats, n: int) -> float:
-    """The median of the first n, which changes places.
+    """Return the median of the first n values, which are reordered.
 
     >>> median(np.array([4.0, 1.0, 9.0, 2.0]), 4)
     3.0
@@ -180,7 +177,7 @@ def median(values: Floats, n: int) -> float:
 
 @kernel
 def median_deviation(values: Floats, n: int) -> float:
-    """The median absolute deviation of the first n, the lower of two; the values are lost.
+    """Return the (lower) median absolute deviation of the first n values, which are overwritten.
 
     >>> median_deviation(np.array([9.0, 1.0, 4.0, 10.0, 2.0]), 5)
     3.0

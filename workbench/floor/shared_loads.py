@@ -1,11 +1,12 @@
-"""A tile's load that passes from one foot to the next: when it does, and what each foot bears while both are down.
+"""Handover of a tile's load from one foot to the next: when it happens, and what each bears while both are down.
 
-Four vertical forces give a tile one force F and one centroid x, also under two feet (docs/models.md#one-foot-or-two):
+Four vertical forces give one force F and one centroid x, also if two feet are on the tile
+(docs/models.md#one-foot-or-two):
 
     F = F_1 + F_2,   F x = F_1 x_1 + F_2 x_2
 
-A foot that is about to leave rolls on as it did before the other came, and the other one is, as it comes down, where it
-goes on from once it is alone. With both places known, the force of each follows.
+The first foot is taken to roll on in a straight line, as before the second came; the second one is taken to be on the
+line that it follows once it is alone. With both places known, the force of each follows.
 """
 
 import math
@@ -17,48 +18,53 @@ from numpy.typing import NDArray
 from underfoot.floor.tracking import OFF_SHARE, ON_N
 
 JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.10, 0.06, 0.5, 0.15, 0.10, 0.25
-"""A load passes from foot to foot where its centroid goes `JUMP_M` in `JUMP_S`, or `SIDEWAYS_M` in a direction that is
-not the one in which it rolled (cosine below `SAME_WAY_COSINE`), and stays loaded for `STAYS_LOADED_S`; not in the first
-`HEEL_STRIKE_S`, when a heel that strikes becomes a foot."""
+"""A load is handed over if its centroid moves `JUMP_M` in `JUMP_S`, or `SIDEWAYS_M` in another direction than that in
+which it rolled (cosine below `SAME_WAY_COSINE`), and the tile stays loaded for `STAYS_LOADED_S`. Not in the first
+`HEEL_STRIKE_S`, in which the centroid moves from the heel to the whole foot."""
 
 FAR_JUMP_M, STRIKE_S = 0.26, 0.10
-"""In those a load passes on only if its centroid goes `FAR_JUMP_M`, further than from a heel to the middle of the
-rest; or `JUMP_M` if it was no heel: a heel that strikes bears `LOADED_N` within `STRIKE_S`."""
+"""In the first `HEEL_STRIKE_S` a load is handed over only if its centroid moves `FAR_JUMP_M`, further than from heel to
+middle of the rest; or `JUMP_M` if it was no heel, which would bear `LOADED_N` within `STRIKE_S`."""
 
 RISE_FACTOR, RISEN_JUMP_M = 1.5, 0.045
-"""Where the load meanwhile becomes so many times as large, `RISEN_JUMP_M` will do, if it is not the way from where its
-foot came down: somebody has stepped on."""
+"""If the load rises by `RISE_FACTOR` meanwhile, `RISEN_JUMP_M` is enough, unless the centroid moves on in the direction
+from where its foot came down."""
 
 HANDOVER_SHARE = 0.65
-"""It is the next foot's from this share of its way on: later than half, for the first foot is still on it."""
+"""Share of the jump at which the load becomes the next foot's: above a half, because the first foot is still there."""
 
 RELIEVED_SHARE, RELIEVED_MOVE_M = 0.3, 0.05
-"""A load passes on as well where its force falls below this share of what it was and rises again: elsewhere, by so
-much, or while a load beside it begins."""
+"""A load is also handed over if its force falls below `RELIEVED_SHARE` of its maximum and rises again, either
+`RELIEVED_MOVE_M` away or while a load beside it begins."""
 
 LOADED_N = 50.0
-"""Below this a centroid is too uncertain to tell anything."""
+"""Below this force a centroid is too uncertain to be used."""
 
 BOTH_FEET_S, SINGLE_FOOT_S = 0.20, 0.08
-"""Both feet are down for at most so long before and after a load has passed on; where a foot is and how it rolls is
-seen from so much of the time when it is alone."""
+"""Both feet are down for at most `BOTH_FEET_S` before and after a handover. The line of each is fitted to
+`SINGLE_FOOT_S` of the time when it is alone."""
 
 SECOND_FOOT_SHARE = 0.05
-"""A second foot surely is down from this share of the load on: a way that is continued is off by some."""
+"""Share of the load from which a second foot is certainly down; smaller ones may be errors of the first foot's line."""
 
 LEAST_SHARE = 1e-3
-"""No foot that shares a load bears less of it."""
+"""Smallest share of a load that a foot can bear."""
 
 _ROUNDS = 4
+"""Iterations between the interval in which both feet are down and the lines fitted outside it."""
+
+TIME, PLACE, FORCE = 0, slice(1, 3), 3
+"""Columns of a track, float64 [sample, column]: s, then x and y in m, then N."""
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class SharedLoad:
-    """Two feet on a tile, from `first_s`, when the second came down, to `last_s`, when the first left.
+    """Two feet on one tile, from `first_s`, when the second came down, to `last_s`, when the first left.
 
-    `places_m` (2, 2) is where the first is at `first_s` and the second at `last_s`; `speeds_m_s` (2, 2) how they roll.
+    `places_m` (2, 2) has the place of the first foot at `first_s` and of the second at `last_s`, `speeds_m_s` (2, 2)
+    their speeds.
     """
 
     first_s: float
@@ -67,29 +73,29 @@ class SharedLoad:
     speeds_m_s: Floats
 
     def feet_m(self, time_s: Floats) -> tuple[Floats, Floats]:
-        """Where the first and the second foot are at `time_s` (n,): shape (n, 2) each."""
+        """Return the places of the first and the second foot at `time_s` (n,): shape (n, 2) each."""
         first = self.places_m[0] + np.outer(time_s - self.first_s, self.speeds_m_s[0])
         second = self.places_m[1] + np.outer(time_s - self.last_s, self.speeds_m_s[1])
         return first, second
 
     def shares(self, time_s: Floats, centroid_m: Floats) -> tuple[Floats, Floats, Floats]:
-        """The share of the load that the second foot bears (n,), and the places of both (n, 2).
+        """Return the second foot's share of the load (n,), and the places of both (n, 2).
 
-        The places are moved alike by what the centroid lies off their line, so that both moments stay.
+        If the centroid is not on the line between them, both places are shifted to it, so that the moments are kept.
         """
         first, second = self.feet_m(time_s)
         way = second - first
         along = ((centroid_m - first) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-9)
-        # A foot that is down bears something: a place needs a force.
+        # Without force a foot would have no place.
         share = np.clip(along, LEAST_SHARE, 1.0 - LEAST_SHARE)
         off = centroid_m - first - share[:, None] * way
         return share, first + off, second + off
 
-    def part(self, rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.void], float]:
-        """The rows (n,) of a load as those of its two feet, while each is down, and what the second bore just before.
+    def split(self, rows: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.void], float]:
+        """Return the rows of each foot while it is down, and the second foot's force just before that.
 
-        At each sample the two sum to the load; where one is not down, the other bears it all. If they were not down
-        together, it is the second's from where that bears half.
+        `rows` (n,) are those of the load. At each sample the two forces sum to the load; a foot that is alone bears it
+        all. If both were never down together, the load is the second's from where it bears half.
         """
         share, first_m, second_m = self.shares(rows["time_s"], np.column_stack([rows["x_m"], rows["y_m"]]))
         first_n, second_n = (1.0 - share) * rows["force_n"], share * rows["force_n"]
@@ -107,10 +113,9 @@ class SharedLoad:
 
 
 def shared(track: Floats, at_s: float) -> SharedLoad:
-    """How the two feet of a load that passed on at `at_s` shared it. `track` (n, 4) is time, x, y and force, seconds,
-    metres and newtons, of both; it begins before `at_s` and ends behind it."""
-    time_s, places_m, force_n = track[:, 0], track[:, 1:3], track[:, 3]
-    first_s, last_s = at_s - 0.8 * BOTH_FEET_S, at_s + 0.7 * BOTH_FEET_S
+    """Return how two feet shared a load that was handed over at `at_s`, from its `track` before and after that."""
+    time_s, places_m, force_n = track[:, TIME], track[:, PLACE], track[:, FORCE]
+    first_s, last_s = at_s - 0.8 * BOTH_FEET_S, at_s + 0.7 * BOTH_FEET_S  # a first guess
     for _ in range(_ROUNDS):
         found = SharedLoad(
             first_s,
@@ -133,67 +138,67 @@ def shared(track: Floats, at_s: float) -> SharedLoad:
 
 
 def _line(track: Floats, begin_s: float, end_s: float, at_s: float) -> Floats:
-    """Place and speed (2, 2) at `at_s` of the straight way that suits a stretch of a track best."""
-    near = track[(track[:, 0] >= begin_s) & (track[:, 0] <= end_s)]
+    """Fit a straight line to a track between two times; return its place at `at_s` and its speed: shape (2, 2)."""
+    near = track[(track[:, TIME] >= begin_s) & (track[:, TIME] <= end_s)]
     if len(near) < 3:
-        near = track[np.argsort(np.abs(track[:, 0] - 0.5 * (begin_s + end_s)))[:3]]
-        return np.stack([np.average(near[:, 1:3], axis=0, weights=near[:, 3]), np.zeros(2)])
-    weight = near[:, 3] / near[:, 3].sum()
-    middle_s, middle_m = weight @ near[:, 0], weight @ near[:, 1:3]
-    since_s = near[:, 0] - middle_s
-    speed = (weight * since_s) @ (near[:, 1:3] - middle_m) / max(float(weight @ since_s**2), 1e-12)
-    if near[-1, 0] - near[0, 0] < 0.5 * SINGLE_FOOT_S:
-        speed = np.zeros(2)  # no way yet
+        near = track[np.argsort(np.abs(track[:, TIME] - 0.5 * (begin_s + end_s)))[:3]]
+        return np.stack([np.average(near[:, PLACE], axis=0, weights=near[:, FORCE]), np.zeros(2)])
+    weight = near[:, FORCE] / near[:, FORCE].sum()
+    middle_s, middle_m = weight @ near[:, TIME], weight @ near[:, PLACE]
+    since_s = near[:, TIME] - middle_s
+    speed = (weight * since_s) @ (near[:, PLACE] - middle_m) / max(float(weight @ since_s**2), 1e-12)
+    if near[-1, TIME] - near[0, TIME] < 0.5 * SINGLE_FOOT_S:
+        speed = np.zeros(2)  # too short for a speed
     return np.stack([middle_m + speed * (at_s - middle_s), speed])
 
 
 def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: bool = False) -> float | None:
-    """When the centroid of a load that began at `start_s` lately went from one foot to the next.
+    """Return when a load's centroid jumped from one foot to the next, in the last samples of its track; else None.
 
-    `touchdown_m` (2,) is where its foot came down, maybe on another tile. A load that began because it was `passed_on`
-    is not soon passed on again.
+    The load began at `start_s`; its foot came down at `touchdown_m` (2,), perhaps on another tile. A load that began
+    with a handover (`passed_on`) is not handed over again in its first `HEEL_STRIKE_S`.
     """
-    if track[-1, 0] - start_s < JUMP_S + STAYS_LOADED_S:
+    if track[-1, TIME] - start_s < JUMP_S + STAYS_LOADED_S:
         return None
-    time_s = track[:, 0]
+    time_s = track[:, TIME]
     begin, end = (
         np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S - JUMP_S),
         np.searchsorted(time_s, time_s[-1] - STAYS_LOADED_S),
     )
-    towards = track[end, 1:3] - track[begin, 1:3]
-    place_m, length_m = track[begin, 1:3], float(np.hypot(*towards))
+    towards = track[end, PLACE] - track[begin, PLACE]
+    place_m, length_m = track[begin, PLACE], float(np.hypot(*towards))
     if time_s[begin] < start_s + HEEL_STRIKE_S:
-        stays = np.hypot(*(track[end:, 1:3] - track[end, 1:3]).T).max() <= SIDEWAYS_M
+        stays = np.hypot(*(track[end:, PLACE] - track[end, PLACE]).T).max() <= SIDEWAYS_M
         if passed_on or not stays or length_m < (FAR_JUMP_M if _strikes(track, start_s) else JUMP_M):
             return None
-    moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, 1:3], towards))
-    risen = length_m >= RISEN_JUMP_M and track[end, 3] >= RISE_FACTOR * track[begin, 3]
-    # Part of a foot that lies beside a tile may press on it so lightly until another foot comes.
+    moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, PLACE], towards))
+    risen = length_m >= RISEN_JUMP_M and track[end, FORCE] >= RISE_FACTOR * track[begin, FORCE]
+    # The edge of a foot that is mostly on another tile may press this lightly until the next foot comes.
     least_n = ON_N if length_m >= FAR_JUMP_M else LOADED_N
-    on_both = length_m >= JUMP_M and track[begin:end, 3].min() >= ON_N and track[end:, 3].min() >= least_n
-    if track[begin:, 3].min() < LOADED_N and not on_both:
+    on_both = length_m >= JUMP_M and track[begin:end, FORCE].min() >= ON_N and track[end:, FORCE].min() >= least_n
+    if track[begin:, FORCE].min() < LOADED_N and not on_both:
         return None
     if not (moved or (risen and _is_aside(place_m - touchdown_m, towards))):
         return None
-    along = (track[begin : end + 1, 1:3] - track[begin, 1:3]) @ towards
+    along = (track[begin : end + 1, PLACE] - track[begin, PLACE]) @ towards
     return float(time_s[begin + int(np.argmax(along >= HANDOVER_SHARE * along[-1]))])
 
 
 def _strikes(track: Floats, start_s: float) -> bool:
-    """Whether a load began as a heel that strikes: soon it bears weight."""
-    return bool(track[: np.searchsorted(track[:, 0], start_s + STRIKE_S), 3].max(initial=0.0) >= LOADED_N)
+    """Return whether a load began with a heel strike: with weight within `STRIKE_S`."""
+    return bool(track[: np.searchsorted(track[:, TIME], start_s + STRIKE_S), FORCE].max(initial=0.0) >= LOADED_N)
 
 
 def _is_aside(rolled: Floats, towards: Floats) -> bool:
-    """Whether a centroid that rolled so far, and then goes `towards`, goes another way."""
+    """Return whether a centroid that has `rolled` by one vector moves `towards` another direction."""
     least_m = max(float(np.hypot(*rolled)), SIDEWAYS_M)
     return float(towards @ rolled) < SAME_WAY_COSINE * float(np.hypot(*towards)) * least_m
 
 
 def relief_time_s(track: Floats, begin_s: float) -> tuple[float, bool] | None:
-    """When, from `begin_s` on, a load was least between two that were much more, and whether it is elsewhere since."""
-    force_n = track[:, 3]
-    begin = int(np.searchsorted(track[:, 0], begin_s))
+    """Return the time of a minimum between two much larger forces, and whether the centroid moved; None without."""
+    force_n = track[:, FORCE]
+    begin = int(np.searchsorted(track[:, TIME], begin_s))
     if begin >= len(track):
         return None
     least = begin + int(force_n[begin:].argmin())
@@ -201,5 +206,5 @@ def relief_time_s(track: Floats, begin_s: float) -> tuple[float, bool] | None:
     if force_n[risen] < force_n[least] + LOADED_N or force_n[least] > RELIEVED_SHARE * most:
         return None
     was = track[:least][force_n[:least] >= max(LOADED_N, RELIEVED_SHARE * most)]
-    moved = len(was) > 0 and math.dist(track[risen, 1:3], was[-1, 1:3]) >= RELIEVED_MOVE_M
-    return float(track[least, 0]), moved
+    moved = len(was) > 0 and math.dist(track[risen, PLACE], was[-1, PLACE]) >= RELIEVED_MOVE_M
+    return float(track[least, TIME]), moved

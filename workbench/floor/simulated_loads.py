@@ -1,8 +1,8 @@
-"""The loads on a simulated floor: the corner forces of walkers and hands, as ideal sensors would read them.
+"""Loads on a simulated floor: corner forces of walkers and hands, as ideal sensors would measure them.
 
-A foot presses with heel and ball at once, in shares that put its centre where it rolls; each is a few points, and a
-point presses on the tile that it is on, which splits it over its corners bilinearly: forces and centroids are exact.
-A sole spans the gap between two tiles: a point over it presses on both edges, as a load on a beam does on its supports.
+A foot presses with heel and ball, in shares that give the centre of pressure of its roll. Each is a few points, and the
+force of a point is split bilinearly over the corners of the tile below it, so that forces and centroids are exact. A
+sole spans the gap between two tiles: a point above the gap presses on both edges, as a load on a beam on its supports.
 """
 
 import math
@@ -18,17 +18,17 @@ from underfoot.kernels import kernel, part
 from underfoot.models import gait
 
 HEEL, BALL, REACH = 0.12, 0.80, 0.06
-"""Middles of the two parts of the sole that press, and how far they reach, as fractions of the foot's length."""
+"""Centres of heel and ball, and half their length, as fractions of the foot's length."""
 _TOUCH_M = 1e-6
-"""Tiles that are nearer than this touch."""
+"""Tiles with a smaller gap touch."""
 _POINTS = 4
-"""Points by which each part of the sole presses."""
+"""Points in each of heel and ball."""
 _PHASES = 2048
 """Steps of phase in the table of a footfall's curves."""
 SPAN_M = 0.03
-"""The widest gap between tiles that a sole spans: half of a heel. What is over wider ones presses on the ground."""
+"""Widest gap between tiles that a sole spans: half of a heel. Points above a wider gap press on the ground."""
 HAND_SHARE = 0.12
-"""Share of the way that a pressing hand goes in one sample: a time constant of 8 ms at 1 kHz."""
+"""Share of its remaining change that a hand's force makes in one sample: a time constant of 8 ms at 1 kHz."""
 
 Floats = NDArray[np.float64]
 
@@ -49,21 +49,21 @@ FOOTFALL = np.dtype(
     ],
     align=True,
 )
-"""A footfall as kernels read it; its extremes are the first peak, the valley and the second peak. `number` counts the
-footfalls of a `person`, from 0."""
+"""Footfall as kernels read it. `extremes_n` are first peak, valley and second peak; `number` counts the footfalls of a
+`person` from 0."""
 
 FOOTING = np.dtype([("shift_m", np.float64), ("gap_m", np.float64, (2, 2))], align=True)
-"""How a tile takes a foot: how far shear shifts it (`walk`), and the gap at each side, [axis, towards -, +] of the
-tile's frame; 0 where no tile faces that side within `SPAN_M`."""
+"""Properties of a tile under a foot: the shift by shear (see `walk`), and the gap at each side, [axis, towards -, +] in
+the tile's frame; 0 at a side without a tile within `SPAN_M`."""
 
 HAND = np.dtype(
     [("x_m", np.float64), ("y_m", np.float64), ("target_n", np.float64), ("force_n", np.float64)], align=True
 )
-"""A hand on a tile: its place in the tile's frame, the force it goes to, and its force now."""
+"""Hand on a tile: position in the tile's frame, requested force, and present force."""
 
 
 def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]:
-    """The footfalls of several people in one order of time: shape (footfalls,) of `FOOTFALL`."""
+    """Return the footfalls of several people in order of time: shape (footfalls,) of `FOOTFALL`."""
     steps = [step for walk in walks for step in walk]
     table = np.zeros(len(steps), FOOTFALL)
     for name in ("start_s", "duration_s", "heel_x_m", "heel_y_m", "length_m", "breadth_m"):
@@ -79,7 +79,7 @@ def footfall_table(walks: Sequence[Sequence[gait.Footfall]]) -> NDArray[np.void]
 
 
 def footing_table(floor: Floor) -> NDArray[np.void]:
-    """How the tiles of a floor take feet: shape (tiles,) of `FOOTING`.
+    """Return the properties of tiles under feet: shape (tiles,) of `FOOTING`.
 
     >>> from underfoot.floor.layout import default_floor
     >>> footing_table(default_floor(1, 3))["gap_m"][1].round(3)
@@ -101,10 +101,10 @@ def footing_table(floor: Floor) -> NDArray[np.void]:
 
 
 def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np.float64]:
-    """Curves over the phase of a footfall, from 0 to 1: shape (3 + walkers, 2049).
+    """Return curves over the phase of a footfall, from 0 to 1: shape (3 + walkers, 2049).
 
-    The first three are the force per unit of first peak, valley and second peak. The force is linear in its extremes,
-    so that these hold every footfall's. The others are the rolls of the walkers' feet.
+    The first three are the force per unit of first peak, valley and second peak: a footfall's force is linear in these.
+    The others are the rolls of the walkers' feet.
     """
     phase = np.linspace(0.0, 1.0, _PHASES + 1)
     rolls = [gait.roll(phase, walker.roll_start, walker.roll_reach) for walker in walkers]
@@ -113,7 +113,7 @@ def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np
 
 @dataclass(frozen=True)
 class FeetDown:
-    """Whose foot is where, as the simulator knows: a row for each foot that bears weight and time, shape (n,) each.
+    """True feet of the simulator: one row per time and loaded foot, shape (n,) each.
 
     `footfall` is the row in the table of footfalls, `person` counts from 0; centre of pressure in the floor's frame.
     """
@@ -128,7 +128,7 @@ class FeetDown:
 
 
 def feet_down(footfalls: NDArray[np.void], curves: Floats, time_s: Floats, least_n: float = 0.0) -> FeetDown:
-    """The feet that bear more than `least_n` newtons at each of `time_s` (n,), ascending."""
+    """Return the feet with more than `least_n` newtons at each of `time_s` (n,), ascending."""
     found: list[tuple[NDArray[Any], ...]] = []
     phases = np.linspace(0.0, 1.0, _PHASES + 1)
     for row, step in enumerate(footfalls):
@@ -160,11 +160,12 @@ def walk(
     curves: Floats,
     footing: NDArray[np.void],
 ) -> None:
-    """Add to the first `count` of `forces_n` (n, tiles, 4) the footfalls at session frames `stamps`, over and over.
+    """Add the footfalls, repeated for ever, to the first `count` of `forces_n` (n, tiles, 4) at session frames
+    `stamps`.
 
     `plates` and `footing` (tiles,) are those of the floor, `curves` those of `gait_curves` for the people in the table.
-    A foot brakes, then pushes off: the place where vertical sensors see it is the tile's `shift_m` ahead of where it is
-    as it comes down, and as much behind as it leaves.
+    A foot brakes and then pushes off. This shear shifts the centroid that vertical sensors measure by the tile's
+    `shift_m`: forwards when the foot comes down, backwards when it leaves.
     """
     length_s = footfalls[-1].start_s + footfalls[-1].duration_s
     longest_s = 0.0
@@ -184,7 +185,7 @@ def walk(
 
 @kernel
 def press(forces_n: Floats, count: int, plates: NDArray[np.void], hands: NDArray[np.void]) -> None:
-    """Add the hands (tiles,) of `HAND` to the first `count` of `forces_n` (n, tiles, 4)."""
+    """Add the forces of hands (tiles,), of `HAND`, to the first `count` of `forces_n` (n, tiles, 4)."""
     for i in range(count):
         for k in range(len(plates)):
             hand = hands[k]
@@ -230,8 +231,7 @@ def _add_point_force(
     force_n: float,
     shift: tuple[float, float],
 ) -> None:
-    """A point force on the floor goes to the tile that it is on, over a gap to the edges about it (`_held`); elsewhere
-    it goes into the ground."""
+    """Add a point force: to the tile below it, or to the edges of a gap (`_held`); elsewhere it goes to the ground."""
     for k in range(len(plates)):
         along, across = _on_tile(plates[k], place)
         if abs(along) <= plates[k].half_m[0] and abs(across) <= plates[k].half_m[1]:
@@ -253,14 +253,14 @@ def _add_point_force(
 
 @part
 def _on_tile(plate: np.record, place: tuple[float, float]) -> tuple[float, float]:
-    """A place of the floor in a tile's frame."""
+    """Convert a place on the floor to a tile's frame."""
     dx, dy = place[0] - plate.centre_m[0], place[1] - plate.centre_m[1]
     return plate.axes[0, 0] * dx + plate.axes[0, 1] * dy, plate.axes[1, 0] * dx + plate.axes[1, 1] * dy
 
 
 @part
 def _held(plate: np.record, footing: np.record, along: float, across: float) -> float:
-    """The share of a load beside a tile that its edge bears: 1 at the edge, 0 at that of the tile across the gap."""
+    """Return the share of a load beside a tile that its edge bears: 1 at the edge, 0 at the tile across the gap."""
     share = 1.0
     for axis, at in ((0, along), (1, across)):
         beyond = abs(at) - plate.half_m[axis]
@@ -278,7 +278,7 @@ def _add_shifted(
     force_n: float,
     shift: tuple[float, float],
 ) -> None:
-    """A foot's force at a place of the tile's frame, where shear lets it be seen."""
+    """Add a foot's force at a place in the tile's frame, shifted by shear."""
     x = place[0] + shift_m * (plate.axes[0, 0] * shift[0] + plate.axes[0, 1] * shift[1])
     y = place[1] + shift_m * (plate.axes[1, 0] * shift[0] + plate.axes[1, 1] * shift[1])
     _add_to_corners(forces_n, plate, x, y, force_n)
@@ -286,7 +286,7 @@ def _add_shifted(
 
 @part
 def _add_to_corners(forces_n: Floats, plate: np.record, x: float, y: float, force_n: float) -> None:
-    """A force at (x, y) of a tile's frame, split bilinearly over sensors at the corners of an upright rectangle."""
+    """Add a force at (x, y) in the tile's frame, split bilinearly over sensors at the corners of a rectangle."""
     centre_x = centre_y = half_x = half_y = 0.0
     for j in range(4):
         centre_x += 0.25 * plate.sensors_m[j, 0]

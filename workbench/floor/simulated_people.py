@@ -1,7 +1,7 @@
-"""People who walk on a simulated floor: who they are, where they go, and the footfalls that come of it.
+"""People who walk on a simulated floor: their bodies, their paths, and their footfalls.
 
-They walk as bodies do that see each other: nobody steps to within `CLEARANCE_M` of somebody else. Whoever would, steps
-on the spot, and after a while goes elsewhere.
+They avoid each other: nobody steps to within `CLEARANCE_M` of another person. A person whose way is blocked steps on
+the spot, and after a while chooses another destination.
 """
 
 import heapq
@@ -19,32 +19,32 @@ from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
 
 PATHS = ("straight", "turn", "in-place", "random", "crossing")
-"""There and back along the floor; round and round; on the spot; to places that are drawn; through the floor's middle,
-there and back, each in a direction of their own."""
+"""Along the floor and back; round and round; on the spot; to random places; through the middle of the floor and back,
+with a direction for each person."""
 
 MOST_PEOPLE = 8
 
 CLEARANCE_M = 0.45
-"""Nearer than this, middle to middle, nobody steps to somebody else: shoulder breadth."""
+"""Least distance between the centres of two people: shoulder breadth."""
 
 PATIENCE = 3
-"""So many steps somebody waits on the spot before they go elsewhere."""
+"""Steps on the spot after which a person chooses another destination."""
 
 TURN_RAD = math.radians(60.0)
-"""The furthest that a body turns in one step."""
+"""Largest turn of a body in one step."""
 
 NEAR_M = 0.05
-"""A place is reached within this."""
+"""Distance at which a destination is reached."""
 
 BREADTH = 0.15
-"""How broadly heel and ball of drawn people press, of a foot's length: 2 cm to each side of the middle, in the mean."""
+"""Width over which heel and ball of drawn people press, as a share of the foot's length: about 2 cm to each side."""
 
 _INSET_M = 0.2
-"""Paths keep this far from the floor's edges."""
+"""Distance of paths from the floor's edges."""
 
 
 class Person(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Who walks, and along which of `PATHS`; `BadValue` for another.
+    """A walker, and one of `PATHS`; `BadValue` for any other path.
 
     >>> Person(path="sideways")
     Traceback (most recent call last):
@@ -59,9 +59,10 @@ class Person(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:
-    """So many different people (1 to 8) on paths of one kind: the first is the usual walker, the others are drawn.
+    """Return 1 to 8 different people on paths of one kind: the first is the default walker, the others are drawn.
 
-    From a child of 300 N with feet of 0.18 m to an adult of 1000 N with feet of 0.31 m; the smaller, the quicker.
+    They range from a child of 300 N with feet of 0.18 m to an adult of 1000 N with feet of 0.31 m; smaller people walk
+    at a higher cadence.
 
     >>> [round(person.walker.weight_n) for person in drawn_people(3, "random")]
     [700, 388, 866]
@@ -87,7 +88,7 @@ def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:
 
 
 def people_of(text: str) -> tuple[Person, ...]:
-    """The people of a description as targets have it, "people=2,path=crossing"; `BadValue` for anything else.
+    """Parse the people of a target, "people=2,path=crossing"; `BadValue` for anything else.
 
     >>> [person.path for person in people_of("people=2,path=crossing")]
     ['crossing', 'crossing']
@@ -109,10 +110,10 @@ def people_of(text: str) -> tuple[Person, ...]:
 def people_footfalls(
     people: Sequence[Person], floor: Floor, seconds: float, seed: int = 1
 ) -> list[list[gait.Footfall]]:
-    """The footfalls of each of `people` that begin before `seconds`, in order of time, the first at 0.2 s.
+    """Return the footfalls of each of `people` that begin before `seconds`, in order of time, the first at 0.2 s.
 
-    Those of a person depend on all others: they give way. The same seed gives the same walk, and a longer one begins
-    with it.
+    They depend on the other people, who are avoided. The same seed gives the same walk, and a longer walk begins with
+    it.
     """
     require(1 <= len(people) <= MOST_PEOPLE, "people", len(people), f"1 to {MOST_PEOPLE}")
     walks = [_Walk.of(person, number, len(people), floor, seed) for number, person in enumerate(people)]
@@ -131,7 +132,7 @@ def people_footfalls(
 def walk_round(
     floor: Floor, seconds: float, seed: int, walker: gait.Walker, path_m: Sequence[Point] = ()
 ) -> list[gait.Footfall]:
-    """The footfalls of one walker alone along a path, in the floor's frame, the first at 0.2 s.
+    """Return the footfalls of a single walker along a path, in the floor's frame, the first at 0.2 s.
 
     Without a path it is a rectangle halfway between the floor's middle and its edges, walked round and round, and steps
     are short where the floor is: on 2 x 2 tiles each foot lands on the next tile.
@@ -149,7 +150,7 @@ def walk_round(
 
 @dataclass
 class _Walk:
-    """Someone under way: where the body is, where it faces, and where it goes."""
+    """A person who walks: position and heading of the body, and the destinations."""
 
     walker: gait.Walker
     places: Iterator[NDArray[np.float64]]
@@ -170,7 +171,7 @@ class _Walk:
         return cls(person.walker, places, start, goal, heading, key)
 
     def step(self, now_s: float, others_m: Sequence[NDArray[np.float64]]) -> None:
-        """Set the next foot down, where the way is free; else beside the other one."""
+        """Take the next step, if the way is free; else put the foot beside the other one."""
         way = self.goal_m - self.place_m
         if float(np.hypot(*way)) <= NEAR_M:
             self.goal_m = next(self.places)
@@ -195,7 +196,7 @@ class _Walk:
         self.steps.append(gait.footfall_at(walker, place, len(self.steps), self.key, now_s))
 
     def _is_free(self, stride: NDArray[np.float64], others_m: Sequence[NDArray[np.float64]]) -> bool:
-        """Whether nobody is in the way; whoever has waited for long goes elsewhere."""
+        """Return whether the way is free; a person who has waited for `PATIENCE` steps gets another destination."""
         for other in others_m:
             now, then = (float(np.hypot(*(other - place))) for place in (self.place_m, self.place_m + stride))
             if then < min(now, CLEARANCE_M):
@@ -210,7 +211,7 @@ class _Walk:
 def _places(
     path: str, number: int, count: int, box_m: tuple[NDArray[np.float64], NDArray[np.float64]], key: np.uint64
 ) -> Iterator[NDArray[np.float64]]:
-    """Where someone goes, place after place, on a floor within the box (low, high)."""
+    """Yield a person's destinations on a floor within the box (low, high)."""
     low, high = box_m[0] + _INSET_M, box_m[1] - _INSET_M
     middle, half = (low + high) / 2.0, np.maximum((high - low) / 2.0, 0.0)
     share = (number + 0.5) / count

@@ -1,11 +1,11 @@
-"""The plates of a simulated floor while they play: from what each shaker is sent to what its tile does.
+"""Plates of a simulated floor in real time: from the drive of each shaker to the acceleration of its tile.
 
-A tile is its shaker, the shaker's compression, and the body of plate, frame, mounts and whoever stands on it
-(`models.tile`); `SimulatedTile.respond` is the same chain under a load that does not change. Here the load is the one
-that the force signals say. Nobody on it is one linear system; a foot is another for each place of a grid between the
-sensors. Where a foot stands, three of them play: those at the corners of the triangle of the grid that it stands in,
-each by its share, which moves with the foot. What a triangle has in common with the next one rings on, the rest of it
-begins at rest; another load, or a triangle further off, is faded to in 10 ms.
+A tile is a shaker, its compression, and a body of plate, frame, mounts and the person on it (`models.tile`).
+`SimulatedTile.respond` is the same chain under a constant load; here the load follows the force signals. The body is
+one linear system without load, and another for each place of a foot on a grid between the sensors. Under a foot three
+systems run, those at the corners of the grid triangle around it, weighted by its position (barycentric). When the foot
+moves to the next triangle, the systems in common continue and the others begin at rest. A change to another load, or to
+a triangle further away, is a crossfade of 10 ms.
 """
 
 import hashlib
@@ -31,15 +31,15 @@ from underfoot.models.tile import shaker
 from underfoot.models.tile.assembly import Assembly
 
 QUIET_M_S2 = 1e-9
-"""What a plate can still do when it is taken to be at rest."""
+"""Bound of the remaining acceleration below which a plate is set to rest."""
 STEPS = 8
-"""The grid of places of a foot has so many steps from the tile's middle to its sensors, both ways along each axis."""
+"""Steps of the grid of foot places from the tile's middle to its sensors, in each direction."""
 CORNERS = 3
-"""Systems that play at once: those of the corners of a triangle."""
+"""Systems that run at once: one for each corner of a triangle."""
 NEIGHBOURS = 0.95
-"""Of two triangles that share this much of what is heard, one follows the other without a fade."""
+"""Share of the output in systems common to two triangles from which the change needs no crossfade."""
 PlateOutput = Literal["accelerometer", "foot"]
-"""Where acceleration is taken: at the accelerometer, or under the foot, where it is 0 while nobody is there."""
+"""Point of measurement: the accelerometer, or the contact with the foot, which is 0 without a foot."""
 
 ROW = np.dtype(
     [
@@ -63,7 +63,7 @@ when the slot is faded to; how many frames of zero have come in, from which row 
 anything moves."""
 
 LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORNERS,))], align=True)
-"""What is on a tile: the systems that are to play, and their shares."""
+"""Load of a tile: the systems to run, and their weights."""
 
 _LONG_AGO = -(1 << 60)
 _CACHE = ArrayCache("plates", in_memory=4)
@@ -86,10 +86,10 @@ class PlateMemory(NamedTuple):
 
 
 class SimulatedPlates:
-    """The plates of `floor`, of the kind that `parameters` describe, each drawn by `seed` as `SimulatedTile` draws it.
+    """Plates of `floor` with these `parameters`, each with deviations drawn by `seed` as in `SimulatedTile`.
 
-    `channels[row]` is the output channel that a tile's shaker hangs on, or -1. `apply` writes float32 [frame, tile],
-    m/s^2, into `out`, which has room for `block` frames. `BadValue` for parts that cannot be built on a tile.
+    `channels[row]` is the output channel of a tile's shaker, or -1. `apply` writes m/s^2, float32 [frame, tile], to
+    `out`, which has `block` frames. `BadValue` for parts that do not fit on a tile.
     """
 
     def __init__(
@@ -131,22 +131,22 @@ class SimulatedPlates:
         self, drive: NDArray[np.float32], sounding: int, silent_since: NDArray[np.int64], signals: NDArray[np.float64],
         frame: int, at: int, n: int,
     ) -> None:  # fmt: skip
-        """Let `n` frames of `drive` [frame, channel], of full scale, from its row `at` on, move the plates.
+        """Drive the plates with `n` frames of `drive` [frame, channel], relative to full scale, from row `at` on.
 
-        The first is session frame `frame`. `sounding` tiles are not silent; `silent_since` has for each the frame since
-        which it is, -1 while it is not; `signals` [signal, tile, frame] are force, x and y of the same frames.
-        Allocates nothing.
+        The first is session frame `frame`. `sounding` is the number of tiles that are not silent, `silent_since` the
+        frame since which each tile is silent, or -1; `signals` [signal, tile, frame] are force, x and y of the same
+        frames. Allocates nothing.
         """
         if self._unsettled or sounding:  # else all of `out` is zero
             self._unsettled = _apply(self._where, drive, silent_since, signals, (frame, at, n))
 
     def awake(self) -> tuple[bool, ...]:
-        """Of each tile, whether anything moves."""
+        """Return for each tile whether anything moves."""
         return tuple(bool(awake) for awake in self._rows["awake"])
 
 
 def foot_places_m(tile: Tile) -> list[Point]:
-    """The grid of places of a foot on a tile, in its frame, y fastest.
+    """Return the grid of foot places on a tile, in its frame, y fastest.
 
     >>> from underfoot.floor.layout import default_floor
     >>> places = foot_places_m(default_floor(1, 1).tiles[0])
@@ -159,7 +159,7 @@ def foot_places_m(tile: Tile) -> list[Point]:
 
 
 def _edges_m(tile: Tile) -> Point:
-    """How far the sensors are from the tile's middle, along x and y."""
+    """Return the distance of the sensors from the tile's middle, along x and y."""
     return max(abs(x) for x, _ in tile.sensors_m), max(abs(y) for _, y in tile.sensors_m)
 
 
@@ -182,9 +182,9 @@ def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_
 
 
 def _systems(tile: Tile, parameters: TileParameters, measured_at: PlateOutput) -> list[Poles]:
-    """From a shaker's force to acceleration: with nobody on the tile, then with a foot at each of its places.
+    """Return the systems from a shaker's force to acceleration: without load, then with a foot at each place.
 
-    On a tile that is its own mirror image, feet at places that mirror each other are one foot, heard from elsewhere.
+    On a symmetric tile, feet at mirrored places give one system, measured at mirrored points.
     """
     place = parameters.accelerometer_m(tile)
     free = parameters.assembly(tile).poles(place)
@@ -205,9 +205,9 @@ def _systems(tile: Tile, parameters: TileParameters, measured_at: PlateOutput) -
 
 
 def _mirror(tile: Assembly, foot_m: Point) -> Callable[[Point], Point]:
-    """The reflection of a tile onto itself that brings a foot where both of its coordinates are positive, x the larger.
+    """Return the reflection that moves a foot to x >= y >= 0, as far as the tile is symmetric.
 
-    As much of it as mounts and shakers allow.
+    The tile is symmetric if its mounts and shakers are.
     """
 
     def keeps(reflected: Callable[[Point], Point]) -> bool:
@@ -222,7 +222,7 @@ def _mirror(tile: Assembly, foot_m: Point) -> Callable[[Point], Point]:
 
 
 def _coefficients(memories: list[Memory]) -> NDArray[np.float64]:
-    """[system, value]: how many poles a system's memory has, and from the second line on its coefficients."""
+    """Return [system, value]: the number of poles, and from the second cache line on the coefficients."""
     found = _zeros(len(memories), 1, LINE + max(len(memory.values) for memory in memories))[:, 0]
     for row, memory in zip(found, memories, strict=True):
         row[0], row[LINE : LINE + len(memory.values)] = memory.poles, memory.values
@@ -297,8 +297,7 @@ def _apply(
 
 @part
 def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: NDArray[np.float64]) -> None:
-    """Let a tile begin to play, under what is on it in the first frame in which it is sent anything; it has that load
-    until the next span."""
+    """Wake a tile at its first nonzero drive, with the load of that frame until the next span."""
     for i in range(len(force)):
         if force[i] != 0.0:
             row.awake = True
@@ -309,7 +308,7 @@ def _wake(row: np.record, load: np.record, force: NDArray[np.float64], signals: 
 
 @part
 def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> None:
-    """What is on a tile by its `signal`, force, x and y: nobody, or a foot between three places of the grid."""
+    """Find the load of a tile from its force, x and y: none, or a foot between three places of the grid."""
     load.systems[:] = -1
     load.shares[:] = 0.0
     if signal[0] == 0.0:
@@ -328,7 +327,7 @@ def _find_load(load: np.record, row: np.record, signal: NDArray[np.float64]) -> 
 
 @part
 def _take_load(row: np.record, load: np.record) -> None:
-    """Let a load be the one of the slot that plays, at once."""
+    """Set the load of the present slot, without a fade."""
     for corner in range(CORNERS):
         row.systems[row.slot, corner] = load.systems[corner]
         row.shares[row.slot, corner] = row.shares_before[row.slot, corner] = load.shares[corner]
@@ -336,7 +335,7 @@ def _take_load(row: np.record, load: np.record) -> None:
 
 @part
 def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], here: int) -> None:
-    """Move the shares of the systems that play; begin to fade to others, unless the last fade goes on."""
+    """Move the weights of the running systems, or begin a fade to others unless one is in progress."""
     slot = row.slot
     same = True
     for corner in range(CORNERS):
@@ -367,14 +366,15 @@ def _follow_load(row: np.record, load: np.record, states: NDArray[np.float64], h
 
 @part
 def _copy(values: NDArray[np.float64], to: NDArray[np.float64]) -> None:
-    """Copy values one by one: in Numba, assigning a slice brings the code for strings of its error."""
+    """Copy values one by one: assigning a slice would compile Numba's string functions."""
     for i in range(len(values)):
         to[i] = values[i]
 
 
 @part
 def _run(memory: PlateMemory, k: int, here: int, n: int) -> None:
-    """Let `n` frames of drive in the first buffer become acceleration there; at a span's end, look whether it rests."""
+    """Turn `n` frames of drive in the first buffer into acceleration; at the end of a span, put a quiet tile to
+    sleep."""
     row, buffers, bodies, body_states = memory.rows[k], memory.buffers, memory.bodies, memory.body_states
     force, now, before, one = buffers[0, :n], buffers[1, :n], buffers[2, :n], buffers[3, :n]
     zero_frames = row.zero_frames
@@ -411,7 +411,7 @@ def _run_systems(
     buffers: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     here: int,
 ) -> None:
-    """Run the systems of a slot over the force in the first buffer, and add them by their shares into the second."""
+    """Run the systems of a slot on the force in the first buffer; write their weighted sum to the second."""
     force, out, one = buffers
     past = here % SPAN
     out[:] = 0.0
@@ -429,7 +429,7 @@ def _run_systems(
 
 @part
 def _ring(row: np.record, bodies: NDArray[np.float64], states: NDArray[np.float64], motor: float) -> float:
-    """A bound of what a tile still does, m/s^2, of its systems and of the force that its shaker still gives."""
+    """Return a bound of the remaining acceleration, m/s^2, from the systems and the remaining force of the shaker."""
     rings = gain = 0.0
     for corner in range(CORNERS):
         number: int = row.systems[row.slot, corner]
@@ -443,6 +443,6 @@ def _ring(row: np.record, bodies: NDArray[np.float64], states: NDArray[np.float6
 
 @inlined
 def _system(state: NDArray[np.float64], coefficients: NDArray[np.float64]) -> tuple[Any, Any]:
-    """The memories of a system and of its state, which are as long as it has poles."""
+    """Return the memories of a state and of its system's coefficients, of the size for its poles."""
     count = int(coefficients[0])
     return _state_at(state, (count,)), _coefficients_at(coefficients[LINE:], (count,))

@@ -1,4 +1,4 @@
-"""The non-ideal sensors of a whole simulated floor, in real time: from the forces on its tiles to what is read."""
+"""Non-ideal sensors of a simulated floor in real time: from forces on its tiles to measured newtons."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -64,7 +64,7 @@ class SimulatedSensors:
         self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
 
     def read(self, forces_n: Floats, first: int, count: int, is_split: bool = False) -> None:
-        """Put in place of the first `count` of `forces_n` (n, tiles, 4) the newtons that are read of them.
+        """Replace the first `count` of `forces_n` (n, tiles, 4) by the measured newtons.
 
         `first` is the absolute number of the first sample. Forces are split bilinearly, or, if `is_split`, as a real
         plate did; a corner that would pull lifts off. Allocates nothing.
@@ -75,7 +75,7 @@ class SimulatedSensors:
 
 
 class _Arrays(NamedTuple):
-    """The sensors of a floor as the kernel reads them; the first axis is the tile, the second the sensor."""
+    """Sensors of a floor as the kernel reads them; the first axis is the tile, the second the sensor."""
 
     states: NDArray[np.void]  # (tiles, 4) of `fsr.STATE`
     coefficients: NDArray[np.void]  # (tiles, 4) of `fsr.COEFFICIENTS`

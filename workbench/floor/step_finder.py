@@ -1,4 +1,4 @@
-"""Contacts and footsteps in a stream of corner forces, chunk by chunk: what `monitor`, tables and recordings tell."""
+"""Contacts and footsteps in a stream of corner forces, chunk by chunk, for `monitor`, tables and recordings."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -14,14 +14,14 @@ from underfoot.floor.loss_concealment import LossConcealment
 from underfoot.floor.walks import WalkTracker
 
 CHUNK = 4096
-"""At most so many samples are looked at in one go."""
+"""Most samples per call."""
 
 
 @dataclass(frozen=True)
 class Detections:
-    """What a chunk of forces brought: contacts at their samples, footsteps that are over, and news for the person.
+    """Results of a chunk of forces: contacts at each sample, finished footsteps, messages to the user.
 
-    `finished` are the contacts that are over.
+    `finished` are the contacts that ended.
     """
 
     rows: ContactRows
@@ -41,7 +41,7 @@ class StepFinder:
         self._untared = np.zeros(len(floor.tiles), bool)
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Detections:
-        """The next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
+        """Process the next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
         if not np.isfinite(force_n).all():
             force_n = force_n.copy()
             self._concealment.fill(time_s, force_n, len(time_s))
@@ -51,7 +51,7 @@ class StepFinder:
         return Detections(followed.rows, self._counter.feed(followed.finished, now), finished=followed.finished)
 
     def ongoing(self) -> tuple[OngoingContact, ...]:
-        """The contacts at the latest sample, each with the person who stands there, if that is known."""
+        """Return the contacts at the latest sample, each with its person, if known."""
         person_at = self._counter.person_at
         return tuple(
             replace(contact, person=person_at(contact.start_s, (contact.x_m, contact.y_m)))
@@ -64,13 +64,13 @@ class StepFinder:
         return self._tracker.baseline_n
 
     def finish(self) -> Detections:
-        """What is known only when no more samples follow."""
+        """End the stream, and return the remaining results."""
         followed = self._tracker.finish()
         steps = self._counter.feed(followed.finished, math.inf) + self._counter.finish()
         return Detections(followed.rows, steps, finished=followed.finished)
 
     def warnings(self) -> list[str]:
-        """What the person should know of the data."""
+        """Return warnings about the data."""
         names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
         return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
 
@@ -78,7 +78,7 @@ class StepFinder:
 def find_steps(
     pieces: Iterable[tuple[NDArray[np.float64], NDArray[np.float64]]], floor: Floor, rate_hz: float
 ) -> Iterator[Detections]:
-    """What is found in pieces of a stream, each of times (n,) and corner forces (n, tiles, 4), until it ends."""
+    """Return the results of all pieces of a stream, each times (n,) and corner forces (n, tiles, 4)."""
     finder = StepFinder(floor, rate_hz)
     for time_s, force_n in pieces:
         for at in range(0, len(time_s), CHUNK):

@@ -1,9 +1,7 @@
-"""The kernels that follow the load on each tile: baselines, thresholds, centroids. `contacts.py` says what they do, and
-`feet.py` which loads are one foot's.
+"""Kernels that follow the load on each tile: baselines, thresholds, centroids. The rules are those of `contacts.py`.
 
-Everything here goes sample by sample, so that the result does not depend on how a stream is cut into chunks. All state
-is in a `TrackerMemory`. For baselines about 250 values a second are taken, each the mean of the samples since the one
-before.
+Samples are processed one by one, so that the result does not depend on how a stream is split into chunks. All state is
+in a `TrackerMemory`. Baselines use about 250 values a second, each the mean of the samples since the one before.
 """
 
 import math
@@ -29,8 +27,8 @@ ON_N, ON_SIGMAS, OFF_SHARE = 20.0, 5.0, 0.5
 """A contact begins at the larger of `ON_N` and `ON_SIGMAS` times the noise, and ends below `OFF_SHARE` of that."""
 
 GUARD_S, WINDOW_S, RENEW_S, RECENT_S, MINIMUM_S = 0.2, 2.0, 0.5, 0.1, 0.1
-"""A baseline leaves out the last `GUARD_S` and is of `WINDOW_S` before that, of `MINIMUM_S` at least; after a contact
-it waits for `RENEW_S` of quiet; a tare by hand is of the last `RECENT_S`."""
+"""A baseline excludes the last `GUARD_S`, and uses `WINDOW_S` before that, at least `MINIMUM_S`. After a contact it
+waits for `RENEW_S` of quiet. A manual tare uses the last `RECENT_S`."""
 
 BLIP_S = 0.05
 """A contact shorter than this does not end a quiet stretch: it may be noise that is larger than estimated so far."""
@@ -65,11 +63,11 @@ TILE = np.dtype(
     ],
     align=True,
 )
-"""What is known of a tile. `noise_n` is brought up to date when it matters: where `noise_of` is not 0 it is that of so
-many values of the ring, the latest of them at place `noise_at`. `sum_n` is of `summed` samples, those since the last
-that was taken for baselines. `quiet` counts its thinned quiet samples in a row and `need` is how many a baseline wants;
-an `unladen` tile's present sample is still to be counted. In contact: `token` numbers the loads of all tiles, and from
-`steady_s` on this one stayed between `low_n` and `high_n`."""
+"""State of a tile. `noise_n` is computed only when it is needed: if `noise_of` is not 0, it is that of this many values
+of the ring, which end at index `noise_at`. `sum_n` is the sum of the `summed` samples since the last thinned one.
+`quiet` is the number of consecutive quiet thinned samples, and `need` the number that a baseline requires; the present
+sample of an `unladen` tile is not counted yet. During a contact, `token` is the number of the load among those of all
+tiles, which since `steady_s` stayed between `low_n` and `high_n`."""
 
 STREAM = np.dtype(
     [
@@ -86,9 +84,9 @@ STREAM = np.dtype(
     ],
     align=True,
 )
-"""The stream of samples: how many there were, and the time of the last one; after `gap_s` without one there is a gap.
-Every `every`th sample is `taken` for baselines; `guard`, `first`, `renewal` and `recent` are lengths in those. `tokens`
-are the numbers given out."""
+"""State of the stream: number of samples, and time of the last one; `gap_s` without a sample is a gap. Samples are
+thinned for baselines, one of `every`; `taken` is their number so far, and `guard`, `first`, `renewal` and `recent` are
+times in thinned samples. `tokens` is the number of loads so far."""
 
 ROW = np.dtype(
     [
@@ -102,7 +100,7 @@ ROW = np.dtype(
     ],
     align=True,
 )
-"""A tile in contact at one sample; places in the floor's frame."""
+"""A tile in contact at one sample; position in the floor's frame."""
 
 BEGAN, ENDED = 0, 1
 EVENT = np.dtype(
@@ -117,19 +115,19 @@ EVENT = np.dtype(
     ],
     align=True,
 )
-"""A tile's load began (time and load of the sample before) or ended (its last time)."""
+"""Beginning or end of a tile's load: time and load of the sample before it began, or time of its last sample."""
 
 
 class TrackerMemory(NamedTuple):
-    """Everything that the kernels read and write beside the samples."""
+    """Everything that the kernels read and write besides the samples."""
 
     plates: NDArray[np.void]  # (tiles,) of `layout.PLATE`
     tiles: NDArray[np.void]  # (tiles,) of `TILE`
     stream: NDArray[np.void]  # (1,) of `STREAM`
-    ring: Floats  # (tiles, length, 5): the latest values for baselines: four sensors, and one sample's sum for noise
-    window: Floats  # (tiles, 4, n): those that count for the baseline, their middle in ascending order
+    ring: Floats  # (tiles, length, 5): thinned values of the four sensors, and the sum of one sample, for noise
+    window: Floats  # (tiles, 4, n): the values of the baseline, the middle ones in ascending order
     middles: NDArray[np.void]  # (tiles, 4) of `running_median.MIDDLE`
-    work: Floats  # (n,): room for values that are put in order
+    work: Floats  # (n,): working memory for medians
     rows: NDArray[np.void]  # (rows,) of `ROW`: written by `follow`
     events: NDArray[np.void]  # (events,) of `EVENT`: written by `follow`
 
@@ -173,15 +171,15 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
                     _slide(memory, k, newest, oldest)
             if not tile.on:
                 on_n = ON_N
-                if not abs(tile.load_n) < ON_N:  # only then it matters what the noise is
+                if not abs(tile.load_n) < ON_N:  # only then the noise matters
                     on_n = max(ON_N, ON_SIGMAS * _noise_n(memory, k))
                 if tile.load_n >= on_n:
                     happened = _begin(memory, k, now_s, before_n, on_n, gap, happened)
-                    if take and tile.quiet > 0:  # should it be no foot, the quiet has no hole
+                    if take and tile.quiet > 0:  # no gap in the quiet samples, if this is no foot
                         _slide(memory, k, newest, oldest)
                 elif not lost and tile.load_n <= -on_n:
                     _renew_if_negative(memory, k, now_s, take)
-                elif not lost:  # most samples: a call that takes all memory would cost more than all else
+                elif not lost:  # most samples: passing all memory to a function would cost more than all else
                     tile.negative_s = math.nan
                     tile.unladen = take
             if tile.on and not lost:
@@ -206,9 +204,9 @@ def join(
     force_n: Floats,
     on_tile: NDArray[np.bool_],
 ) -> int:
-    """Merge rows of tiles, whose feet are `feet` (n,), into rows of feet; returns how many there are.
+    """Merge rows of tiles, with the feet `feet` (n,), into rows of feet; return their number.
 
-    The rest are written: shape (n,), and (n, tiles) for `on_tile`, which must come in as all False.
+    The other arguments are outputs: (n,), and (n, tiles) for `on_tile`, which must be all False.
     """
     written, begin, first = 0, 0, 0
     for i in range(len(rows)):
@@ -234,7 +232,7 @@ def join(
 
 @kernel
 def end_all(memory: TrackerMemory) -> int:
-    """End every contact as the stream ends, out of sight; returns how many events that made."""
+    """End all contacts at the end of the stream, as cut; return the number of events."""
     happened = 0
     for k in range(len(memory.tiles)):
         if memory.tiles[k].on:
@@ -244,21 +242,21 @@ def end_all(memory: TrackerMemory) -> int:
 
 @kernel
 def renew_all(memory: TrackerMemory) -> None:
-    """Take what every tile read in the last 0.1 s as its baseline; contacts end with the next sample."""
+    """Set all baselines to the readings of the last 0.1 s; contacts end with the next sample."""
     for k in range(len(memory.tiles)):
         _renew(memory, k, memory.stream[0].taken)
 
 
 @kernel
 def bring_up_noise(memory: TrackerMemory) -> None:
-    """Find out the noise of each tile as it is now."""
+    """Compute the present noise of each tile."""
     for k in range(len(memory.tiles)):
         _noise_n(memory, k)
 
 
 @part
 def _weigh(tile: np.record, force_n: Floats) -> None:
-    """The load on the tile; and the sample is added to the mean that goes into the baseline."""
+    """Compute the load on the tile, and add the sample to the mean for the baseline."""
     total, load_n = force_n[0] + force_n[1] + force_n[2] + force_n[3], 0.0
     for sensor in range(4):
         load_n += force_n[sensor] - tile.base_n[sensor]
@@ -271,7 +269,7 @@ def _weigh(tile: np.record, force_n: Floats) -> None:
 
 @part
 def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
-    """The centroid of the tile's load, in the floor's frame."""
+    """Compute the centroid of the tile's load, in the floor's frame."""
     x, y = 0.0, 0.0
     for sensor in range(4):
         force = force_n[sensor] - tile.base_n[sensor]
@@ -285,7 +283,7 @@ def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
 
 @part
 def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
-    """Put the mean since the last one, and the sum of this sample, into a slot of the ring."""
+    """Store the mean since the last thinned sample, and the sum of this sample, in a slot of the ring."""
     slot[4] = 0.0
     for sensor in range(4):
         slot[sensor] = tile.sum_n[sensor] / tile.summed if tile.summed > 0 else math.nan
@@ -296,7 +294,7 @@ def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
 
 @part
 def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: NDArray[np.void], written: int) -> int:
-    """Write a row for each tile in contact, from the number `written` on; returns how many there are."""
+    """Append a row for each tile in contact to the first `written`; return the new number."""
     for k in range(len(tiles)):
         tile = tiles[k]
         if tile.on:
@@ -309,7 +307,7 @@ def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: 
 
 @part
 def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: float, gap: bool, happened: int) -> int:
-    """Begin a contact of tile k, whose load was `before_n` a sample ago."""
+    """Begin a contact on tile k, whose load was `before_n` one sample ago; return the new number of events."""
     tile, stream = memory.tiles[k], memory.stream[0]
     cut = gap or tile.untared or stream.count == 0
     tile.on = True
@@ -323,7 +321,7 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
 
 @part
 def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
-    """End the contact of tile k."""
+    """End the contact on tile k; return the new number of events."""
     tile, stream = memory.tiles[k], memory.stream[0]
     tile.on = False
     if tile.quiet == 0:
@@ -334,7 +332,7 @@ def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int)
 
 @part
 def _is_settled(tile: np.record, now_s: float) -> bool:
-    """Whether a load too small for a foot has been steady for so long that it must be a residue."""
+    """Return whether a load too small for a foot has been steady for `SETTLED_S`, so that it must be a residue."""
     steady_n = max(SETTLED_N, SETTLED_SIGMAS * tile.noise_n)
     low_n, high_n = min(tile.low_n, tile.load_n), max(tile.high_n, tile.load_n)
     if high_n - low_n > steady_n or high_n >= (TARE_N if tile.untared else tile.off_n / OFF_SHARE):
@@ -347,7 +345,7 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
 
 @part
 def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) -> None:
-    """Tile k reads less than nothing: after a while it takes that as its baseline."""
+    """Set the baseline of tile k, which has a negative load, after `NEGATIVE_S`."""
     tile = memory.tiles[k]
     _forget_quiet(memory, k)
     if math.isnan(tile.negative_s):
@@ -358,7 +356,7 @@ def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) 
 
 @part
 def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
-    """Let the present sample of each unladen tile into its baseline."""
+    """Update the baselines of unladen tiles with the present sample."""
     for k in range(len(memory.tiles)):
         tile = memory.tiles[k]
         if not tile.unladen:
@@ -377,7 +375,7 @@ def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
 
 @inlined
 def _window_ends(memory: TrackerMemory) -> tuple[int, int]:
-    """Where in the rings the value is that comes into the windows with the present sample, and the one that goes."""
+    """Return the indices in the rings of the values that enter and leave the windows with the present sample."""
     stream, places = memory.stream[0], memory.ring.shape[1]
     newest = stream.taken - stream.guard
     return newest % places, (newest - memory.window.shape[2]) % places
@@ -385,10 +383,7 @@ def _window_ends(memory: TrackerMemory) -> tuple[int, int]:
 
 @inlined
 def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
-    """Count a quiet sample of tile k, and let the one that is `guard` older into the baseline.
-
-    Returns how many that has.
-    """
+    """Count a quiet sample of tile k, and add the one that is `guard` older to the baseline; return its size."""
     tile, window = memory.tiles[k], memory.window[k]
     length = window.shape[1]
     had = min(tile.quiet - memory.stream[0].guard, length)
@@ -396,19 +391,19 @@ def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     if had < 0:
         return 0
     for sensor in range(4):
-        middle, comes, goes = memory.middles[k, sensor], memory.ring[k, newest, sensor], memory.ring[k, oldest, sensor]
+        middle, new, old = memory.middles[k, sensor], memory.ring[k, newest, sensor], memory.ring[k, oldest, sensor]
         if had < length:
             if had == 0:
                 begin(middle)
-            insert(middle, window[sensor], comes)
-        elif comes != goes:
-            exchange(middle, window[sensor], goes, comes)
+            insert(middle, window[sensor], new)
+        elif new != old:
+            exchange(middle, window[sensor], old, new)
     return min(had + 1, length)
 
 
 @part
 def _noise_n(memory: TrackerMemory, k: int) -> float:
-    """The noise of tile k, as it was when its baseline was last moved."""
+    """Return the noise of tile k at the last update of its baseline."""
     tile, n = memory.tiles[k], memory.tiles[k].noise_of
     if n > 0:
         copy_latest(memory.ring[k, :, 4], tile.noise_at, memory.work, n)
@@ -421,21 +416,21 @@ def _noise_n(memory: TrackerMemory, k: int) -> float:
 
 @part
 def _forget_quiet(memory: TrackerMemory, k: int) -> None:
-    """The quiet of tile k is over; its noise is found out while the ring holds the values that it is of."""
+    """End the quiet time of tile k; its noise is computed now, while the ring has the values."""
     _noise_n(memory, k)
     memory.tiles[k].quiet = 0
 
 
 @part
 def _renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
-    """Renew the baseline with the present sample, which the count of taken samples does not hold yet."""
+    """Renew the baseline, including the present sample, which the number of thinned samples does not include yet."""
     _renew(memory, k, memory.stream[0].taken + (1 if take else 0))
     memory.tiles[k].load_n = 0.0
 
 
 @part
 def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
-    """Take what tile k read in the last 0.1 s as its baseline; a contact on it ends with the next sample."""
+    """Set the baseline of tile k to its readings of the last 0.1 s; a contact on it ends with the next sample."""
     tile, ring, stream, values = memory.tiles[k], memory.ring[k], memory.stream[0], memory.work
     _forget_quiet(memory, k)
     for sensor in range(4):
@@ -454,7 +449,7 @@ def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
 
 @part
 def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, load_n: float, cut: bool, happened: int) -> int:
-    """Write the event number `happened`, of tile k and the present sample; returns how many there are."""
+    """Write an event of tile k at the present sample after the first `happened`; return the new number."""
     event, tile = memory.events[happened], memory.tiles[k]
     event.kind, event.sample, event.token = kind, memory.stream[0].count, tile.token
     event.tile, event.time_s, event.load_n, event.cut = k, time_s, load_n, cut

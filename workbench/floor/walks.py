@@ -1,9 +1,8 @@
-"""Who walks: footsteps of persons, each with its side and how it follows the one before.
+"""Assignment of footsteps to persons, and the side and step measures of each footstep.
 
-A person is known from one footstep to the next, through the swing phase, by where the next step is due and when, and by
-what two steps of one person have in common: the mean force, which is the weight borne, and the time on the ground.
-Steps of several people that end within 0.4 s are given to them together, so that all suit best. A person who has not
-been seen for three seconds is somebody new.
+A person's next footstep is predicted in place and time, and compared in what two steps of one person have in common:
+the mean force, which depends on weight, and the stance time. Steps that end within 0.4 s of each other are assigned to
+several persons jointly, at the least total cost. After three seconds without a step a person counts as a new one.
 """
 
 import math
@@ -20,65 +19,73 @@ from underfoot.floor.footsteps import LEAST_N, LONGEST_S, PATH_N, SHORTEST_S, St
 from underfoot.floor.layout import Floor
 
 EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
-"""The next step of a person begins this much later at least and, where one or more were not seen, at most; each step is
-at most so far from the one before."""
+"""Least and greatest time to the next step of a person, of which some may not have been seen; longest step."""
 
 THIRD_FOOT_S = 0.15
-"""Two feet of a person may be down at once, never three: the last but one has left by this after the next has come."""
+"""Longest time for which the foot before the last may stay down after the next has come down."""
 
 DEFAULT_STEP_S = 0.55
-"""The time of a step before a person's own is known: 109 a minute."""
+"""Step time until a person's own is known: 109 steps per minute."""
 
 PLACE_SD_M, TURN_PLACE_SD_M, TURN_COST = 0.20, 0.45, 3.0
-"""Deviation of a step from where it is due; and, for whoever turns, from the last one, at a cost of `TURN_COST`
-besides."""
+"""Standard deviation of a step's place from its prediction or, at an additional `TURN_COST`, from the last step's
+place, for a person who turns."""
 
 STEP_TIME_SD, FORCE_SD, STANCE_SD = 0.12, 0.06, 0.08
-"""Relative deviations of a person's step time, of the mean force, and of the time on the ground."""
+"""Relative standard deviations of a person's step time, mean force and stance time."""
+
+FEW_TIMED_STEPS, FEW_TIMED_FACTOR, FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 2, 3.0, 3, 2.0
+"""Standard deviations of the step time are multiplied by `FEW_TIMED_FACTOR` while fewer than `FEW_TIMED_STEPS` steps of
+a person are known; those of force and stance by `FEW_WEIGHED_FACTOR` below `FEW_WEIGHED_STEPS`."""
+
+MISSED_STEP_COST, LOST_STEPS = 2.0, 1.6
+"""Cost of each step that was not seen; step times without a step after which a walk counts as lost."""
 
 SAME_PERSON_SD, LAST_COMPARED_STEP, MOST_STRAY_STEPS = 2.5, 10, 5.0
-"""Somebody who comes where another was lost is the other one if their steps are within `SAME_PERSON_SD` deviations of
-each other; asked for their second to `LAST_COMPARED_STEP`th step. The other one's may have seemed to go on for
-`MOST_STRAY_STEPS` steps."""
+"""A new walk continues one that was lost before if their steps differ by at most `SAME_PERSON_SD` standard deviations.
+This is checked from its second to its `LAST_COMPARED_STEP`th step. The lost walk may have got up to `MOST_STRAY_STEPS`
+steps that were not its own."""
 
 RECENT_STEPS, MEMORY_WEIGHT, SWAP_THRESHOLD = 4, 0.06, 9.0
-"""Two persons were taken for each other where the last `RECENT_STEPS` steps of each are like the other's of before, in
-which a step counts `MEMORY_WEIGHT`, and so much so: by the sum of squared deviations."""
+"""Two persons were confused if the last `RECENT_STEPS` steps of each are more like the earlier average of the other, by
+`SWAP_THRESHOLD` in the sum of squared deviations. A step has the weight `MEMORY_WEIGHT` in that average."""
 
 MOST_PLACE_COST, MOST_LOAD_COST, NEW_PERSON_COST = 12.0, 17.0, 24.0
-"""A step that is late, or elsewhere, costs no more than the first, one that is borne otherwise no more than the second:
-two feet on a tile make odd steps. Beyond the third it is somebody else's."""
+"""Greatest costs of a wrong time or place, and of a different force or stance; limited, because two feet on one tile
+make unusual steps. A step that costs more than `NEW_PERSON_COST` is that of a new person."""
 
 PROGRESS_M, ROLL_M, LEAST_OFFSET_M, FEET_AGREE_RAD = 0.15, 0.05, 0.01, math.radians(35.0)
-"""Sides are told from steps that go on by this, feet that roll by this and point the same way within `FEET_AGREE_RAD`,
-and offsets to the side of this, at least."""
+"""Sides are determined from steps of at least this length, feet that roll at least this far in directions that agree
+within `FEET_AGREE_RAD`, and lateral offsets of at least this."""
 
 TOE_OUT_VOTE_M, LEAST_UNEVEN_TURN_RAD, MOST_UNEVEN_TURN_RAD = 0.01, math.radians(10.0), math.radians(45.0)
-"""Of who turns by more than that at each step, to one side, toes that point outwards make every other turn larger, by
-`LEAST_UNEVEN_TURN_RAD` to `MOST_UNEVEN_TURN_RAD`: a vote of `TOE_OUT_VOTE_M`, which a step that goes on outweighs."""
+"""In a turn by more than `FEET_AGREE_RAD` at each step, feet that point outwards make every other turn larger, by
+`LEAST_UNEVEN_TURN_RAD` to `MOST_UNEVEN_TURN_RAD`. This is a vote of `TOE_OUT_VOTE_M`; one straight step outweighs
+it."""
 
 SIDE_VOTE_DECAY = 0.85
-"""How much an older step counts for the side, beside the next."""
+"""Weight of older votes for the side, at each step."""
 
 SIDE_DECIDED_S, LATE_S = 0.8, 1.0
-"""A step waits so long, after its end, for the next one to tell its side; contacts are told of up to `LATE_S` late."""
+"""Time after its end for which a step waits for its side; longest delay with which contacts arrive."""
 
 SIMULTANEOUS_SHARE, SIMULTANEOUS_S, MOST_SIMULTANEOUS = 0.75, 0.4, 5
-"""Footfalls that begin and end within this share of the quickest walker's step are of different persons, at most so
-long: whose they are is told together, of `MOST_SIMULTANEOUS` at once. One that stays long, or that the stream's end
-cuts, ends with the one before it or behind it of the same person, which began a step away."""
+"""Footfalls that begin and end within `SIMULTANEOUS_SHARE` of the shortest step time, at most `SIMULTANEOUS_S`, are of
+different persons; up to `MOST_SIMULTANEOUS` are assigned jointly. The beginnings count because a long stance, or the
+end of the stream, can let two footfalls of one person end together."""
 
 LEARNING_RATE, MOST_RATIO = 0.25, 1.25
-"""How much a new step counts for what is usual of a person, and by which factor it may differ."""
+"""Weight of a new step in a person's averages, and the factor to which its deviation is limited."""
 
 
 class WalkTracker:
-    """Turns contacts, in the order in which they ended, into numbered steps of persons, with sides.
+    """Turns contacts, in the order of their ends, into numbered steps of persons, with sides.
 
-    A person's steps alternate. Which is which is told by how far each lies to the side of the last, seen along the way
-    in which both feet rolled, or else from the step before last. Among several people it is told whose a step is 0.4 s
-    after its end, with the others that ended meanwhile. A step is given out as soon as its side is known, or 1.8 s
-    after its end, 2.2 s among several people; the result does not depend on how contacts are cut into calls.
+    A person's steps alternate between left and right. The side follows from the lateral offset of each step from the
+    last, across the direction in which both feet rolled or, without one, that from the step before the last. Among
+    several people a step is assigned 0.4 s after its end, with the others that ended meanwhile. It is returned when its
+    side is known, at the latest 1.8 s after its end, 2.2 s among several people. The result does not depend on how
+    contacts are split into calls.
     """
 
     def __init__(self, floor: Floor) -> None:
@@ -90,7 +97,7 @@ class WalkTracker:
         self._waiting: deque[_Footfall] = deque()
 
     def feed(self, contacts: Iterable[Contact], now_s: float) -> list[Step]:
-        """The steps known by now: `contacts` ended since the last call, and `now_s` is the latest sample's time."""
+        """Take `contacts` that ended since the last call; return the steps that are decided at the time `now_s`."""
         steps: list[Step] = []
         for contact in contacts:
             if (
@@ -104,11 +111,12 @@ class WalkTracker:
         return steps + self._place_until(now_s - LATE_S) + self._decided_steps(now_s - LATE_S - self._together_s())
 
     def finish(self) -> list[Step]:
-        """The steps that still waited for their side."""
+        """Return the remaining steps at the end of the stream."""
         return self._place_until(math.inf) + self._decided_steps(math.inf)
 
     def person_at(self, start_s: float, place_m: tuple[float, float]) -> int:
-        """The person whose next step a contact would be that began then and is there now; 0 for nobody known."""
+        """Return the person whose next step a present contact probably is, from its beginning and place; 0 if
+        unknown."""
         costs = {walk.person: walk.placement_cost(start_s, np.array(place_m)) for walk in self._walks}
         known = {person: cost for person, cost in costs.items() if cost < NEW_PERSON_COST}
         return min(known, key=lambda person: known[person]) if known else 0
@@ -123,7 +131,7 @@ class WalkTracker:
         return steps
 
     def _place_until(self, now_s: float) -> list[Step]:
-        """Place the footfalls of which all that ended soon after are known; the steps that are known by that."""
+        """Assign the footfalls for which all that ended soon after are known; return the steps decided by that."""
         steps = []
         while self._due:
             footfall, near_s = self._due[0], self._together_s()
@@ -141,14 +149,14 @@ class WalkTracker:
         return steps
 
     def _together_s(self) -> float:
-        """Footfalls that end within so long are of different persons."""
+        """Return the time within which the ends of two footfalls are those of different persons."""
         if len(self._walks) < 2:
             return 0.0  # nothing to choose from
         return min(SIMULTANEOUS_SHARE * min(walk.step_s for walk in self._walks), SIMULTANEOUS_S)
 
     def _place(self, footfall: "_Footfall", together: Sequence["_Footfall"]) -> None:
-        """The footfall, the first of those that ended `together`, as the next one of whoever it suits best, with all of
-        these, or as the first of somebody new."""
+        """Assign a footfall, the first of those that ended `together`, to a walk or to a new one, by the least total
+        cost of all of them."""
         self._walks = [walk for walk in self._walks if footfall.end_s - walk.last.end_s <= LOST_AFTER_S + LONGEST_S]
         costs = [[walk.cost(one) for walk in self._walks] for one in together[:MOST_SIMULTANEOUS]]
         place = _best_assignment(costs)[1]
@@ -170,7 +178,7 @@ class WalkTracker:
             if (gain := walk.swap_score(other)) > SWAP_THRESHOLD
         ]
         if swap_score:
-            # What could be told before stays as it was, whether or not it was asked for.
+            # Steps that could have been returned before keep their person.
             for earlier in self._waiting:
                 earlier.person = earlier.person or (earlier.walk.person if earlier.walk else 0)
             walk.swap(self._walks[max(swap_score)[1]])
@@ -178,7 +186,7 @@ class WalkTracker:
 
 @dataclass(eq=False)
 class _Footfall:
-    """A footfall in a walk: when and where it was, in metres, how the foot rolled, and the mean force."""
+    """A footfall of a walk: time, place, roll of the foot, and mean force."""
 
     step: Step
     start_s: float
@@ -228,9 +236,11 @@ class _Footfall:
 
 @dataclass(eq=False)
 class _Walk:
-    """Someone who walks: the last three footfalls, what is usual of them, and how far the even ones lie to the left of
-    the odd ones, summed. `load_features` are the last steps, and `average_features` is what those before were,
-    `remembered_steps` in number."""
+    """A walking person: the last three footfalls, averages of their measures, and votes for the side.
+
+    `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `load_features` are
+    those of the last steps, `average_features` the mean of the `remembered_steps` before. `seen` counts whole steps.
+    """
 
     person: int
     steps: deque[_Footfall] = field(default_factory=lambda: deque(maxlen=3))
@@ -249,7 +259,7 @@ class _Walk:
         return self.steps[-1]
 
     def placement_cost(self, start_s: float, place_m: NDArray[np.float64]) -> float:
-        """What it costs to say that the next foot came down then and there; infinite where it cannot be."""
+        """Return the cost of a next step with this beginning and place; infinite if it is impossible."""
         last = self.last
         later_s = start_s - last.start_s
         missed = self._steps_in(start_s) - 1
@@ -258,33 +268,33 @@ class _Walk:
             return math.inf
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
-        uncertain = 3.0 if self.seen < 2 else 1.0
+        uncertain = FEW_TIMED_FACTOR if self.seen < FEW_TIMED_STEPS else 1.0
         late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * uncertain * self.step_s)
         if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
-            late = 0.0  # whoever stood, sets off when they like
+            late = 0.0  # a person who stood can leave at any time
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
         place = min((off_m / PLACE_SD_M) ** 2, (way_m / TURN_PLACE_SD_M) ** 2 + TURN_COST)
-        return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + 2.0 * missed
+        return min(late**2, MOST_PLACE_COST) + min(place, MOST_PLACE_COST) + MISSED_STEP_COST * missed
 
     def cost(self, footfall: _Footfall) -> float:
-        """`placement_cost`, and how unlike the person's others the footfall is."""
+        """Return `placement_cost`, plus the cost of the footfall's difference from the person's averages."""
         total = self.placement_cost(footfall.start_s, footfall.place_m)
         if math.isfinite(total) and footfall.is_whole and self.seen:
-            uncertain = 2.0 if self.seen < 3 else 1.0
+            uncertain = FEW_WEIGHED_FACTOR if self.seen < FEW_WEIGHED_STEPS else 1.0
             force = math.log(footfall.force_n / self.force_n) / (FORCE_SD * uncertain)
             stance = math.log(footfall.stance_s / self.stance_s) / (STANCE_SD * uncertain)
             total += min(force**2 + stance**2, MOST_LOAD_COST)
         return total
 
     def dissimilarity(self, other: "_Walk") -> float:
-        """How far two walks' forces and times are apart, in standard deviations."""
+        """Return the difference of two walks' forces and stance times, in standard deviations."""
         theirs = other.average_features if other.remembered_steps else _load_features(other.force_n, other.stance_s)
         return float(np.hypot(*(_load_features(self.force_n, self.stance_s) - theirs)))
 
     def may_continue(self, other: "_Walk") -> bool:
-        """Whether this walk began where another was lost sight of, by somebody alike."""
+        """Return whether this walk can be the continuation of another one that was lost."""
         began_s = self.first_s
-        lost = self.last.start_s - other.last.start_s > 1.6 * other.step_s
+        lost = self.last.start_s - other.last.start_s > LOST_STEPS * other.step_s
         return bool(
             lost
             and 2 <= self.seen <= LAST_COMPARED_STEP
@@ -296,7 +306,7 @@ class _Walk:
         )
 
     def swap_score(self, other: "_Walk") -> float:
-        """By how much both are more like each other, lately, than like themselves: squared deviations."""
+        """Return by how much the squared deviations from the earlier averages would fall if both were exchanged."""
         if (
             other is self
             or min(len(self.load_features), len(other.load_features)) < RECENT_STEPS
@@ -310,14 +320,14 @@ class _Walk:
         )
 
     def swap(self, other: "_Walk") -> None:
-        """This is the other's person, and the other is this one's."""
+        """Exchange the persons of two walks."""
         self.person, other.person = other.person, self.person
         self.first_s, other.first_s = other.first_s, self.first_s
         self.average_features, other.average_features = other.average_features, self.average_features
         self.remembered_steps, other.remembered_steps = other.remembered_steps, self.remembered_steps
 
     def _remember(self, footfall: _Footfall) -> None:
-        """A step among the last ones; the one that no longer is teaches what is usual of the person."""
+        """Add a step to the recent ones; the oldest of these goes into the average."""
         if len(self.load_features) == RECENT_STEPS:
             self.remembered_steps += 1
             self.average_features = self.average_features + max(MEMORY_WEIGHT, 1.0 / self.remembered_steps) * (
@@ -326,12 +336,13 @@ class _Walk:
         self.load_features.append(_load_features(footfall.force_n, footfall.stance_s))
 
     def continues(self, other: "_Walk") -> None:
-        """This is the person of another walk."""
+        """Take over the person of another walk."""
         self.person, self.first_s = other.person, other.first_s
         self.average_features, self.remembered_steps = other.average_features, other.remembered_steps
         self.seen = max(self.seen, LAST_COMPARED_STEP + 1)
 
     def take(self, footfall: _Footfall) -> None:
+        """Append a footfall, and update the averages."""
         footfall.walk = self
         self.first_s = min(self.first_s, footfall.start_s)
         if self.steps:
@@ -350,7 +361,7 @@ class _Walk:
         self.steps.append(footfall)
 
     def _follow(self, footfall: _Footfall) -> None:
-        """The figures of a step that came next after the last, and its vote for the sides."""
+        """Compute the measures of a step that follows the last one, and add its vote for the side."""
         last = self.last
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
@@ -374,12 +385,12 @@ class _Walk:
         )
 
     def _direction(self, footfall: _Footfall) -> NDArray[np.float64]:
-        """The direction of the walk from the last footfall to this one; 0 where it has no clear one."""
+        """Return the direction of walking from the last footfall to this one; zeros if it is not clear."""
         last = self.last
         if min(float(np.hypot(*one.roll_m)) for one in (last, footfall)) >= ROLL_M:
             if abs(_angle_between(last.roll_m, footfall.roll_m)) > FEET_AGREE_RAD:
                 return np.zeros(2)
-            # Toes that point outwards point to both sides and cancel.
+            # Feet that point outwards do so on both sides, which cancels.
             along = last.roll_m + footfall.roll_m
         elif len(self.steps) > 1:
             along = footfall.place_m - self.steps[-2].place_m
@@ -391,7 +402,8 @@ class _Walk:
         return along / length_m
 
     def _toe_out_vote_m(self, footfall: _Footfall) -> float:
-        """What a steady turn over three footfalls tells of the last one's side: to the left, metres; 0 for nothing."""
+        """Return the vote of a steady turn over three footfalls for the last one's side, left positive, in metres; or
+        0."""
         steps = [*self.steps, footfall][-3:]
         rolls = [step.roll_m for step in steps if float(np.hypot(*step.roll_m)) >= ROLL_M]
         if len(rolls) < 3 or steps[0].number != footfall.number - 2:
@@ -405,13 +417,14 @@ class _Walk:
         )
 
     def _steps_in(self, start_s: float) -> int:
-        """How many steps a foot that comes down then is behind the last: more than one where some were not seen."""
+        """Return the number of steps from the last one to a footfall at `start_s`, including steps that were not
+        seen."""
         if not self.last.is_whole or self.seen < 2:
             return 1
         return max(1, round((start_s - self.last.start_s) / self.step_s))
 
     def _expected_place(self, steps: int) -> NDArray[np.float64]:
-        """Where the foot after so many steps is due."""
+        """Return the predicted place of the foot after this number of steps."""
         places = [step.place_m for step in self.steps]
         if len(places) < 2:
             return places[-1]
@@ -421,8 +434,8 @@ class _Walk:
 
 
 def _best_assignment(costs: list[list[float]], taken: frozenset[int] = frozenset()) -> tuple[float, int]:
-    """The least sum where each footfall (a row) goes to a walk of its own (a column), or to somebody new; and the walk
-    of the first, -1 for somebody new."""
+    """Return the least total cost of assigning each footfall (a row) to a walk of its own (a column) or to a new one,
+    and the walk of the first footfall, -1 for a new one."""
     if not costs:
         return 0.0, -1
     ways = [(cost, place) for place, cost in enumerate(costs[0]) if cost < NEW_PERSON_COST and place not in taken]
@@ -433,15 +446,15 @@ def _best_assignment(costs: list[list[float]], taken: frozenset[int] = frozenset
 
 
 def _load_features(force_n: float, stance_s: float) -> NDArray[np.float64]:
-    """How a step is borne, as a place in which persons' steps deviate by 1."""
+    """Return logarithms of force and stance time, in units of the standard deviation within a person."""
     return np.array([math.log(force_n) / FORCE_SD, math.log(stance_s) / STANCE_SD])
 
 
 def _limited_ratio(ratio: float) -> float:
-    """A ratio, within what a person's steps differ by: odd ones teach little."""
+    """Return a ratio limited to `MOST_RATIO`, so that unusual steps have little effect."""
     return min(max(ratio, 1.0 / MOST_RATIO), MOST_RATIO)
 
 
 def _angle_between(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """The angle from one direction to another, -pi to pi, positive to the left."""
+    """Return the angle from one direction to another, -pi to pi, positive to the left."""
     return math.atan2(float(one[0] * other[1] - one[1] * other[0]), float(one @ other))

@@ -1,1 +1,1 @@
-"""Contacts, steps and health to other programs, and cues from them: TUIO, OSC, LSL (docs/network.md)."""
+"""Contacts, steps and health for other programs, and cues from them: TUIO, OSC, LSL (docs/network.md)."""

@@ -1,4 +1,4 @@
-"""Where datagrams go to and come from: HOST:PORT."""
+"""Addresses of datagrams, HOST:PORT."""
 
 import ipaddress
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ _FORM = "HOST:PORT, HOST an IPv4 address or localhost, PORT 1 to 65535"
 
 @dataclass(frozen=True)
 class Address:
-    """An IPv4 address and a UDP port. Names of other computers are not looked up: that can take seconds.
+    """IPv4 address and UDP port. Names of other computers are not resolved, which can take seconds.
 
     >>> Address.parse("localhost:3333", "--tuio")
     Address(host='127.0.0.1', port=3333)
@@ -25,7 +25,7 @@ class Address:
 
     @staticmethod
     def parse(text: str, name: str, least_port: int = 1) -> "Address":
-        """The address in a text; `BadValue` calls it by `name`."""
+        """Parse an address; `BadValue` names it `name`."""
         host, _, port = text.strip().rpartition(":")
         try:
             found = str(ipaddress.IPv4Address(LOOPBACK if host == "localhost" else host))
@@ -37,7 +37,7 @@ class Address:
 
     @property
     def is_loopback(self) -> bool:
-        """Whether it is reached from this computer only."""
+        """Return whether only this computer reaches it."""
         return ipaddress.IPv4Address(self.host).is_loopback
 
     def __str__(self) -> str:

@@ -1,7 +1,7 @@
-"""The patch that a floor plays with cues: its own, and on some tiles presets instead, each at a gain.
+"""The patch that is played with cues: the floor's own and, on some tiles, presets instead, each at a gain.
 
-This is a patch like any other, so that what a cue does is swapped in, recorded and replayed as every edit is. A preset
-is in it once, however many tiles play it; each gain has an output of its own.
+It is a patch like any other, so the effect of a cue is swapped in, recorded and replayed like an edit. A preset is in
+it once, for all tiles that play it; each gain has an output of its own.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,32 +18,32 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
 
 SETTABLE = ("number", "count", "choice")
-"""The kinds of parameters that a cue may set: none of them names a file."""
+"""Kinds of parameters that a cue may set; none of them names a file."""
 
 
 @dataclass(frozen=True)
 class CuedChanges:
-    """What cues have asked for: by tile, a preset and its gain in decibels; and values by node and parameter."""
+    """Changes requested by cues: preset and gain in decibels by tile, and values by node and parameter."""
 
     presets: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     values: Mapping[tuple[str, str], Any] = field(default_factory=dict)
 
     def playing(self, tiles: Iterable[str], preset: str, gain_db: float) -> "CuedChanges":
-        """With a preset on these tiles."""
+        """Return the changes with a preset on these tiles."""
         return replace(self, presets={**self.presets, **dict.fromkeys(tiles, (preset, gain_db))})
 
     def stopped(self, tiles: Iterable[str]) -> "CuedChanges":
-        """Without presets on these tiles, and without values."""
+        """Return the changes without presets on these tiles, and without values."""
         gone = set(tiles)
         return CuedChanges({tile: cue for tile, cue in self.presets.items() if tile not in gone})
 
     def setting(self, node: str, parameter: str, value: Any) -> "CuedChanges":
-        """With a value of a parameter."""
+        """Return the changes with a value of a parameter."""
         return replace(self, values={**self.values, (node, parameter): value})
 
 
 def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """The patch to play on a floor of these `tiles`. Values of nodes that there are not any more are passed over."""
+    """Return the patch to play on a floor of these `tiles`. Values of nodes that no longer exist are ignored."""
     if cued.presets:
         patch = _on_tiles(patch, [tile for tile in tiles if tile not in cued.presets], tiles, registry)
         for preset in dict.fromkeys(preset for preset, _ in cued.presets.values()):
@@ -60,7 +60,7 @@ def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry:
 
 
 def require_settable(patch: Patch, node: str, parameter: str, value: Any, registry: Registry) -> Any:
-    """The value of a parameter as it is played; `BadValue` for one that a cue may not set."""
+    """Return the checked value of a parameter; `BadValue` for one that a cue may not set."""
     parameters = registry[patch.node(node).type].parameters
     allowed = [name for name, one in parameters.items() if one.kind in SETTABLE]
     require(parameter in allowed, "parameter", parameter, ", ".join(allowed) or f"none of {node}")
@@ -68,7 +68,7 @@ def require_settable(patch: Patch, node: str, parameter: str, value: Any, regist
 
 
 def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """A preset for the tiles of each gain, its nodes under ids that tell whose they are."""
+    """Return a preset with an output for the tiles of each gain; its nodes' ids begin with its name."""
     known = preset_files.patches()
     require(preset in known, "preset", preset, "the presets of Underfoot")
     loaded = Patch.load(known[preset], registry)
@@ -84,7 +84,7 @@ def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str
 
 
 def _listening(patch: Patch, some: list[str], tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """A patch without its outputs, which listens to some tiles only."""
+    """Return a patch without its outputs, with inputs from some tiles only."""
     kept = patch.remove(node.id for node in patch.nodes if registry[node.type].is_sink)
     nodes = (_for_tiles(node, some, tiles, registry) or node for node in kept.nodes)
     return msgspec.structs.replace(kept, nodes=tuple(nodes))
@@ -93,7 +93,7 @@ def _listening(patch: Patch, some: list[str], tiles: tuple[str, ...], registry: 
 def _with_outputs(
     parts: Patch, preset: Patch, gain_db: float, some: list[str], tiles: tuple[str, ...], registry: Registry
 ) -> Patch:
-    """A preset's parts with its outputs for some tiles, at a gain."""
+    """Return a preset's nodes with its outputs for some tiles, at a gain."""
     nodes, wires = list(parts.nodes), list(parts.wires)
     for node in preset.nodes:
         kind = registry[node.type]
@@ -113,14 +113,14 @@ def _with_outputs(
 
 
 def _on_tiles(patch: Patch, some: list[str], tiles: tuple[str, ...], registry: Registry) -> Patch:
-    """A patch whose outputs are for some tiles only; one that is left with none is taken away."""
+    """Return a patch with its outputs restricted to some tiles; an output without tiles is removed."""
     changed = {node.id: _for_tiles(node, some, tiles, registry) for node in patch.nodes if registry[node.type].is_sink}
     kept = patch.remove(id for id, node in changed.items() if node is None)
     return msgspec.structs.replace(kept, nodes=tuple(changed.get(node.id) or node for node in kept.nodes))
 
 
 def _for_tiles(node: PlacedNode, some: list[str], tiles: tuple[str, ...], registry: Registry) -> PlacedNode | None:
-    """A node for those of some tiles that it was for before; None for none of them. One for all rows stays."""
+    """Return a node restricted to some of its tiles; None if none remain. A node for all rows is unchanged."""
     name = next((name for name, one in registry[node.type].parameters.items() if one.kind == "tiles"), "")
     if not name:
         return node
@@ -134,7 +134,7 @@ def _for_tiles(node: PlacedNode, some: list[str], tiles: tuple[str, ...], regist
 
 
 def _joined(patch: Patch, other: Patch, registry: Registry) -> Patch:
-    """Both patches as one; `BadValue` where ids are in both."""
+    """Return both patches as one; `BadValue` if they have common ids."""
     taken = {node.id for node in patch.nodes}
     both = [node.id for node in other.nodes if node.id in taken]
     if both:

@@ -1,8 +1,8 @@
-"""Carries out cues in a running session, and knows from which frame on each is played.
+"""Carries out cues in a running session, and answers each with the frame at which it took effect.
 
-A cue never edits the document: what is played is the floor's own patch with what cues asked for (`cue_patch.py`). All
-goes to the engine as commands, so that a recording has it. Cues take effect in the order in which they came: a strike
-waits until the preset before it is played.
+A cue never edits the document: the floor's own patch is played with the changes that cues requested (`cue_patch.py`).
+Everything goes to the engine as commands, so that recordings have it. Cues take effect in the order of their arrival: a
+strike waits for the preset that was requested before it.
 """
 
 import time
@@ -20,12 +20,12 @@ from underfoot.network.cues import ALL, MarkCue, PanicCue, PlayCue, SetCue, Stop
 from underfoot.network.server import NetworkServer, Received
 from underfoot.patch.patch import Patch
 
-_REMEMBERED = 64  # texts of patches that may still be swapped in
+_REMEMBERED = 64  # patches that may still be swapped in
 
 
 @dataclass
 class _Pending:
-    """Cues that are answered when this happens: a `command`, or the swap to edit number `edit` or a later one."""
+    """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one."""
 
     cues: list[Received]
     command: Command | None = None
@@ -33,9 +33,9 @@ class _Pending:
 
 
 class CuePlayer:
-    """Plays the cues that a server received. `tick` never waits; call it with all that the session reports.
+    """Plays the cues that a server received. `tick` never waits; call it with all reports of the session.
 
-    `panic` silences, by default the session; an owner with a window shows it, too.
+    `panic` silences the output; the default silences the session, and a window also displays it.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class CuePlayer:
         self.session, self.server, self._base = session, server, base
         self._panic = panic or session.panic
         self.cued = CuedChanges()
-        """What cues have asked for so far."""
+        """The changes that cues have requested so far."""
         self._tiles = session.target.floor.ids
         self._edits = 0
         self._texts: deque[tuple[int, bytes]] = deque(maxlen=_REMEMBERED)
@@ -52,7 +52,7 @@ class CuePlayer:
         self._strikes: list[Received] = []
 
     def set_base_patch(self, base: Patch) -> Patch:
-        """What is to be played where the floor's own patch is `base` from now on. Cues that do not go with it end."""
+        """Set the floor's own patch; return the patch to play. Changes by cues end if they do not fit the new patch."""
         self._base = base
         try:
             played = self._composed(self.cued)
@@ -62,7 +62,7 @@ class CuePlayer:
         return played
 
     def tick(self, reports: Iterable[Report], refusal: str = "") -> None:
-        """Hear what the session reports, and carry out the cues that came; with a `refusal`, refuse all but panic."""
+        """Take the session's reports, and carry out the received cues; with a `refusal`, refuse all but panic."""
         for report in reports:
             self._take_report(report)
         received = self.server.cues()
@@ -80,7 +80,7 @@ class CuePlayer:
     # --- carrying out ---
 
     def _carry_out(self, received: Sequence[Received]) -> None:
-        """Carry out what came in one tick: edits together, with strikes behind those that came before them."""
+        """Carry out the cues of one tick: successive edits as one; a strike after the edits before it."""
         cued, edits = self.cued, list[Received]()
         for one in received:
             try:
@@ -100,7 +100,7 @@ class CuePlayer:
         self._edit(cued, edits)
 
     def _with_cue(self, cued: CuedChanges, cue: object) -> CuedChanges:
-        """What cues have asked for with this one; `UnderfootError` for one that cannot be."""
+        """Return the changes with those of a cue added; `UnderfootError` if it cannot be carried out."""
         registry = self.session.registry
         match cue:
             case PlayCue(preset, tile, gain_db):
@@ -110,11 +110,11 @@ class CuePlayer:
             case SetCue(node, parameter, value):
                 checked = require_settable(self._composed(cued), node, parameter, value, registry)
                 cued = cued.setting(node, parameter, checked)
-        self._composed(cued)  # whatever is wrong with it is said of this cue
+        self._composed(cued)  # raises what is wrong with this cue
         return cued
 
     def _edit(self, cued: CuedChanges, cues: list[Received]) -> None:
-        """Play what was asked for; the answers follow when it is."""
+        """Play the requested changes; the cues are answered when these take effect."""
         if not cues:
             return
         self.cued = cued
@@ -188,7 +188,7 @@ class CuePlayer:
                 self._strike(one)
 
     def _fail(self, reason: str) -> None:
-        """What waited for a swap will not be; what was struck behind it neither."""
+        """Refuse all cues that wait, because the swap failed."""
         failed = [received for one in self._pending for received in one.cues] + self._strikes
         self._pending, self._strikes = [], []
         for one in failed:
@@ -199,5 +199,5 @@ class CuePlayer:
             self.server.answer_played(cue, frame, self._ago_s(frame))
 
     def _ago_s(self, frame: int) -> float:
-        """How long ago a frame was computed; below 0 for one that is to come."""
+        """Return the time since a frame was computed; negative for a future one."""
         return (self.session.health.frame - frame) / self.session.target.rate

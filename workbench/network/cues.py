@@ -1,4 +1,4 @@
-"""Cues: what other programs may ask for by OSC. Each is one class: its address, its arguments, and what they may be.
+"""Cues: requests of other programs by OSC. Each is one class with its address, its arguments and their ranges.
 
 A cue that comes in is checked against what it declares here, and against the floor, the presets and the patch where it
 is carried out (`cue_player.py`). Nothing in a cue names a file.
@@ -12,18 +12,18 @@ from underfoot.errors import BadValue, require
 from underfoot.network.osc import Argument, Message
 
 ALL = "all"
-"""The name of all tiles."""
+"""Name of all tiles."""
 
 GAIN_DB = (-80.0, 20.0)
 STRENGTH = (0.0, 10.0)
 LONGEST_TEXT = 200
 NO_NUMBER = -1
-"""The number of a cue that was sent without one."""
+"""Number of a cue that was sent without one."""
 
 
 @dataclass(frozen=True)
 class Cue:
-    """What all cues have: `number` is the sender's own, and comes back in the answer."""
+    """Base of all cues. `number` is chosen by the sender, and returned in the answer."""
 
     address: ClassVar[str]
     cues: ClassVar[dict[str, type["Cue"]]] = {}
@@ -34,12 +34,12 @@ class Cue:
         Cue.cues[address] = cls
 
     def check(self) -> None:
-        """Raise `BadValue` for what is out of range, whatever is played."""
+        """Raise `BadValue` for values that are never allowed, whatever is played."""
 
 
 @dataclass(frozen=True)
 class PlayCue(Cue, address="/underfoot/play"):
-    """Play a preset on a tile, or on "all", at so many decibels, instead of what that played."""
+    """Play a preset on a tile, or on "all", at a gain in decibels, instead of what is played there."""
 
     preset: str
     tile: str
@@ -52,7 +52,7 @@ class PlayCue(Cue, address="/underfoot/play"):
 
 @dataclass(frozen=True)
 class StopCue(Cue, address="/underfoot/stop"):
-    """Let a tile, or "all", play the floor's own patch again, and undo what was set."""
+    """Play the floor's own patch on a tile, or on "all", again, and undo all values that were set."""
 
     tile: str = ALL
     number: int = NO_NUMBER
@@ -60,7 +60,7 @@ class StopCue(Cue, address="/underfoot/stop"):
 
 @dataclass(frozen=True)
 class StrikeCue(Cue, address="/underfoot/strike"):
-    """An event for every node that can be struck, on a tile or on "all"."""
+    """Send an event to every strike node, on a tile or on "all"."""
 
     tile: str
     strength: float = 1.0
@@ -72,7 +72,7 @@ class StrikeCue(Cue, address="/underfoot/strike"):
 
 @dataclass(frozen=True)
 class SetCue(Cue, address="/underfoot/set"):
-    """Let a parameter of a node of the patch that is played go to a value."""
+    """Set a parameter of a node of the patch that is played."""
 
     node: str
     parameter: str
@@ -85,7 +85,7 @@ class SetCue(Cue, address="/underfoot/set"):
 
 @dataclass(frozen=True)
 class MarkCue(Cue, address="/underfoot/mark"):
-    """Words for the recording, and for all who listen."""
+    """Set a mark in the recording, and send it to listeners."""
 
     text: str
     number: int = NO_NUMBER
@@ -96,16 +96,16 @@ class MarkCue(Cue, address="/underfoot/mark"):
 
 @dataclass(frozen=True)
 class PanicCue(Cue, address="/underfoot/panic"):
-    """Silence at once. Only a person at this computer lets sound out again."""
+    """Silence at once. Only a person at this computer can restart the sound."""
 
 
 @dataclass(frozen=True)
 class HelloCue(Cue, address="/underfoot/hello"):
-    """Who is there?"""
+    """Ask for the description of this floor."""
 
 
 def cue_of(message: Message) -> Cue:
-    """The cue in a message; `BadValue` for an address that there is not, and for arguments that it cannot have.
+    """Return the cue of a message; `BadValue` for an unknown address or wrong arguments.
 
     >>> cue_of(Message("/underfoot/play", ("gravel", "t1", -6)))
     PlayCue(preset='gravel', tile='t1', gain_db=-6.0, number=-1)
@@ -127,7 +127,7 @@ def cue_of(message: Message) -> Cue:
 
 
 def _converted(name: str, wanted: object, given: Argument) -> Argument:
-    """An argument as a cue has it: a whole number will do for a number, nothing else for anything else."""
+    """Return an argument with the declared type; an integer is accepted for a float, nothing else."""
     if wanted is float and type(given) is int:
         given = float(given)
     if wanted in _WORDS and type(given) is not wanted:

@@ -1,9 +1,9 @@
-"""Contacts for others, at once: under ids that last as long as the load does, with places from 0 to 1 and their motion.
+"""Contacts without delay for other programs: persistent ids, positions from 0 to 1, and motion.
 
-`ContactTracker` decides within 0.7 s which loads are one foot's; nobody who plays with the floor can wait for that.
-Here a contact is what stands together as far as can be said now. It keeps its id while any load of it lasts: a foot
-that rolls over a seam stays one contact, two that were taken for one become two, and the older keeps the id. Where two
-turn out to be one foot, the younger id ends.
+`ContactTracker` needs up to 0.7 s to decide which loads belong to one foot, which is too long for interaction. Here
+contacts are provisional. A contact keeps its id while any of its loads lasts: a foot that rolls over a seam stays one
+contact. If one contact turns out to be two feet, the older one keeps the id; if two turn out to be one foot, the
+younger id ends.
 """
 
 import math
@@ -16,16 +16,16 @@ import numpy as np
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 
-_KEPT = 256  # decided contacts of which it is remembered under which id they were sent
+_KEPT = 256  # number of decided contacts whose sent ids are kept
 
 
 @dataclass(frozen=True)
 class LiveContact:
-    """A contact as others are told of it.
+    """A contact as it is sent.
 
-    `x` and `y` are of the floor's bounding box, from 0 to 1: x along the floor's x axis, y against its y axis, as on a
-    screen that lies on the floor. Velocities are in boxes a second, `acceleration` is the change of speed, in boxes a
-    second squared. `x_m` and `y_m` are in the floor's frame. `person` is 0 as long as nobody is known.
+    `x` and `y` are relative to the floor's bounding box, from 0 to 1: x along the floor's x axis, y against its y axis,
+    as on a screen that lies on the floor. Velocities are in boxes per second, `acceleration` is the change of speed in
+    boxes per second squared. `x_m` and `y_m` are in the floor's frame. `person` is 0 if unknown.
     """
 
     id: int
@@ -42,7 +42,7 @@ class LiveContact:
 
 
 class LiveContacts:
-    """Gives the contacts of each update ids that last.
+    """Gives contacts persistent ids, update by update.
 
     >>> from underfoot.floor.layout import default_floor
     >>> live = LiveContacts(default_floor(1, 1))
@@ -56,11 +56,11 @@ class LiveContacts:
     """
 
     def __init__(self, floor: Floor, after_id: int = 0) -> None:
-        """The first id is the one behind `after_id`."""
+        """The first id is `after_id` + 1."""
         corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
         self._low, high = corners.min(axis=0).tolist(), corners.max(axis=0)
         self.size_m: tuple[float, float] = tuple((high - corners.min(axis=0)).tolist())
-        """Width and depth of the box that 0 to 1 stand for."""
+        """Width and depth of the bounding box."""
         self._owner: dict[int, int] = {}
         self._before: dict[int, LiveContact] = {}
         self._time_s = -math.inf
@@ -69,8 +69,8 @@ class LiveContacts:
         self._decided: deque[int] = deque()
 
     def update(self, time_s: float, contacts: Sequence[OngoingContact]) -> tuple[LiveContact, ...]:
-        """The contacts at the sample at `time_s`, in the order of their ids."""
-        if time_s < self._time_s:  # an engine that was started again
+        """Return the contacts of the sample at `time_s`, in the order of their ids."""
+        if time_s < self._time_s:  # the engine was restarted
             self._owner.clear()
             self._before.clear()
         taken: dict[int, OngoingContact] = {}
@@ -88,7 +88,7 @@ class LiveContacts:
         return tuple(live.values())
 
     def sent_id(self, contact: int) -> int:
-        """The id under which a contact of the tracker was last sent; 0 for one that never was."""
+        """Return the id under which a contact of the tracker was last sent; 0 if it was not."""
         return self._sent_ids.get(contact, 0)
 
     def _remember(self, contact: int, id: int) -> None:
@@ -100,7 +100,7 @@ class LiveContacts:
             self._sent_ids[contact] = id
 
     def _live(self, id: int, now: OngoingContact, passed_s: float) -> LiveContact:
-        """A contact with its motion since the update before, by the times of the samples."""
+        """Return a contact with its motion since the last update, by the times of the samples."""
         x = min(max((now.x_m - self._low[0]) / self.size_m[0], 0.0), 1.0)
         y = 1.0 - min(max((now.y_m - self._low[1]) / self.size_m[1], 0.0), 1.0)
         before = self._before.get(id)

@@ -27,11 +27,11 @@ STEP: tuple[Channel, ...] = (
 class LslStreams:
     """Four outlets: `Underfoot live force`, `... contacts`, `... steps` and `... marks`.
 
-    `at_s` is when something was so, by the clock of LSL, which `now` tells.
+    `at_s` are times of the LSL clock, which `now` returns.
     """
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
-        """`BadValue` where the package pylsl is not installed."""
+        """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl = lsl_library()
         self._floor = floor
         tiles = [(tile.id, "N") for tile in floor.tiles]
@@ -41,29 +41,29 @@ class LslStreams:
         self._marks = self._outlet("marks", "Markers", 0.0, "string", [("mark", "")])
 
     def now(self) -> float:
-        """The time by the clock of LSL."""
+        """Return the time of the LSL clock."""
         return float(self._lsl.local_clock())
 
     def force(self, force_n: NDArray[np.float64], at_s: float) -> None:
-        """Loads (n, tiles), the last of them at this time."""
+        """Send loads (n, tiles), the last of them at this time."""
         if len(force_n):
             rows = np.ascontiguousarray(force_n, np.float32).tolist()
             self._force.push_chunk(rows, at_s)
 
     def contacts(self, contacts: Sequence[LiveContact], at_s: float) -> None:
-        """A sample for each contact, all of one time."""
+        """Send one sample for each contact, with a common time."""
         for contact in contacts:
             self._contacts.push_sample([contact.id, contact.x_m, contact.y_m, contact.force_n, contact.person], at_s)
 
     def step(self, step: Step, contact: int, at_s: float) -> None:
-        """A step, of a contact that was sent under this id, which began then."""
+        """Send a step that began at this time, of the contact with this sent id."""
         figures = [getattr(step, name) for name, _ in STEP[5:]]
         place = self._floor.index(step.tile)
         sample = [step.step, contact, step.person, SIDES.get(step.side, 0.0), place, *figures]
         self._steps.push_sample([float(value) for value in sample], at_s)
 
     def mark(self, text: str, at_s: float) -> None:
-        """A mark, set then."""
+        """Send a mark, set at this time."""
         self._marks.push_sample([text], at_s)
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
-"""Marks that come in beside OSC: streams of markers of the Lab Streaming Layer, and a serial line.
+"""Inlets of marks besides OSC: marker streams of the Lab Streaming Layer, and a serial line.
 
-An inlet has a thread of its own and tells each mark's words, and when it was by `time.monotonic`. `problem` says what
-is wrong with it now, "" for nothing.
+An inlet has its own thread, and passes on each mark's text with its time by `time.monotonic`. `problem` is its present
+problem, or "".
 """
 
 import threading
@@ -13,24 +13,24 @@ from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
 
 Take = Callable[[str, float], None]
-"""Is told the words of a mark, and when it was by `time.monotonic`."""
+"""Receives the text of a mark, and its time by `time.monotonic`."""
 
 KIND = "Markers"
-"""The type of streams of LSL whose samples are marks."""
+"""Type of LSL streams whose samples are marks."""
 OURS = "underfoot"
-"""Sources of streams that begin so are sent by Underfoot."""
+"""Beginning of the source names of Underfoot's own streams."""
 MOST_STREAMS = 16
 LINE_ENDS_S = 0.05
-"""What came on a serial line without an end of line is a mark after this long."""
+"""Time after which text on a serial line without an end of line is a mark."""
 _LOOK_S, _SEARCH_S, _AGAIN_S = 0.01, 0.5, 1.0
 _LONGEST_LINE = 1000
 
 
 class LslMarks:
-    """Every stream of LSL on this network whose type is "Markers"; a number, as some send, is told in digits."""
+    """Every LSL stream on this network of type "Markers"; numbers, as some send, become digits."""
 
     def __init__(self, take: Take) -> None:
-        """`BadValue` where the package pylsl is not installed."""
+        """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
         self.problem = ""
         self.streams: dict[str, Any] = {}
@@ -40,7 +40,7 @@ class LslMarks:
         self._thread.start()
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._end.set()
         self._thread.join()
 
@@ -60,7 +60,7 @@ class LslMarks:
         self.streams.clear()
 
     def _open(self, found: list[Any]) -> None:
-        """Begin to listen to streams that are new. Times of theirs are set to this computer's clock."""
+        """Open new streams. Their times are converted to this computer's clock."""
         for info in found:
             known = info.uid() in self.streams or info.source_id().startswith(OURS)
             if not known and len(self.streams) < MOST_STREAMS:
@@ -70,10 +70,10 @@ class LslMarks:
 
 
 class SerialMarks:
-    """A serial line of 115,200 baud: each line of text is a mark, and so is a single byte, as triggers send them."""
+    """A serial line at 115,200 baud: each line of text is a mark, and so is a single byte, as triggers send them."""
 
     def __init__(self, port: str, take: Take) -> None:
-        """`DeviceError` where the port cannot be opened; one that goes away later is looked for again."""
+        """Raise `DeviceError` if the port cannot be opened; a port that is lost later is reopened."""
         self._name, self._take = port, take
         self.problem = ""
         self._port = self._opened()
@@ -82,7 +82,7 @@ class SerialMarks:
         self._thread.start()
 
     def close(self) -> None:
-        """Let the port go."""
+        """Release the port."""
         self._end.set()
         self._thread.join()
 
@@ -120,7 +120,7 @@ class SerialMarks:
 
 
 def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
-    """The marks in what came on a serial line, and what may yet be part of one: nothing, where it `is_over`.
+    """Split bytes of a serial line into marks; return them with the incomplete rest, which is empty if it `is_over`.
 
     >>> split_marks(b"begin\\r\\nwal", False)
     (['begin'], b'wal')

@@ -1,7 +1,7 @@
-"""Open Sound Control 1.0: messages and bundles to bytes and back.
+"""Open Sound Control 1.0: encoding and decoding of messages and bundles.
 
-What comes from a network is read strictly: whatever is not exactly as the specification has it is refused whole, with
-a reason. Nothing nests deeper than `MOST_DEPTH`, and no datagram holds more than `MOST_MESSAGES`.
+Input is decoded strictly: a datagram that deviates from the specification is refused as a whole, with a reason. So is
+one with deeper nesting than `MOST_DEPTH`, or with more than `MOST_MESSAGES`.
 """
 
 import struct
@@ -12,10 +12,10 @@ from typing import Any
 from underfoot.errors import BadValue
 
 MOST_DEPTH, MOST_MESSAGES, MOST_ARGUMENTS = 4, 32, 32
-"""How deep bundles may lie in one another, and how many messages a datagram may hold, and arguments a message."""
+"""Deepest nesting of bundles, most messages in a datagram, most arguments of a message."""
 
 IMMEDIATELY = 1
-"""The time tag that means now."""
+"""The time tag for now."""
 
 _BUNDLE = b"#bundle\0"
 _NTP_1970_S = 2_208_988_800  # seconds from 1900, where OSC's time begins, to 1970
@@ -24,19 +24,19 @@ Argument = int | float | str | bool
 
 
 class Long(int):
-    """A whole number that is sent with 64 bits."""
+    """Integer that is sent with 64 bits."""
 
 
 class Double(float):
-    """A number that is sent with 64 bits."""
+    """Float that is sent with 64 bits."""
 
 
 class TimeTag(int):
-    """A time: seconds since 1900 times 2^32."""
+    """Time tag: seconds since 1900, times 2^32."""
 
     @staticmethod
     def of(unix_s: float) -> "TimeTag":
-        """The time tag of a time in seconds since 1970.
+        """Return the time tag of a time in seconds since 1970.
 
         >>> TimeTag.of(0.5) >> 32, TimeTag.of(0.5) & 0xFFFFFFFF == 1 << 31
         (2208988800, True)
@@ -46,7 +46,7 @@ class TimeTag(int):
 
 @dataclass(frozen=True)
 class Message:
-    """An address and its arguments."""
+    """OSC message: address and arguments."""
 
     address: str
     arguments: tuple[Argument, ...] = ()
@@ -64,7 +64,8 @@ _TYPES: dict[type, tuple[str, Callable[[Any], bytes]]] = {
 
 
 def message(address: str, *arguments: Argument) -> bytes:
-    """A message. Text is sent as s, bool as T or F, int as i, float as f, `Long` as h, `Double` as d, `TimeTag` as t.
+    """Encode a message. Text is sent as s, bool as T or F, int as i, float as f, `Long` as h, `Double` as d, `TimeTag`
+    as t.
 
     >>> message("/a", 1)
     b'/a\\x00\\x00,i\\x00\\x00\\x00\\x00\\x00\\x01'
@@ -78,13 +79,13 @@ def message(address: str, *arguments: Argument) -> bytes:
 
 
 def bundle(messages: Sequence[bytes]) -> bytes:
-    """Messages that belong together, to be acted on at once."""
+    """Encode a bundle of messages, for immediate effect."""
     elements = (struct.pack(">i", len(element)) + element for element in messages)
     return _BUNDLE + struct.pack(">Q", IMMEDIATELY) + b"".join(elements)
 
 
 def read(datagram: bytes) -> list[Message]:
-    """The messages of a datagram, in order; `BadValue` says why it is refused. Time tags of bundles are passed over.
+    """Decode the messages of a datagram, in order; `BadValue` if it is refused. Time tags of bundles are ignored.
 
     >>> read(bundle([message("/a", 1, 0.5, "b", True)]))
     [Message(address='/a', arguments=(1, 0.5, 'b', True))]
@@ -154,7 +155,7 @@ def _text(text: str) -> bytes:
 
 
 def _read_text(packet: bytes, at: int) -> tuple[str, int]:
-    """A text that begins at a place, and where it ends."""
+    """Return the text at a position, and the position after it."""
     end = packet.find(b"\0", at)
     behind = end + 4 - (end - at) % 4
     if end < 0 or behind > len(packet) or packet[end:behind].strip(b"\0"):

@@ -1,4 +1,4 @@
-"""What is sent where, and what is listened to."""
+"""Network plan: destinations of output, and sources of input."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -8,14 +8,14 @@ from underfoot.network.addresses import LOOPBACK, Address
 
 OFF = "off"
 FLAGS = ("lsl", "lsl_marks")
-"""Ways that need no address."""
+"""Ways without an address."""
 TUIO_PORT, LISTEN_PORT, SEND_PORT = 3333, 9700, 9701
 """The port that TUIO clients expect; and those of Underfoot's own messages, which nothing else is known to use."""
 
 
 @dataclass(frozen=True)
 class NetworkPlan:
-    """What goes out and what comes in.
+    """Ways of output and input.
 
     Where contacts go as TUIO 1.1 and 2.0, where cues come in, where Underfoot's own messages go; None for nowhere.
 
@@ -35,9 +35,9 @@ class NetworkPlan:
 
     @staticmethod
     def of(*, lsl: bool = False, serial_marks: str = OFF, lsl_marks: bool = False, **addresses: str) -> "NetworkPlan":
-        """The plan that these texts say: HOST:PORT, or "off", for `tuio`, `tuio2`, `listen` and `send`, and a port.
+        """Parse a plan: HOST:PORT or "off" for `tuio`, `tuio2`, `listen` and `send`; a serial port or "off" for marks.
 
-        `BadValue` for anything else.
+        Raises `BadValue` for anything else.
         """
         port = "" if serial_marks == OFF else serial_marks
         ways = {name: _address(text, name) for name, text in addresses.items()}
@@ -45,18 +45,18 @@ class NetworkPlan:
 
     @staticmethod
     def chosen(addresses: Mapping[str, str], on: Collection[str]) -> "NetworkPlan":
-        """The plan of those ways, by their names, that are `on`; of `FLAGS`, too, which need no address."""
+        """Return the plan with the ways that are `on`, by their names; these may include `FLAGS`."""
         require("serial_marks" not in on or bool(addresses["serial_marks"]), "serial port", "", "as /dev/ttyUSB0, COM3")
         ways = {name: text if name in on else OFF for name, text in addresses.items()}
         return NetworkPlan.of(**ways, lsl="lsl" in on, lsl_marks="lsl_marks" in on)
 
     @property
     def is_anything(self) -> bool:
-        """Whether there is anything to do."""
+        """Return whether the plan has any way."""
         return self != NetworkPlan()
 
     def warnings(self) -> list[str]:
-        """What a person is to know before this begins: a line for each way that leaves this computer."""
+        """Return warnings to show first: a line for each way that leaves this computer."""
         away = [str(to) for to in (self.tuio, self.tuio2, self.send) if to is not None and not to.is_loopback]
         said = []
         if self.listen is not None and not self.listen.is_loopback:
@@ -77,5 +77,5 @@ def _address(text: str, name: str) -> Address | None:
 
 
 def loopback(port: int) -> str:
-    """An address on this computer, as text."""
+    """Return an address on this computer, as text."""
     return f"{LOOPBACK}:{port}"

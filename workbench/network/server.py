@@ -1,8 +1,8 @@
-"""Sockets, and the thread that minds them: contacts go out 60 times a second, cues come in.
+"""Sockets and their thread: contacts are sent 60 times a second, cues are received.
 
-Whoever owns the session gives it what is new (`show`, `tell_...`), takes the cues that came (`cues`) and answers them
-(`answer`); none of that waits. What comes in is bounded: `MOST_BYTES` a datagram, `MOST_DATAGRAMS_S` read a second
-(more stays with the system, which drops it), `MOST_CUES_S` carried out. What is not a cue is counted and dropped.
+The owner of the session passes news on (`show`, `send_...`), takes received cues (`cues`), and answers them
+(`answer_...`); none of this waits. Input is limited to `MOST_BYTES` per datagram, `MOST_DATAGRAMS_S` datagrams read per
+second (the system drops others), and `MOST_CUES_S` cues. Anything that is not a cue is counted and dropped.
 """
 
 import math
@@ -38,11 +38,11 @@ from underfoot.patch import preset_files
 
 NAME = "underfoot"
 FRAME_HZ, IDLE_S = 60.0, 1.0
-"""How often contacts are sent; and how often it is said that there are none."""
+"""Rate at which contacts are sent, and interval of messages that there are none."""
 STALE_S = 0.5
-"""Where nothing was told of contacts for so long, there are none: a session has ended, or stands still."""
+"""Time without `show` after which there are no contacts, because the session has ended or hangs."""
 MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 200.0
-_BURST_S = 0.25  # so much of each rate may come at once
+_BURST_S = 0.25  # length of a burst at each rate
 _HELLO_COSTS = 10.0  # its answer is long
 _LONGEST_HELLO, _WAITING, _REASON = 60_000, 256, 300
 _LAST_OF_SEQUENCE = 0x7FFFFFFF
@@ -52,7 +52,7 @@ Sender = tuple[str, int]
 
 @dataclass
 class Counts:
-    """How many datagrams went out, came in as cues, and were refused; and why the last of these was."""
+    """Numbers of datagrams sent, cues received, and messages refused, with the reason of the last refusal."""
 
     sent: int = 0
     received: int = 0
@@ -62,7 +62,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class Received:
-    """A cue, and who sent it: None for an inlet of marks, which is not answered. `at_s` is when such a mark was, by
+    """A cue, and its sender: None for a mark of an inlet, which gets no answer, and has its time `at_s` by
     `time.monotonic`."""
 
     cue: Cue
@@ -71,12 +71,12 @@ class Received:
 
     @property
     def number(self) -> int:
-        """The sender's own number for it."""
+        """The sender's number for it."""
         return int(getattr(self.cue, "number", NO_NUMBER))
 
 
 class NetworkServer:
-    """Carries out a `NetworkPlan`. `DeviceError` where a port cannot be had; where LSL is missing `problem` says so."""
+    """Carries out a `NetworkPlan`. `DeviceError` if a port is not available; `problem` says if LSL is not."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class NetworkServer:
         force_hz: float,
         before: "NetworkServer | None" = None,
     ) -> None:
-        """`rate_hz` are session frames a second. Ids, frames and counts go on from those of a server `before`."""
+        """`rate_hz` is session frames per second. Ids, frames and counts continue those of a server `before`."""
         self.plan = plan
         self.counts: Counts = before.counts if before else Counts()
         self._rate_hz = rate_hz
@@ -104,7 +104,7 @@ class NetworkServer:
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
         if plan.serial_marks:
-            self._inlets.append(self._reading(plan.serial_marks))
+            self._inlets.append(self._serial_marks(plan.serial_marks))
         self._out = _udp()
         self._wake, self._woken = socket.socketpair()
         self._wake.setblocking(False)
@@ -112,7 +112,7 @@ class NetworkServer:
         self._thread.start()
 
     def close(self, wait: bool = True) -> None:
-        """Say that no contact is left, and let ports go. Streams of LSL end later: `wait` for them, too."""
+        """Send that there are no contacts, and release the ports; with `wait`, wait for the end of LSL streams too."""
         if not self._ended:
             self._ended = True
             self._do(_nothing)
@@ -122,22 +122,22 @@ class NetworkServer:
 
     @property
     def problem(self) -> str:
-        """What of the plan cannot be, and why; "" where all is well."""
+        """Parts of the plan that fail, with reasons; "" if none."""
         return "; ".join(filter(None, (self._problem, *(inlet.problem for inlet in self._inlets))))
 
-    # --- what goes out ---
+    # --- output ---
 
     def show(self, time_s: float, contacts: Sequence[OngoingContact]) -> None:
-        """The contacts at the sample at `time_s`, in seconds of the session."""
+        """Set the contacts of the sample at `time_s`, in seconds of the session."""
         self._shown = (time.monotonic(), time_s, contacts)
 
     def send_force(self, load_n: NDArray[np.float64], ago_s: float) -> None:
-        """Loads (n, tiles) for LSL, the last of them so long ago."""
+        """Send loads (n, tiles) by LSL; the last one was `ago_s` ago."""
         if self._lsl is not None:
             self._do(partial(self._lsl.force, load_n, self._lsl.now() - ago_s))
 
     def send_step(self, step: Step, ago_s: float) -> None:
-        """A step that is known now, and began so long ago."""
+        """Send a step, which began `ago_s` ago."""
         contact = self._live.sent_id(step.contact)
         figures = (step.contact_ms, step.peak1_n, step.valley_n, step.peak2_n, step.impulse_ns, step.loading_kn_s)
         self._queue_message(
@@ -147,30 +147,30 @@ class NetworkServer:
             self._do(partial(self._lsl.step, step, contact, self._lsl.now() - ago_s))
 
     def send_health(self, health: Health) -> None:
-        """How the engine is; call it once or twice a second."""
+        """Send the state of the engine; call it once or twice a second."""
         self._queue_message(
             "health", health.running, Long(health.frame), float(health.load), health.xruns, health.lost,
             float(health.latency_s), float(health.stream_latency_s),
         )  # fmt: skip
 
     def send_mark(self, text: str, frame: int, ago_s: float) -> None:
-        """A mark that was set at a session frame, so long ago."""
+        """Send a mark, which was set at a session frame, `ago_s` ago."""
         self._queue_message("mark", text, Long(frame), Double(frame / self._rate_hz))
         if self._lsl is not None:
             self._do(partial(self._lsl.mark, text, self._lsl.now() - ago_s))
 
     def answer_played(self, received: Received, frame: int, ago_s: float) -> None:
-        """Answer a cue: from this session frame on it is played, which was so long ago."""
+        """Answer a cue: it is played from this session frame on, `ago_s` ago."""
         time_s = Double(frame / self._rate_hz)
         self._answer(received.sender, "played", received.number, Long(frame), time_s, float(ago_s))
 
     def answer_refused(self, received: Received, reason: str) -> None:
-        """Answer a cue: it is not carried out."""
+        """Answer a cue that is not carried out."""
         self._refuse(reason)
         self._answer(received.sender, "refused", received.number, received.cue.address, reason[:_REASON])
 
     def cues(self) -> list[Received]:
-        """The cues that came since the last call."""
+        """Return the cues received since the last call."""
         return [self._cues.popleft() for _ in range(len(self._cues))]
 
     def _queue_message(self, name: str, *arguments: Argument) -> None:
@@ -182,15 +182,15 @@ class NetworkServer:
             self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
 
     def _do(self, job: Callable[[], None]) -> None:
-        """Let the thread do this now."""
+        """Run a job in the thread."""
         self._jobs.append(job)
-        with suppress(OSError):  # it has been woken often enough, or has ended
+        with suppress(OSError):  # enough bytes wait to wake it, or it has ended
             self._wake.send(b"\0")
 
     # --- the thread ---
 
     def _run(self, floor: Floor, force_hz: float) -> None:
-        try:  # here, because it takes longer than a frame
+        try:  # in the thread, because it takes longer than a frame
             if self.plan.lsl:
                 self._lsl = LslStreams(floor, force_hz)
             if self.plan.lsl_marks:
@@ -229,7 +229,7 @@ class NetworkServer:
                 self._jobs.popleft()()
 
     def _send_frame(self, now_s: float) -> None:
-        """Send the contacts as they are; when there are none, now and then that there are none."""
+        """Send the present contacts; if there are none, only every `IDLE_S`."""
         at_s, time_s, ongoing = self._shown
         contacts = self._live.update(time_s, ongoing if now_s - at_s < STALE_S else ())
         if not contacts and self._was_empty and now_s - self._sent_s < IDLE_S:
@@ -253,22 +253,22 @@ class NetworkServer:
     def _send_by(self, way: socket.socket | None, datagram: bytes, to: Sender) -> None:
         try:
             (way or self._out).sendto(datagram, to)
-        except OSError as error:  # no way there, or no room now: the next one brings what this one would have
+        except OSError as error:  # no route, or no buffer space; the next frame replaces this one
             self.counts.reason = f"nothing can be sent to {to[0]}:{to[1]}: {error.strerror}"
         else:
             self.counts.sent += 1
 
-    # --- what comes in ---
+    # --- input ---
 
     def _receive(self) -> None:
-        """Read what waits, as long as that is allowed."""
+        """Read waiting datagrams, within the limit."""
         listening = self._listening
         while listening is not None and self._reads.spends(1.0):
             try:
                 datagram, sender = listening.recvfrom(MOST_BYTES + 1)
             except BlockingIOError:
                 return
-            except OSError:  # an answer did not arrive; longer than what fits, on some systems
+            except OSError:  # an answer was not delivered or, on some systems, the datagram is too long
                 self._refuse("a datagram could not be read")
                 return
             self._take(datagram, sender)
@@ -302,8 +302,8 @@ class NetworkServer:
         else:
             self._cues.append(Received(cue, sender))
 
-    def _reading(self, port: str) -> SerialMarks:
-        """What reads marks from a serial port; where that cannot be, nothing is left open."""
+    def _serial_marks(self, port: str) -> SerialMarks:
+        """Open a serial port for marks; if that fails, close the socket."""
         try:
             return SerialMarks(port, partial(self._take_mark, _Allowance(MOST_MARKS_S)))
         except DeviceError:
@@ -317,7 +317,7 @@ class NetworkServer:
                 inlet.close()
 
     def _take_mark(self, allowance: "_Allowance", text: str, at_s: float) -> None:
-        """A mark that an inlet has got."""
+        """Receive a mark from an inlet."""
         if not allowance.spends(1.0):
             self._refuse(f"more than {MOST_MARKS_S:g} marks came in a second")
             return
@@ -329,7 +329,7 @@ class NetworkServer:
         self.counts.reason = reason
 
     def _about(self, floor: Floor, force_hz: float) -> str:
-        """What a client may want to know, as JSON; without the tiles where these are too many for a datagram."""
+        """Return the description for clients as JSON, without the tiles if these do not fit into a datagram."""
         plan = self.plan
         ways = {name: getattr(plan, name) for name in ("tuio", "tuio2", "listen", "send")}
         about = {
@@ -352,21 +352,21 @@ class NetworkServer:
 
 
 class _Allowance:
-    """So much a second, of which a quarter of a second's worth may come at once."""
+    """A rate limit, with bursts of up to a quarter of a second."""
 
     def __init__(self, rate_s: float) -> None:
         self._rate_s, self._left, self._at_s = rate_s, rate_s * _BURST_S, time.monotonic()
 
     @property
     def left(self) -> float:
-        """How much may be spent now."""
+        """The amount available now."""
         now_s = time.monotonic()
         self._left = min(self._left + (now_s - self._at_s) * self._rate_s, self._rate_s * _BURST_S)
         self._at_s = now_s
         return self._left
 
     def spends(self, cost: float) -> bool:
-        """Spend so much, if there is so much left; whether there was."""
+        """Spend an amount if it is available; return whether it was."""
         if self.left < cost:
             return False
         self._left -= cost

@@ -1,8 +1,8 @@
-"""TUIO 1.1 and 2.0: the contacts of a floor as tables, screens and game engines take them (https://www.tuio.org).
+"""TUIO 1.1 and 2.0: contacts in the format of interactive tables and game engines (https://www.tuio.org).
 
-A frame is one datagram, and holds all contacts: one that is lost loses nothing that the next one does not bring. Of
-TUIO 1.1 there is the profile `/tuio/2Dcur`, which has no place for force: `/underfoot/contact` brings that. Of TUIO 2.0
-there are pointers, whose pressure is the force over `FULL_PRESSURE_N`, and whose user is the person.
+A frame is one datagram with all contacts, so the next one makes up for one that is lost. For TUIO 1.1 the profile is
+`/tuio/2Dcur`, which has no force; `/underfoot/contact` has it. For TUIO 2.0 contacts are pointers: pressure is the
+force over `FULL_PRESSURE_N`, and the user is the person.
 """
 
 from collections.abc import Sequence
@@ -11,17 +11,17 @@ from underfoot.network.live_contacts import LiveContact
 from underfoot.network.osc import Double, TimeTag, bundle, message
 
 FULL_PRESSURE_N = 1000.0
-"""The force of pressure 1. Pressure is not cut off there: a jump goes above."""
+"""Force at pressure 1. A jump exceeds it, and is not clipped."""
 
 MOST_CONTACTS = 64
-"""So many contacts go into a frame at most, the oldest first: it stays one datagram of less than 8 kB."""
+"""Most contacts in a frame, the oldest first, so that it is one datagram below 8 kB."""
 
 _CURSOR = "/tuio/2Dcur"
 _UNTYPED, _MOST_USER = 0, 0xFFFF
 
 
 def cursor_frame(contacts: Sequence[LiveContact], sequence: int, source: str) -> bytes:
-    """A frame of TUIO 1.1: source, alive, set for each contact, and fseq.
+    """Return a frame of TUIO 1.1: source, alive, set for each contact, and fseq.
 
     >>> from underfoot.network.osc import read
     >>> [one.arguments[:2] for one in read(cursor_frame([LiveContact(3, 0.5, 0.5, 1.0, 1.0, 700.0)], 9, "a@b"))]
@@ -38,7 +38,7 @@ def cursor_frame(contacts: Sequence[LiveContact], sequence: int, source: str) ->
 def pointer_frame(
     contacts: Sequence[LiveContact], sequence: int, source: str, unix_s: float, size_m: tuple[float, float]
 ) -> bytes:
-    """A frame of TUIO 2.0: frm, ptr for each contact, and alv. `size_m` is sent as the sensor's, in millimetres.
+    """Return a frame of TUIO 2.0: frm, ptr for each contact, and alv; `size_m` is sent as the sensor size, in mm.
 
     >>> from underfoot.network.osc import read
     >>> frame = pointer_frame([LiveContact(3, 0.5, 0.5, 1.0, 1.0, 700.0)], 9, "a", 0.0, (2.0, 1.0))
@@ -60,7 +60,7 @@ def pointer_frame(
 
 
 def contact_messages(contacts: Sequence[LiveContact], time_s: float) -> bytes:
-    """All contacts in metres and newtons: `/underfoot/contacts` with the session's time and their number, then
+    """Return all contacts in metres and newtons: `/underfoot/contacts` with the session's time and their number, then
     `/underfoot/contact` for each.
     """
     head = message("/underfoot/contacts", Double(time_s), len(contacts[:MOST_CONTACTS]))
@@ -72,5 +72,5 @@ def contact_messages(contacts: Sequence[LiveContact], time_s: float) -> bytes:
 
 
 def _signed(number: int) -> int:
-    """Bits of 32 as OSC's signed whole number."""
+    """Convert 32 bits to a signed integer, as OSC has them."""
     return number - (1 << 32) if number >= 1 << 31 else number

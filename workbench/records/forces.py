@@ -1,4 +1,4 @@
-"""Forces of a floor as scripts have them: read from a file or walked by simulated people, with contacts and steps."""
+"""Forces of a floor for scripts, from files or simulated people, with their contacts and steps."""
 
 import os
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ from underfoot.records.force_files import read_force_file
 from underfoot.records.tables import Table, force_table, to_dataframe
 
 _POINTS = 600
-"""Points across a picture."""
+"""Points across a plot."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,11 +49,11 @@ class Forces(ForceSeries):
 
     @property
     def seconds(self) -> float:
-        """How long they last, one period of the last sample included."""
+        """Duration, including one period after the last sample."""
         return float(self.time_s[-1] - self.time_s[0]) + 1.0 / self.rate_hz if len(self) else 0.0
 
     def steps(self) -> Table:
-        """The footsteps, a row each, with the columns of `Step`: what `underfoot monitor --steps` writes, and more.
+        """Return the footsteps, one row each, with all columns of `underfoot.floor.footsteps.Step`.
 
         >>> walk(4.0).steps()["tile"]
         array(['t1', 't2', 't4', 't3', 't1', 't2'], dtype='<U2')
@@ -63,9 +63,9 @@ class Forces(ForceSeries):
         return Table("steps", {name: np.array(values) for name, values in columns.items()})
 
     def contacts(self) -> Table:
-        """Where somebody stands, a row for each contact and sample: time_s, contact, x_m, y_m, force_n and tiles.
+        """Return the contacts, one row per contact and sample: time_s, contact, x_m, y_m, force_n and tiles.
 
-        `contact` is an id that lasts as long as the contact does; x_m and y_m are its centroid, in the floor's frame.
+        `contact` is the id of the contact; x_m and y_m are its centroid, in the floor's frame.
 
         >>> contacts = walk(2.0).contacts()
         >>> bool(contacts["force_n"].max() > 500.0), list(contacts)
@@ -77,15 +77,15 @@ class Forces(ForceSeries):
         return Table("contacts", {**columns, "tiles": np.array(tiles, dtype=np.str_)})
 
     def plot(self) -> Picture:
-        """The load of each tile over time, and the ways of the contacts' centroids over the floor."""
+        """Plot the load of each tile over time, and the paths of the contacts' centroids on the floor."""
         return Picture((self._loads(), self._ways()))
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame: `time_s`, then a column a sensor, named as in a force CSV."""
+        """Return a pandas DataFrame: `time_s`, then one column per sensor, named as in a force CSV."""
         return to_dataframe(self._columns())
 
     def save(self, path: str | Path) -> None:
-        """Write a force CSV, and its floor beside it; `BadFile` where that cannot be."""
+        """Write a force CSV, and its floor beside it; `BadFile` if that fails."""
         force_table(path, self._columns())
         self.floor.save(floor_beside(path))
 
@@ -134,10 +134,10 @@ def _outline(corners_m: Any) -> Series:
 
 
 def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Forces:
-    """The forces of a CSV file, of a recording, of a C3D file with force plates, or of a sample walk by its name.
+    """Read the forces of a CSV file, of a recording, of a C3D file with force plates, or of a sample walk by its name.
 
-    Beside walk.csv its floor is found by itself as walk.floor.json; `floor` is another one, or its file. `BadFile`, one
-    line, where something is not there or cannot be read.
+    The floor of walk.csv is in walk.floor.json beside it, unless `floor` is another one, or its file. Raises `BadFile`
+    if a file is missing or cannot be read.
 
     >>> read_forces("corridor")
     <Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>
@@ -152,10 +152,10 @@ def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Fo
 def walk(
     seconds: float = 10.0, floor: Floor | None = None, *, people: int = 1, path: str = "", seed: int = 1
 ) -> Forces:
-    """What simulated people do to a floor, by default the usual walker on 2 x 2 tiles: corner forces at 1 kHz.
+    """Return the forces of simulated people at 1 kHz, by default of one walker on 2 x 2 tiles.
 
-    `path` is how they go: straight, turn, in-place, random or crossing; "" is round and round for one, at random for
-    several. The same seed gives the same walk. `BadValue` for values out of range.
+    `path` is "straight", "turn", "in-place", "random" or "crossing"; "" is round and round for one person, random for
+    several. The same seed gives the same walk. Raises `BadValue` for values out of range.
 
     >>> forces = walk(3.0, default_floor(1, 4), people=2, path="straight")
     >>> forces.force_n.shape, forces.floor.ids

@@ -1,9 +1,9 @@
-"""A session on disk: one SQLite file, whole at any moment.
+"""Recordings: a session in one SQLite file that is consistent at any moment.
 
 Blocks of force samples and of vibration are blobs of little-endian numbers; commands and the patch are JSON text. The
-file is in WAL mode and committed every 50 ms: killed at any moment, it opens and has lost at most the last block.
-Where frames are missing between blocks there is a gap, and `gaps` lists it. Beside the blocks lie their envelopes
-(`records.envelopes`), and marks that a person set.
+file is in WAL mode and committed every 50 ms: if the writer is killed, the file opens and has lost at most the last
+block. `gaps` lists missing frames between blocks. Further tables have the blocks' envelopes (`records.envelopes`) and
+the user's marks.
 """
 
 import json
@@ -25,14 +25,14 @@ from underfoot.records import envelopes
 SUFFIXES = (".underfoot", ".uf")
 APPLICATION_ID = 0x55464F54  # "UFOT"
 VERSION = 3
-"""1 had no `commanded` and `measured`, 2 neither `envelope` nor `mark`. What is missing is empty. A mark that is set in
-an earlier file adds that table alone, which an earlier Underfoot passes by."""
+"""Version 1 lacks `commanded` and `measured`, version 2 `envelope` and `mark`; missing tables read as empty. A mark set
+in an earlier file adds only that table, which an earlier Underfoot ignores."""
 NEEDED = ("floor", "rate", "force_rate", "patch")
-"""What every recording says of its session."""
+"""Entries of `about` that every recording has."""
 FRAMES = ("vibration", "commanded", "measured")
-"""The tables of what tiles played, were asked and did, a row a session frame."""
+"""Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
 FURTHEST_FRAME = 1e15
-"""Frames that no session reaches: at 192 kHz, after a century and a half."""
+"""Largest valid session frame: 150 years at 192 kHz."""
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
@@ -45,9 +45,9 @@ _MARKS = "create table if not exists mark (id integer primary key, frame integer
 
 
 class Writer:
-    """Writes a recording; what is put in is safe after `commit`.
+    """Writes a recording; data is safe after `commit`.
 
-    The file appears at `path` with all of `about` in it. With `resume` it may be there already, and is gone on with.
+    The file appears at `path` with all of `about`. With `resume` it may exist, and is continued.
     """
 
     def __init__(self, path: Path, about: dict[str, str], resume: bool = False) -> None:
@@ -65,7 +65,7 @@ class Writer:
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: NDArray) -> None:
-        """A block: the number of the first row, and the rows.
+        """Add a block: the number of its first row, and its rows.
 
         Those of `force` are samples (stamp, arrival, corners...), the others frames [frame, tile]: `vibration` is what
         the tiles played, `commanded` what was asked of them and `measured` what they did.
@@ -86,25 +86,25 @@ class Writer:
             envelopes.put(self._base, table, first, frames, 1.0)
 
     def command(self, frame: int, kind: str, body: str) -> None:
-        """A command and the frame on which it took effect."""
+        """Add a command, and the frame at which it took effect."""
         self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
 
     def set_about(self, key: str, value: str) -> None:
-        """Something about the session, in the place of what was said before."""
+        """Set or replace an entry of `about`."""
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def commands(self) -> int:
-        """How many commands it has."""
+        """Number of commands."""
         count: int = self._base.execute("select count(*) from command").fetchone()[0]
         return count
 
     def end(self, table: str) -> int | None:
-        """The number behind the last row of a table; None where there is none."""
+        """Return the number after the last row of a table; None if it is empty."""
         last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
         return last[0] if last else None
 
     def cut(self, end: int) -> None:
-        """Take away what was played from session frame `end` on."""
+        """Remove all frames from session frame `end` on."""
         for table in FRAMES:
             self._base.execute(f"delete from {table} where first >= ?", (end,))
             over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
@@ -115,25 +115,25 @@ class Writer:
         self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
 
     def mark(self, frame: int, text: str) -> None:
-        """A mark at a session frame; one that is there already stays one."""
+        """Add a mark at a session frame, unless it exists."""
         known = self._base.execute("select 1 from mark where frame = ? and text = ?", (frame, text)).fetchone()
         if known is None:
             self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
 
     def commit(self) -> None:
-        """Make safe what was put in so far."""
+        """Commit all data so far."""
         self._base.execute("commit")
         self._base.execute("begin")
 
     def close(self) -> None:
-        """Commit, fold the log into the file, and close."""
+        """Commit, merge the write-ahead log into the file, and close."""
         self._base.execute("commit")
         self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
 
 def _create(path: Path, about: dict[str, str]) -> None:
-    """A recording with nothing in it yet, made beside `path` and moved there, so that no part of one is ever seen."""
+    """Create an empty recording beside `path` and move it there, so that an incomplete one is never visible."""
     with replaced(path) as part, closing(sqlite3.connect(part, isolation_level=None)) as base:
         base.execute(f"pragma application_id = {APPLICATION_ID}")
         base.execute(f"pragma user_version = {VERSION}")
@@ -142,7 +142,7 @@ def _create(path: Path, about: dict[str, str]) -> None:
 
 
 def _opened(path: Path) -> sqlite3.Connection:
-    """A recording, which can be read and, for its marks, written to.
+    """Open a recording for reading, and for writing marks.
 
     Reading what a writer left in its log takes a file beside it; where the disk has no room for one, memory does, and
     nobody else can read it meanwhile.
@@ -154,7 +154,7 @@ def _opened(path: Path) -> sqlite3.Connection:
 
 
 def _connected(where: str, *asked: str) -> sqlite3.Connection:
-    """A connection that has answered; one that does not is closed."""
+    """Return a connection that works; close one that does not."""
     base = sqlite3.connect(where, uri=True)
     try:
         for question in asked:
@@ -167,7 +167,7 @@ def _connected(where: str, *asked: str) -> sqlite3.Connection:
 
 @dataclass(frozen=True)
 class Gap:
-    """Frames (or samples) that are missing: the first, and how many."""
+    """Missing frames (or samples): the first, and their number."""
 
     first: int
     count: int
@@ -175,7 +175,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Mark:
-    """What a person marked: a session frame, and words, "" for none."""
+    """A mark: a session frame, and a text that may be empty."""
 
     id: int
     frame: int
@@ -183,10 +183,10 @@ class Mark:
 
 
 class Recording:
-    """Reads a recording, also one whose writer was killed.
+    """A recorded session, for reading; also one whose writer was killed. Raises `BadFile` for any other file.
 
     `about` has the texts `patch`, `folder`, `floor`, `rate`, `force_rate`, `target`, and `channels` of the tiles as a
-    JSON list, once that is known.
+    JSON list, if known. For forces with contacts and steps see `underfoot.read_forces`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -230,18 +230,20 @@ class Recording:
         self.close()
 
     def forces(self) -> NDArray[np.float64]:
-        """All force samples: (stamp, arrival, corners...) each, float64; none where none was recorded yet."""
+        """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
+        in N."""
         rows = self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
         if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
             raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
         return rows
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
-        """The first session frame, and what the tiles played, [frame, tile]; 0 in gaps."""
+        """Return the first session frame, and the drive of the tiles, [frame, tile], of full scale; 0 in gaps."""
         return self._all("vibration", "<f4", self._floor_tiles)
 
     def tiles(self, table: str) -> tuple[int, NDArray[np.float32]]:
-        """The same of `commanded` or `measured`, m/s^2; no frames where nothing was measured."""
+        """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
+        gaps."""
         if self.version < 2:
             return 0, np.zeros((0, 1), np.float32)
         blocks = list(self.blocks(table))
@@ -255,8 +257,10 @@ class Recording:
     def blocks(
         self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, reverse: bool = False
     ) -> Iterator[tuple[int, NDArray]]:
-        """The blocks of a table that have rows between two of its row numbers, one after the other: the number of its
-        first row, and its rows. They are read as they are asked for."""
+        """Yield the blocks of a table with rows between two row numbers: the number of the first row, and the rows.
+
+        Each block is read when it is requested.
+        """
         if table in ("commanded", "measured") and self.version < 2:
             return
         wide = table == "force"
@@ -280,7 +284,7 @@ class Recording:
                 yield first, rows
 
     def forces_between(self, begin: float, end: float) -> NDArray[np.float64]:
-        """Force samples, as `forces` has them, whose stamps lie between two session frames: only they are read."""
+        """Return the force samples with stamps between two session frames, as in `forces`; only these are read."""
         first = self._first_sample_at(begin)
         parts = [np.zeros((0, 2 + 4 * self._floor_tiles))]
         for _, rows in self.blocks("force", first):
@@ -290,7 +294,7 @@ class Recording:
         return np.concatenate(parts)
 
     def tiles_between(self, table: str, begin: int, end: int) -> NDArray[np.float32]:
-        """What a table of frames has between two session frames, [frame, tile]: NaN where nothing was recorded."""
+        """Return the rows of a table of `FRAMES` between two session frames, [frame, tile]; NaN in gaps."""
         found = np.full((max(end - begin, 0), self._floor_tiles), np.nan, np.float32)
         for first, rows in self.blocks(table, begin, end):
             kept = rows[max(begin - first, 0) : end - first]
@@ -299,7 +303,7 @@ class Recording:
         return found
 
     def _first_sample_at(self, frame: float) -> int:
-        """The number of a sample at or shortly before a session frame, or of the first behind it."""
+        """Return the number of a sample at or shortly before a session frame, or else of the first one after it."""
         ends = self._ends("force")
         if ends[0] is None or ends[1] is None:
             return 0
@@ -320,7 +324,7 @@ class Recording:
 
     @property
     def span(self) -> tuple[int, int]:
-        """The first session frame, and the one behind the last, of all that was recorded; (0, 0) for nothing."""
+        """Return the first recorded session frame, and the one after the last; (0, 0) for an empty recording."""
         first, end = self._ends("vibration")
         for _, rows in (*self._at_ends("force"),):
             first = round(rows[0, 0]) if first is None else min(first, round(rows[0, 0]))
@@ -328,7 +332,7 @@ class Recording:
         return (first or 0), (end or 0)
 
     def _at_ends(self, table: str) -> Iterator[tuple[int, NDArray]]:
-        """The first and the last block of a table."""
+        """Return the first and the last block of a table."""
         for reverse in (False, True):
             for block in self.blocks(table, reverse=reverse):
                 yield block
@@ -344,14 +348,14 @@ class Recording:
     # --- marks and envelopes ---
 
     def marks(self) -> list[Mark]:
-        """What was marked, in order of time."""
+        """Return the marks in order of time."""
         if "mark" not in self._tables:
             return []
         with self._readable("mark"):
             return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
 
     def add_mark(self, frame: int, text: str = "") -> Mark:
-        """Mark a session frame, in the file; `BadFile` where that cannot be written to."""
+        """Add a mark at a session frame to the file; `BadFile` if it cannot be written to."""
         with self._written():
             if "mark" not in self._tables:
                 self._base.execute(_MARKS)
@@ -360,17 +364,17 @@ class Recording:
         return Mark(done.lastrowid or 0, frame, text)
 
     def rename_mark(self, id: int, text: str) -> None:
-        """Give a mark other words."""
+        """Change the text of a mark."""
         with self._written():
             self._base.execute("update mark set text = ? where id = ?", (text, id))
 
     def remove_mark(self, id: int) -> None:
-        """Take a mark away."""
+        """Remove a mark."""
         with self._written():
             self._base.execute("delete from mark where id = ?", (id,))
 
     def envelope_base(self) -> sqlite3.Connection | None:
-        """Where its envelopes are read; None for a recording of an earlier version, which has none."""
+        """Return the connection for its envelopes; None for an earlier version, which has none."""
         return self._base if "envelope" in self._tables else None
 
     @contextmanager
@@ -382,7 +386,7 @@ class Recording:
             raise BadFile(f"{self.path} cannot be written to: {error}") from None
 
     def commands(self) -> list[tuple[int, str, str]]:
-        """(frame, kind, body) of every command, in order."""
+        """Return (frame, kind, body) of every command, in order."""
         with self._readable("command"):
             found = list(self._base.execute("select frame, kind, body from command order by id"))
             for row in found:
@@ -391,7 +395,7 @@ class Recording:
             return found
 
     def gaps(self, table: str = "vibration") -> list[Gap]:
-        """What is missing between the blocks of a table."""
+        """Return the gaps between the blocks of a table."""
         found, end = [], None
         with self._readable(table):
             for first, count in self._base.execute(f"select first, count from {table} order by first"):
@@ -401,7 +405,7 @@ class Recording:
         return found
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._base.close()
 
     def _all(self, table: str, dtype: str, width: int) -> tuple[int, NDArray]:
@@ -421,7 +425,7 @@ class Recording:
 
     @contextmanager
     def _readable(self, table: str) -> Iterator[None]:
-        """Say in one line that a table is damaged."""
+        """Raise `BadFile` if the table is damaged."""
         try:
             yield
         except (sqlite3.Error, ValueError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as error:
@@ -429,7 +433,7 @@ class Recording:
 
 
 def _is_said(key: str, value: object) -> bool:
-    """Whether a text of the session is there, and a number where it has to be one."""
+    """Return whether an entry of `about` is valid: a text, and for rates a number."""
     try:
         return isinstance(value, str) and (not key.endswith("rate") or 0.0 < float(value) < 1e9)
     except ValueError:
@@ -437,7 +441,7 @@ def _is_said(key: str, value: object) -> bool:
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a file is an SQLite file or is named as a recording; also one that `Recording` will refuse."""
+    """Return whether a file is an SQLite file or has the suffix of a recording; `Recording` may still refuse it."""
     try:
         with path.open("rb") as file:
             return file.read(15) == b"SQLite format 3" or path.suffix.lower() in SUFFIXES

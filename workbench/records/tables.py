@@ -1,8 +1,8 @@
-"""Tables: columns by name for scripts, and what commands write.
+"""Tables: columns by name for scripts, and CSV files of commands.
 
-A file is UTF-8 CSV with a header, written beside its place and moved there, whole or not at all. One that a command
-writes is open for the length of a `with` block, and written line by line as rows come: only a block that ends well
-replaces what was there. `BadFile` says where it cannot.
+A file is UTF-8 CSV with a header, written beside its target and moved there when it is complete. Commands write line by
+line in a `with` block; an earlier file is replaced only if the block ends without an exception. `BadFile` if it cannot
+be written.
 """
 
 import math
@@ -73,25 +73,25 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return len(next(iter(self._columns.values()), ()))
 
     def __repr__(self) -> str:
         return f"<{self.rows} {self._what}: {', '.join(self)}>"
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame with these columns."""
+        """Return a pandas DataFrame with these columns."""
         return to_dataframe(self._columns)
 
     def save(self, path: str | Path) -> None:
-        """Write a CSV file; a number that is not there (NaN) is an empty cell. `BadFile` where that cannot be."""
+        """Write a CSV file, with empty cells for NaN; `BadFile` if that fails."""
         with _table(path, ",".join(self)) as lines:
             cells = zip(*(column.tolist() for column in self.values()), strict=True)
             lines(",".join("" if value != value else _cell(value) for value in row) for row in cells)
 
 
 def to_dataframe(columns: Mapping[str, Any]) -> Any:
-    """A pandas DataFrame of columns by name; an `UnderfootError` where pandas is not installed."""
+    """Return a pandas DataFrame of columns by name; `UnderfootError` if pandas is not installed."""
     try:
         import pandas
     except ModuleNotFoundError:
@@ -108,8 +108,7 @@ def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:
 
 @contextmanager
 def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
-    """Write the step table: what it gives takes steps, a line each. A figure that there is not (NaN) is an empty
-    cell.
+    """Open a step table for writing; yield a function that appends steps, one line each. NaN is an empty cell.
 
     >>> import tempfile
     >>> folder = tempfile.TemporaryDirectory()
@@ -127,13 +126,13 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
 
 
 def step_lines(steps: Iterable[Step]) -> list[str]:
-    """The step table of these steps, its header first, a text a line."""
+    """Return the lines of a step table, header first."""
     return [",".join(_STEP_COLUMNS), *map(_step_line, steps)]
 
 
 @contextmanager
 def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactRows], None]]:
-    """Write the contact table, in the floor's frame: what it gives takes rows, a line for each contact and sample."""
+    """Open a contact table for writing, in the floor's frame; yield a function that appends rows, one line each."""
     with _table(path, "time_s,contact,x_m,y_m,force_n,tiles") as lines:
         yield lambda rows: lines(_contact_lines(rows, floor))
 

@@ -1,4 +1,4 @@
-"""Scenes: the floor as a surface to look at and to act on. Each is a folder here that declares one.
+"""Scenes: the floor as an interactive surface. Each folder here declares one.
 
 A folder of `underfoot.scenes` is a scene where its `__init__.py` has a class made of `Scene`: the workspace, the
 command and the tests of all scenes follow from that. docs/scenes.md writes one.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @cache
 def discover() -> "Mapping[str, type[Scene]]":
-    """The scenes that there are, by the names of their folders with "-" for "_"; then those that plug-ins bring.
+    """Return all scenes by the names of their folders, with "-" for "_"; then those of plug-ins.
 
     >>> "frozen-pond" in discover()
     True

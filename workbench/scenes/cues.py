@@ -1,6 +1,6 @@
-"""What a scene can do: strike a node of its patch, set a number, play a patch on a tile, and say something.
+"""Cues of a scene: strike a node of its patch, set a number, play a patch on a tile, print a line.
 
-Cues go to the engine as its commands do: recorded with their frame, and so replayed to the same bytes.
+They go to the engine as commands, so they are recorded with their frames and replay to the same bytes.
 """
 
 import math
@@ -15,10 +15,10 @@ from underfoot.patch.patch import Patch
 
 @dataclass(frozen=True)
 class Strike:
-    """An event for the strike node `node` of the scene's patch, on the tile nearest to a place of the floor.
+    """Event for the strike node `node` of the scene's patch, on the tile nearest to a place on the floor.
 
-    `strength` is 0 to 1: how strong 1 is, the patch says. `at_s` is when it happened, within the present moment; NaN
-    for its beginning. `BadValue` for any other strength.
+    `strength` is 0 to 1; the patch determines the effect of 1. `at_s` is the time of the event in the present moment;
+    NaN: its beginning. `BadValue` for any other strength.
     """
 
     node: str
@@ -33,7 +33,7 @@ class Strike:
         require(all(map(math.isfinite, place)), "place", place, "two finite lengths")
 
     def command(self, floor: Floor, delay_s: float) -> commands.Strike:
-        """The engine's command; the event comes `delay_s` after it."""
+        """Return the engine's command; the event comes `delay_s` after it."""
         tile = nearest_tile(floor, self.x_m, self.y_m)
         delay = min(max(float(delay_s), 0.0), commands.MOST_DELAY_S)
         return commands.Strike(self.node, tile, float(self.strength), delay)  # plain numbers, as recordings keep them
@@ -41,7 +41,7 @@ class Strike:
 
 @dataclass(frozen=True)
 class Set:
-    """Let a number of a node of the scene's patch go to a value within its range, on all tiles."""
+    """Set a number of a node of the scene's patch, on all tiles."""
 
     node: str
     name: str
@@ -50,9 +50,9 @@ class Set:
 
 @dataclass(frozen=True)
 class Play:
-    """Let a patch play beside the scene's own, on one tile ("all": on every tile) at a gain of 0 to 1.
+    """Play a patch besides the scene's own, on one tile ("all": on every tile), at a gain of 0 to 1.
 
-    It takes the place of the one that was played before; None ends that.
+    It replaces the one played before; None ends that.
     """
 
     patch: Patch | None
@@ -63,7 +63,7 @@ class Play:
         require(0.0 <= self.gain <= 1.0, "gain", self.gain, "0 to 1")
 
     def beside(self, own: Patch, floor: Floor, registry: Registry) -> Patch:
-        """The scene's own patch, and this one beside it."""
+        """Return a patch with the scene's own nodes and these."""
         if self.patch is None:
             return own
         if self.tile != "all":
@@ -79,7 +79,7 @@ class Play:
 
 @dataclass(frozen=True)
 class Say:
-    """A line for the experimenter: something happened that is worth a line."""
+    """A line for the experimenter."""
 
     text: str
 
@@ -88,12 +88,12 @@ Cue = Strike | Set | Play | Say
 
 
 def delay_of(cue: Strike, began_s: float) -> float:
-    """How long after `began_s` a strike came; 0 where it does not say."""
+    """Return the time of a strike after `began_s`; 0 if it has none."""
     return max(cue.at_s - began_s, 0.0) if math.isfinite(cue.at_s) else 0.0
 
 
 def nearest_tile(floor: Floor, x_m: float, y_m: float) -> str:
-    """The id of the tile that is nearest to a place of the floor's frame; the first of several.
+    """Return the id of the tile nearest to a place in the floor's frame; the first of several.
 
     >>> from underfoot.floor.layout import default_floor
     >>> nearest_tile(default_floor(1, 2), 10.0, 0.0)

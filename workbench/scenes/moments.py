@@ -1,7 +1,7 @@
-"""Force samples cut into moments of 10 ms: who stands where, who came, who went. The same samples, the same moments.
+"""Moments: the contacts in each 10 ms of a stream of force samples, and those that came and went.
 
-Contacts here are provisional, as they stand at the moment's last sample: nobody waits for what the following ones say
-of whose foot it is. A contact keeps its id as long as it stands, over tile edges, too.
+Contacts are taken at the moment's last sample. Their assignment to feet is provisional, because the final one takes
+later samples. A contact keeps its id while it lasts, also across tile edges. The same samples give the same moments.
 """
 
 import math
@@ -19,16 +19,16 @@ from underfoot.floor.walks import WalkTracker
 
 MOMENT_S = 0.01
 MOST_CONTACTS = 12
-"""The contacts with the largest forces; the others are not told of."""
+"""Most contacts of a moment: those with the largest forces."""
 
 
 @dataclass(frozen=True)
 class Moment:
     """The floor at `time_s` of the session, `MOMENT_S` after the moment before.
 
-    `contacts` are in the order of their force, the largest first; their `id` goes up from 1. `down` are those that
-    came since the moment before, `up` those that went, as they were last. `steps` are footsteps that became known:
-    whose, which side, how long; that takes 0.7 s and more after their end (docs/contracts.md).
+    `contacts` are in the order of their forces, the largest first; their ids count from 1. `down` are those that are
+    new since the moment before, `up` those that ended, as last seen. `steps` are the footsteps whose person, side and
+    measures are known now, 0.7 s or more after their end (docs/contracts.md).
     """
 
     time_s: float
@@ -39,12 +39,12 @@ class Moment:
 
     @property
     def began_s(self) -> float:
-        """Where the moment begins."""
+        """The beginning of the moment."""
         return self.time_s - MOMENT_S
 
 
 class Moments:
-    """Makes moments of force samples, however these are cut into chunks. Frames are `rate_hz` a second."""
+    """Turns force samples in chunks of any size into moments. There are `rate_hz` session frames per second."""
 
     def __init__(self, floor: Floor, rate_hz: float, force_hz: float) -> None:
         self.floor = floor
@@ -57,17 +57,16 @@ class Moments:
         self._counter = WalkTracker(self.floor)
         self._known: dict[int, OngoingContact] = {}
         self._ids = 0
-        self._before_s = -math.inf  # the last sample of the moment before
-        self._number = -1  # of the moment that is being collected, from the session's begin
+        self._before_s = -math.inf  # last sample of the moment before
+        self._number = -1  # of the incomplete moment, counted from the beginning of the session
         self._times: list[NDArray[np.float64]] = []
         self._forces: list[NDArray[np.float64]] = []
 
     def feed(self, frames: NDArray[np.float64], force_n: NDArray[np.float64]) -> Iterator[Moment]:
-        """The moments that samples complete: session frames (n,), ascending, and corner forces (n, tiles, 4).
+        """Yield the moments completed by samples at session frames (n,), ascending, with corner forces (n, tiles, 4).
 
-        A moment is complete with the first sample behind it. Tiles whose samples are NaN are taken to be as they were.
-        Samples of an engine that was started again, whose time
-        runs back, begin anew.
+        The first sample after a moment completes it. A tile whose sample is NaN keeps its load. If frames go back,
+        because the engine was restarted, tracking starts again.
         """
         times = frames / self._rate_hz
         numbers = np.floor(times / MOMENT_S + 1e-6).astype(np.int64)
@@ -82,7 +81,7 @@ class Moments:
                     self._begin()
                 self._number = int(numbers[first])
             self._times.append(times[first:end])
-            self._forces.append(force_n[first:end].copy())  # the caller fills its array anew
+            self._forces.append(force_n[first:end].copy())  # the caller reuses its array
 
     def _complete(self) -> Moment:
         times, forces = np.concatenate(self._times), np.concatenate(self._forces)
@@ -102,7 +101,7 @@ class Moments:
         )
 
     def _named(self, found: Sequence[OngoingContact]) -> tuple[OngoingContact, ...]:
-        """Contacts under the ids of those that stood on their tiles the moment before; the others get new ones."""
+        """Return contacts with the ids of those that were on the same tiles the moment before; others get new ids."""
         left = dict(self._known)
         named = []
         for contact in found:

@@ -1,4 +1,4 @@
-"""Pictures of scenes without a screen: shapes to pixels, smoothed by their distance, and PNG and GIF files of these."""
+"""Pictures of scenes without a screen: anti-aliased shapes, and PNG and GIF files."""
 
 import struct
 import zlib
@@ -14,18 +14,18 @@ from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape, Text
 from underfoot.scenes.strokes import written
 
 GROUND = "#000000"
-"""What a projector shows where nothing is: no light."""
+"""Background: no light from a projector."""
 MARGIN_M = 0.05
 _STROKE = 0.11
-"""How wide the strokes of letters are, of their height."""
+"""Width of the strokes of letters, as a share of their height."""
 _KEPT = 200
-"""Polygons whose pixels are remembered."""
+"""Number of polygons whose pixels are cached."""
 
 Pixels = NDArray[np.uint8]
 
 
 class Canvas:
-    """A picture of a floor, `width_px` wide, with a margin around the tiles."""
+    """Paints a floor with a margin around its tiles, `width_px` wide."""
 
     def __init__(self, floor: Floor, width_px: int) -> None:
         corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
@@ -36,19 +36,19 @@ class Canvas:
         self._depths: dict[bytes, NDArray[np.float64]] = {}
 
     def paint(self, shapes: Iterable[Shape]) -> Pixels:
-        """A picture of these: uint8 [row, column, channel]."""
+        """Return a picture of these shapes: uint8 [row, column, channel]."""
         self._image[:] = rgb(GROUND)
         for shape in shapes:
             self._add(shape)
         return np.round(self._image).astype(np.uint8)
 
     def _place(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points of the floor in pixels, rows downwards."""
+        """Convert points of the floor to pixels, rows downwards."""
         x, y = np.moveaxis((points_m - self._low) * self._px_per_m, -1, 0)
         return np.stack([x, self._height_px - y], axis=-1)
 
     def _blend(self, colour: str, opacity: float, points: NDArray[np.float64], reach: float) -> "_Patch | None":
-        """The pixels within `reach` of a box around points."""
+        """Return the pixels within `reach` of the bounding box of points."""
         height, width = self._image.shape[:2]
         low = np.clip(np.floor(points.min(axis=0) - reach - 1.0), 0, (width, height)).astype(int)
         high = np.clip(np.ceil(points.max(axis=0) + reach + 1.0), 0, (width, height)).astype(int)
@@ -107,14 +107,14 @@ class _Patch:
         self._y = (np.arange(rows) + at[1] + 0.5)[:, None]
 
     def distance(self, begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far each pixel is from a line."""
+        """Return each pixel's distance from a line."""
         way_x, way_y = end - begin
         x, y = self._x - begin[0], self._y - begin[1]
         along = np.clip((x * way_x + y * way_y) / max(way_x**2 + way_y**2, 1e-12), 0.0, 1.0)
         return np.hypot(x - along * way_x, y - along * way_y)
 
     def inside(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far each pixel lies in a polygon; below 0 outside."""
+        """Return each pixel's depth in a polygon; negative outside."""
         nearest = np.full((self._y.size, self._x.size), np.inf)
         is_in = np.zeros(nearest.shape, bool)
         for begin, end in zip(points, np.roll(points, -1, axis=0), strict=True):
@@ -126,13 +126,13 @@ class _Patch:
         return np.where(is_in, nearest, -nearest)
 
     def fill(self, depth: NDArray[np.float64]) -> None:
-        """Blend the colour in where `depth` pixels within the shape are above 0, half at its edge."""
+        """Blend the colour in by `depth`, in pixels from the edge of the shape: half at the edge."""
         share = (self._opacity * np.clip(depth + 0.5, 0.0, 1.0))[..., None]
         self._image += share * (self._colour - self._image)
 
 
 def png(pixels: Pixels) -> bytes:
-    """A PNG file of a picture [row, column, channel].
+    """Encode a picture [row, column, channel] as a PNG file.
 
     >>> png(np.zeros((2, 3, 3), np.uint8))[:8]
     b'\\x89PNG\\r\\n\\x1a\\n'
@@ -151,7 +151,7 @@ def png(pixels: Pixels) -> bytes:
 
 
 def gif(frames: Sequence[Pixels], frame_s: float) -> bytes:
-    """A film of pictures of one size, over and over, as a GIF file: 255 colours for all, only what changed in each.
+    """Encode pictures of one size as a looping GIF file: one palette of 255 colours; each frame has only changes.
 
     >>> film = gif([np.zeros((2, 3, 3), np.uint8), np.full((2, 3, 3), 255, np.uint8)], 0.1)
     >>> film[:6], film[-1:]
@@ -176,17 +176,17 @@ def gif(frames: Sequence[Pixels], frame_s: float) -> bytes:
 
 
 _SAME = 255
-"""The colour that leaves a pixel as it was."""
+"""Index of the transparent colour, for unchanged pixels."""
 
 
 def _cell(frame: Pixels) -> NDArray[np.int64]:
-    """Each pixel's cell among 32 x 32 x 32 colours."""
+    """Return each pixel's cell among 32 x 32 x 32 colours."""
     red, green, blue = np.moveaxis(frame.astype(np.int64) >> 3, -1, 0)
     return (red << 10) | (green << 5) | blue
 
 
 def _palette(frames: Sequence[Pixels]) -> tuple[Pixels, Pixels]:
-    """The colours of a film, uint8 [256, 3], and for each cell of `_cell` the nearest one's place."""
+    """Return the colours of a film, uint8 [256, 3], and the index of the nearest one for each cell of `_cell`."""
     counts, sums = np.zeros(1 << 15), np.zeros((1 << 15, 3))
     for frame in frames:
         cells = _cell(frame).ravel()
@@ -204,7 +204,7 @@ def _palette(frames: Sequence[Pixels]) -> tuple[Pixels, Pixels]:
 
 
 def _packed(data: bytes) -> bytes:
-    """Bytes as GIF packs them: Lempel, Ziv and Welch, codes of 9 to 12 bits."""
+    """Compress bytes for GIF: LZW (Lempel, Ziv and Welch), codes of 9 to 12 bits."""
     clear, stop = 256, 257
     single = {bytes([value]): value for value in range(256)}
     known, free, size = dict(single), 258, 9
@@ -242,5 +242,5 @@ def _packed(data: bytes) -> bytes:
 
 
 def _blocks(data: bytes) -> bytes:
-    """Bytes in blocks of up to 255, each behind its length."""
+    """Split bytes into blocks of up to 255, each after its length."""
     return b"".join(bytes([len(part)]) + part for part in (data[i : i + 255] for i in range(0, len(data), 255)))

@@ -1,7 +1,9 @@
-"""A scene without a session: force samples in, what it does out, as fast as it goes. For tests, films and scripts."""
+"""A scene without a session, as fast as it runs: from force samples to cues, for tests, films and scripts."""
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import ForceSource
@@ -12,29 +14,36 @@ from underfoot.scenes.cues import Cue, Say, Strike, delay_of
 from underfoot.scenes.moments import MOMENT_S, Moment, Moments
 from underfoot.scenes.scene import Scene
 
-TimedPress = tuple[float, str, float, float, float]
-"""When a hand presses: second, tile, x and y in metres of the tile's frame, and newtons; 0 lets go."""
+
+class TimedPress(NamedTuple):
+    """Force of a hand on a tile from a time on, at a place in the tile's frame; 0 N releases the tile."""
+
+    time_s: float
+    tile: str
+    x_m: float
+    y_m: float
+    force_n: float
 
 
 @dataclass
 class Rehearsed:
-    """What a scene did: each cue with the time of its moment, in seconds, and the moments themselves."""
+    """Result of a rehearsal: each cue with the time of its moment, in seconds, and the moments."""
 
     cues: list[tuple[float, Cue]] = field(default_factory=list)
     moments: list[Moment] = field(default_factory=list)
 
     @property
     def said(self) -> list[str]:
-        """The lines that it said."""
+        """Lines for the experimenter."""
         return [cue.text for _, cue in self.cues if isinstance(cue, Say)]
 
     @property
     def strikes(self) -> list[Strike]:
-        """What it struck."""
+        """All strikes."""
         return [cue for _, cue in self.cues if isinstance(cue, Strike)]
 
     def commands(self, floor: Floor) -> tuple[tuple[int, Command], ...]:
-        """The strikes as commands of the engine, each with its frame: what `render` takes."""
+        """Return the strikes as commands of the engine with their frames, for `render`."""
         return tuple(
             (round(RATE_HZ * time_s), cue.command(floor, delay_of(cue, time_s - MOMENT_S)))
             for time_s, cue in self.cues
@@ -42,8 +51,10 @@ class Rehearsed:
         )
 
 
-def rehearse(scene: Scene, source: ForceSource, seconds: float, seen: Callable[[Moment], object] = id) -> Rehearsed:
-    """Let a scene go through the first `seconds` of a source's forces; `seen` is called after each moment.
+def rehearse(
+    scene: Scene, source: ForceSource, seconds: float, seen: Callable[[Moment], object] = lambda moment: None
+) -> Rehearsed:
+    """Run a scene on the first `seconds` of a source's forces; `seen` is called after each moment.
 
     >>> from underfoot.floor.layout import default_floor
     >>> from underfoot.scenes import discover
@@ -65,21 +76,21 @@ def rehearse(scene: Scene, source: ForceSource, seconds: float, seen: Callable[[
 
 
 def rehearse_presses(
-    scene: Scene, hands: "list[TimedPress]", seconds: float, seen: Callable[[Moment], object] = id
+    scene: Scene, hands: Iterable[TimedPress], seconds: float, seen: Callable[[Moment], object] = lambda moment: None
 ) -> Rehearsed:
-    """The same under hands that press the simulated tiles and let go at given times, in order."""
+    """Rehearse a scene with hands that press and release tiles at given times."""
     return rehearse(scene, _Hands(scene.floor, hands), seconds, seen)
 
 
 class _Hands(SimulatedFloor):
-    """A simulated floor that nobody walks on, with hands that press at their time."""
+    """A simulated floor without walkers, with hands that press at given times."""
 
-    def __init__(self, floor: Floor, hands: list[TimedPress]) -> None:
+    def __init__(self, floor: Floor, hands: Iterable[TimedPress]) -> None:
         super().__init__(floor, walking=False)
-        self._due = sorted(hands, key=lambda hand: hand[0])
+        self._due = deque(sorted(hands, key=lambda hand: hand.time_s))
 
     def pull(self, end: int) -> int:
-        while self._due and self._due[0][0] * RATE_HZ < end:
-            _, tile, x_m, y_m, force_n = self._due.pop(0)
-            self.press(self.floor.index(tile), x_m, y_m, force_n)
+        while self._due and self._due[0].time_s * RATE_HZ < end:
+            hand = self._due.popleft()
+            self.press(self.floor.index(hand.tile), hand.x_m, hand.y_m, hand.force_n)
         return super().pull(end)

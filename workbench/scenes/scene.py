@@ -1,7 +1,7 @@
-"""What a scene is: who stands on the floor goes in moment by moment, cues and shapes come out. It knows no screen.
+"""The interface of a scene: contacts go in moment by moment, cues and shapes come out. No screen is needed.
 
-All that a scene does depends on its parameters, its seed and the moments so far: the same contacts give the same cues
-and the same picture. docs/scenes.md writes one from an empty folder.
+Everything that a scene does follows from its parameters, its seed and the moments so far: the same contacts give the
+same cues and the same picture. docs/scenes.md builds one from an empty folder.
 """
 
 from abc import ABC, abstractmethod
@@ -21,18 +21,18 @@ from underfoot.scenes.shapes import Shape
 
 
 class Scene(ABC):
-    """One scene at work on a floor. `name` is that of its folder, `title` and `doc` are for people.
+    """A scene on a floor. `name` is that of its folder; `title` and `doc` are for display.
 
-    Parameters are declared as those of nodes are; `given` has their values. The patch of the scene is `patch.json` in
-    its folder; without that it plays nothing.
+    Parameters are declared like those of nodes; `given` has their values. `patch.json` in the folder is the scene's
+    patch; without it, nothing is played.
     """
 
     name: ClassVar[str] = ""
     title: ClassVar[str]
     doc: ClassVar[str]
-    """What is seen, felt and done, in two or three sentences."""
+    """Two or three sentences on what people do, see and feel."""
     folder: ClassVar[Path | None] = None
-    """Where its patch and its picture lie."""
+    """Folder of its patch and its picture."""
     parameters: ClassVar[dict[str, Parameter]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -40,7 +40,7 @@ class Scene(ABC):
         cls.parameters = cls.parameters | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
 
     def __init__(self, floor: Floor, given: Mapping[str, Any] | None = None, seed: int = 1) -> None:
-        """`BadValue` for parameters that cannot be."""
+        """Raise `BadValue` for invalid parameters."""
         self.floor, self.seed = floor, seed
         self.draws = SeededRandom(seed, self.name or type(self).__name__)
         self.given: dict[str, Any] = {name: p.check(p.default) for name, p in self.parameters.items()}
@@ -48,43 +48,44 @@ class Scene(ABC):
             self.change(name, value)
 
     def change(self, name: str, value: Any) -> None:
-        """Change a parameter; `BadValue` for what is not allowed."""
+        """Change a parameter; `BadValue` for an unknown one or an invalid value."""
         known = ", ".join(self.parameters) or "none"
         require(name in self.parameters, "parameter", name, f"the parameters of {self.title}: {known}")
         self.given[name] = self.parameters[name].check(value)
 
     @classmethod
     def patch(cls, registry: Registry) -> Patch:
-        """The patch that it plays."""
+        """Return the patch that it plays."""
         path = cls.folder / "patch.json" if cls.folder is not None else None
         return Patch.load(path, registry) if path is not None and path.exists() else Patch(title=cls.title)
 
     @classmethod
     def picture(cls) -> Path | None:
-        """A picture of it, where its folder has one."""
+        """Return the path of its picture; None if its folder has none."""
         path = cls.folder / "picture.png" if cls.folder is not None else None
         return path if path is not None and path.exists() else None
 
     @abstractmethod
     def step(self, moment: Moment) -> Iterable[Cue]:
-        """Take the next moment, and say what is to be done; a hundred times a second."""
+        """Take the next moment, and return cues; called a hundred times a second."""
 
     @abstractmethod
     def shapes(self) -> Iterable[Shape]:
-        """What is to be seen now, the last on top. It changes nothing: it may be asked for at any rate."""
+        """Return the present picture, the last shape on top. Must not change the scene: it is called at any rate."""
 
     def places_m(self) -> list[tuple[float, float]]:
-        """Where to press, in metres of the floor, for whoever tries the scene: the middles of the tiles."""
+        """Return places to press, in metres of the floor's frame, to try the scene: by default the middles of the
+        tiles."""
         return [tile.centre_m for tile in self.floor.tiles]
 
     @property
     def state(self) -> str:
-        """How it stands, in a few words for the experimenter."""
+        """The state in a few words, for the experimenter."""
         return ""
 
 
 def values_of(kind: type[Scene], texts: Iterable[str]) -> dict[str, Any]:
-    """Parameters of a scene that are given as "name=value"; `BadValue` names what is allowed.
+    """Parse parameters of a scene, "name=value"; `BadValue` names what is allowed.
 
     Numbers in lists are separated by commas.
     """

@@ -1,4 +1,4 @@
-"""What a scene is painted of: a few plain shapes in metres of the floor's frame, that any painter can paint.
+"""Shapes of which a scene is painted, in metres of the floor's frame; simple enough for any painter.
 
 Colours are "#rrggbb"; `opacity` is 0 to 1. Shapes are painted in their order, the last one on top.
 """
@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_SHAPES = 500
-"""A scene shows at most so many shapes at once."""
+"""Most shapes of a scene at once."""
 MOST_LINES = 5000
-"""All its `Lines` together have at most so many."""
+"""Most lines in all its `Lines` together."""
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Straight lines from `ends_m` [n, 0] to `ends_m` [n, 1], shape (n, 2, 2), as wide as `width_m`.
+    """Straight lines from `ends_m` [n, 0] to `ends_m` [n, 1], shape (n, 2, 2), of width `width_m`.
 
     Many lines in one shape cost far less than many shapes.
     """
@@ -29,7 +29,7 @@ class Lines:
 
 @dataclass(frozen=True)
 class Disc:
-    """A filled circle, or with a `rim_m` above 0 a ring that is so wide, inwards."""
+    """A filled circle or, with a `rim_m` above 0, a ring whose rim has this width, inwards."""
 
     x_m: float
     y_m: float
@@ -50,7 +50,7 @@ class Polygon:
 
 @dataclass(frozen=True)
 class Text:
-    """Words around a place, whose capitals are `height_m` high; upright for who looks along the floor's y axis."""
+    """Text centred on a place, with capitals of `height_m`; upright for a viewer who looks along the floor's y axis."""
 
     x_m: float
     y_m: float
@@ -64,7 +64,7 @@ Shape = Lines | Disc | Polygon | Text
 
 
 def box(x_m: float, y_m: float, width_m: float, height_m: float, colour: str, opacity: float = 1.0) -> Polygon:
-    """A rectangle around its middle.
+    """Return a rectangle by its centre.
 
     >>> box(0.0, 0.0, 0.2, 0.1, "#ffffff").points_m.tolist()
     [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]

@@ -1,4 +1,4 @@
-"""A scene on a running session: force samples in, its cues out to the engine, and how late these took effect."""
+"""A scene on a running session: force samples in, cues to the engine, and the latencies of strikes."""
 
 import math
 from collections import deque
@@ -14,27 +14,28 @@ from underfoot.scenes.moments import Moment, Moments
 from underfoot.scenes.scene import Scene
 
 KEPT = 500
-"""Latencies that are kept: of the last strikes."""
+"""Number of latencies that are kept."""
 
 HOLD_S = 0.02
-"""A strike that says when it happened comes so much later: found together, they keep the time between them. One that
-is later than this already, or says nothing, comes at once."""
+"""Delay of strikes that have a time of their own, so that the intervals between strikes of one moment are kept. A
+strike without a time, or later than this already, is played at once."""
 
 
 class Stage:
-    """Lets a scene play on a session, whose patch it changes until `close`, which plays the one from before again.
+    """Plays a scene on a session, instead of the session's patch, which `close` restores.
 
-    Call `tick` some sixty times a second, and give `take` what the session reports. Neither waits. What a scene raises
-    goes through: whoever holds the stage closes it then.
+    Call `tick` about sixty times a second, and pass the session's reports to `take`; neither waits. Exceptions of the
+    scene are not caught; the caller then closes the stage.
     """
 
     def __init__(self, session: Session, scene: Scene) -> None:
-        """Puts the scene's patch in at once; `BadFile` for one that cannot be played."""
+        """Play the scene's patch at once; `BadFile` if it cannot be played."""
         self.session, self.scene = session, scene
         self.said: deque[str] = deque(maxlen=1000)
-        """What the scene said and nobody took yet."""
+        """Lines from the scene; the caller removes them."""
         self.latencies_s: deque[float] = deque(maxlen=KEPT)
-        """Of the last strikes: from the beginning of its moment, or from when it says, to its frame in the engine."""
+        """For each of the last strikes: from its time, or else the beginning of its moment, to its frame in the
+        engine."""
         self._own = scene.patch(session.registry)
         self._forces = ForceReader(session.memory.force)
         self._moments = Moments(scene.floor, float(session.target.rate), session.force_rate_hz)
@@ -43,7 +44,7 @@ class Stage:
         session.edit(self._own)
 
     def tick(self) -> list[Moment]:
-        """Let the scene go through what came in since the last call: the moments that were complete."""
+        """Step the scene through the moments completed since the last call, and return these."""
         done: list[Moment] = []
         if self._before is None:
             return done
@@ -54,7 +55,7 @@ class Stage:
         return done
 
     def take(self, reports: Iterable[Report]) -> None:
-        """Hear which strikes took effect when."""
+        """Take reports, for the frames at which strikes took effect."""
         rate = self.session.target.rate
         for report in reports:
             if isinstance(report, CommandApplied) and isinstance(report.command, commands.Strike):
@@ -65,13 +66,13 @@ class Stage:
                         break
 
     def close(self) -> None:
-        """End the scene: play what played before."""
+        """End the scene, and play the earlier patch."""
         before, self._before = self._before, None
         if before is not None:
             self.session.edit(before)
 
     def _perform(self, cue: Cue, moment: Moment) -> None:
-        """Do what a cue says."""
+        """Carry out a cue."""
         session = self.session
         match cue:
             case Strike():

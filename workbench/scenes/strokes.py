@@ -1,4 +1,4 @@
-"""Letters as strokes, for pictures that are made without a screen: capitals, digits and a few signs."""
+"""A stroke font for pictures without a screen: capitals, digits and a few signs."""
 
 from functools import cache
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDE, HIGH, ADVANCE = 4, 6, 5.5
-"""A letter's box, and from one to the next, in units of the table; a capital's height is `HIGH`."""
+"""Width and height of a letter, and the distance to the next one, in units of the table."""
 
 _TABLE = """
 A 00-26-40 12-32|B 00-06-36-45-44-33-03 33-42-41-30-00|C 46-16-05-01-10-40|D 00-06-26-44-42-20-00|E 46-06-00-40 03-33
@@ -24,7 +24,7 @@ W 06-10-23-30-46|X 00-46 06-40|Y 06-23-46 23-20|Z 06-46-00-40|0 10-01-05-16-36-4
 
 @cache
 def _strokes() -> dict[str, tuple[NDArray[np.float64], ...]]:
-    """The strokes of each letter, each a list of points."""
+    """Return the strokes of each letter, each a list of points."""
     found = {}
     for entry in _TABLE.replace("\n", "|").split("|"):
         if entry.strip():
@@ -37,9 +37,9 @@ def _strokes() -> dict[str, tuple[NDArray[np.float64], ...]]:
 
 
 def written(text: str, x: float, y: float, height: float) -> NDArray[np.float64]:
-    """The lines of words around (x, y), y upwards, whose capitals are `height` high: shape (n, 2, 2).
+    """Return the lines of a text centred on (x, y), y upwards, with capitals of `height`: shape (n, 2, 2).
 
-    What the table does not have is a gap.
+    Unknown letters are gaps.
 
     >>> written("I", 0.0, 0.0, 6.0).tolist()
     [[[0.0, -3.0], [0.0, 3.0]]]

@@ -36,7 +36,6 @@ class FloorWatch:
         self._forces = forces
         self._tracker = ContactTracker(floor, force_hz)
         self._kept: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
-        self._on_since = math.nan
         self._last_on = -math.inf
         self.visits: list[Visit] = []
         """All times on the floor so far, the present one last."""

@@ -174,23 +174,3 @@ def test_absolute_and_positive_part_follow_the_signed_rate():
     np.testing.assert_array_equal(strain_rate(force, envelopes.POSITIVE), np.maximum(signed, 0))
     for block in SPLITS[1:]:
         np.testing.assert_array_equal(strain_rate(force, block=block), signed)
-
-
-def test_the_tail_bounds_the_strain_rate_after_a_step():
-    state = envelopes.STRAIN_STATE.zeros()
-    strain_rate(np.full(700, 750.0), state=state)
-    bound = envelopes.tail_strain_rate(state, layer())
-    tail = strain_rate(np.zeros(48000), state=state)
-    assert 0.05 * bound < np.abs(tail).max() <= bound
-    assert envelopes.tail_strain_rate(state, layer()) < 1e-12
-
-
-def test_the_proportional_envelope_is_force_over_750():
-    force = np.random.default_rng(2).uniform(-50, 1000, 1003)
-    whole, split = np.empty(1003), np.empty(1003)
-    envelopes.proportional(force, envelopes.FULL_FORCE_N, whole)
-    np.testing.assert_allclose(whole, force / 750.0, rtol=1e-15)
-    for first in range(0, 1003, 7):
-        part = slice(first, min(first + 7, 1003))
-        envelopes.proportional(force[part], envelopes.FULL_FORCE_N, split[part])
-    np.testing.assert_array_equal(split, whole)

@@ -83,34 +83,34 @@ def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
     assert monitor.steps.count.text() == "2"
     assert np.nanmax(sum_curve(monitor).y) == pytest.approx(799, abs=5)
     assert monitor.force.ranges[3] == 1000.0
-    assert monitor.spectrum.levels().max() > 100
+    assert monitor.vibration.spectrum.levels().max() > 100
     assert monitor.readouts[0].text().endswith(" N")
     assert monitor.steps.export_button.isEnabled()
 
 
 def test_another_tile_is_shown_with_what_it_did_before(monitor, recorded, qtbot):
     play_through(monitor, recorded)
-    before = monitor.spectrum.levels().copy()
+    before = monitor.vibration.spectrum.levels().copy()
     monitor.map.choose_tile("p2")
     for _ in range(40):
         monitor.draw()
-    assert not np.array_equal(monitor.spectrum.levels(), before)
-    assert monitor.spectrum.levels().any()
+    assert not np.array_equal(monitor.vibration.spectrum.levels(), before)
+    assert monitor.vibration.spectrum.levels().any()
     monitor.map.choose_tile("p1")
     for _ in range(40):
         monitor.draw()
-    np.testing.assert_array_equal(monitor.spectrum.levels(), before)
+    np.testing.assert_array_equal(monitor.vibration.spectrum.levels(), before)
 
 
 def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
     samples = np.random.default_rng(2).normal(size=(3 * int(RATE), 4)).astype(np.float32)
     monitor.add_vibration(48_000, samples)
-    assert not monitor.spectrum.levels().any()
+    assert not monitor.vibration.spectrum.levels().any()
     for _ in range(8):
         monitor.draw()
     whole = RunningSpectrum(RATE, 10.0)
     whole.feed(48_000, samples[:, 0])
-    np.testing.assert_array_equal(monitor.spectrum.levels()[:, -1000:], whole.levels())
+    np.testing.assert_array_equal(monitor.vibration.spectrum.levels()[:, -1000:], whole.levels())
 
 
 def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot):

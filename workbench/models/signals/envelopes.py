@@ -128,20 +128,6 @@ def tail_contact(state: Memory, coefficients: Memory) -> float:
 
 
 @kernel
-def proportional(force_n: Floats, full_force_n: float, out: Floats) -> None:
-    """Fill `out` with the force-proportional envelope, `F / F0`; F0 is 750 N in the thesis.
-
-    >>> envelope = np.empty(1)
-    >>> proportional(np.array([375.0]), FULL_FORCE_N, envelope)
-    >>> envelope
-    array([0.5])
-    """
-    gain = 1.0 / full_force_n
-    for i in range(out.size):
-        out[i] = gain * force_n[i]
-
-
-@kernel
 def design_strain_rate(frequency_hz: float, damping: float, mass_kg: float, rate: float, coefficients: Memory) -> None:
     """Design a layer `x'' + 2 z w0 x' + w0^2 x = F / M` (6.1), from force to x', by the plain bilinear transform.
 
@@ -176,12 +162,6 @@ def take_part(part: int, out: Floats) -> None:
     elif part == POSITIVE:
         for i in range(out.size):
             out[i] = max(out[i], 0.0)
-
-
-@kernel
-def tail_strain_rate(state: Memory, coefficients: Memory) -> float:
-    """An upper bound of |output| from here on if the force stays 0."""
-    return second_order.tail(state, coefficients)
 
 
 @kernel

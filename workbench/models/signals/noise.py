@@ -78,23 +78,6 @@ def run_band(key: np.uint64, frame: int, coefficients: Memory, state: Memory, ou
 
 
 @kernel
-def tail_band(state: Memory, coefficients: Memory) -> float:
-    """Return an upper bound of |output| from here on if the noise before the filters stops.
-
-    For the high-pass (k < 2) `V = x1^2 + k x1 x2 + x2^2` shrinks each frame by exactly
-    `r^2 = (1 - k g + g^2) / (1 + k g + g^2)`. As |x|^2 <= V / (1 - k/2), its remaining output sums to at most
-    `|gains| |x| / (1 - r)`, and a unit of input lengthens the low-pass's state by at most 2 g.
-    """
-    high_pass, held = coefficients.high_pass, state.high_pass
-    g, k = high_pass.g, high_pass.k
-    v = held.x1 * held.x1 + k * held.x1 * held.x2 + held.x2 * held.x2
-    shrink = math.sqrt((1.0 - k * g + g * g) / (1.0 + k * g + g * g))
-    gains = math.hypot(high_pass.gain_x1, high_pass.gain_x2)
-    sum_to_come = gains * math.sqrt(max(v, 0.0) / (1.0 - 0.5 * k)) / (1.0 - shrink)
-    return second_order.tail(state.low_pass, coefficients.low_pass) + 2.0 * coefficients.low_pass.g * sum_to_come
-
-
-@kernel
 def impulses(key: np.uint64, mean_interval_s: float, rate: float, frame: int, end: int, events: Memory) -> None:
     """Append the impulses of a Poisson process with frames in [frame, end) to `events`, at strength 1.
 
@@ -172,12 +155,6 @@ def run_texture(key: np.uint64, frame: int, coefficients: Memory, state: Memory,
     """
     bursts(key, frame, coefficients, out)
     second_order.run(out, coefficients.band_pass, state, out)
-
-
-@kernel
-def tail_texture(state: Memory, coefficients: Memory) -> float:
-    """Return an upper bound of |output| from here on if no burst is present."""
-    return second_order.tail(state, coefficients.band_pass)
 
 
 @part

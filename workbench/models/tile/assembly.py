@@ -9,7 +9,7 @@ relative to it (`plate.modes`), then foot and body if present.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import msgspec
@@ -188,8 +188,3 @@ class Assembly:
         for link, spring, loss in ((sole, foot.sole_n_m, sole_loss), (leg, foot.leg_n_m, leg_loss)):
             stiffness += spring * np.outer(link, link)
             damping += loss * np.outer(link, link)
-
-
-def first_modes_hz(assembly: Assembly, count: int) -> Sequence[float]:
-    """Return the lowest resonances without damping, heave and tilts included."""
-    return [float(natural) / (2.0 * math.pi) for natural in assembly.undamped()[0][:count]]

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import Detections
 from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
@@ -109,11 +108,6 @@ def format_of(path: Path) -> ExportFormat:
     if path.suffix.lower() not in known:
         raise BadFile(f"{path} has the suffix {path.suffix or '(none)'}; allowed: {', '.join(known)}")
     return known[path.suffix.lower()]
-
-
-def tile_names(floor: Floor, tiles: NDArray[np.bool_]) -> list[str]:
-    """The tiles of each row of `tiles` (n, tiles) by name, as tables have them."""
-    return ["+".join(floor.ids[k] for k in np.flatnonzero(row)) for row in tiles]
 
 
 def _still(frames: int, tiles: int) -> Iterator[NDArray[np.float32]]:

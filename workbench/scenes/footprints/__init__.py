@@ -25,16 +25,16 @@ GROUNDS = {"silent": "", "gravel": "gravel", "snow": "snow", "sand": "material-s
 LEFT, RIGHT, EITHER, WORDS = "#3fc1c9", "#f0a63c", "#7ed491", "#dfe5ec"
 MOST_PRINTS = 60
 BALL = 0.19
-"""The middle of the ball is so far ahead of that of the sole, of its length."""
+"""Distance of the ball's centre from the sole's, as a share of its length."""
 SOLE_M = (0.27, 0.09)
-"""Length and width of a sole that is drawn."""
+"""Length and width of a drawn sole."""
 WORDS_M = (0.12, 0.035)
-"""The room of a step's length in words."""
+"""Space for the text of a step length."""
 
 
 @dataclass
 class Print:
-    """One footprint: where the middle of the pressure was, and, once it is known, the step that it was."""
+    """One footprint: path of the centre of pressure and, when known, the step."""
 
     contact: OngoingContact
     first_m: tuple[float, float]
@@ -45,18 +45,18 @@ class Print:
 
     @property
     def at_m(self) -> NDArray[np.float64]:
-        """The middle of where it pressed."""
+        """The mean place of the contact."""
         return self.sum_m / self.count
 
     def follow(self, contact: OngoingContact) -> None:
-        """The contact went on."""
+        """Add the contact's present place."""
         self.contact = contact
         self.sum_m = self.sum_m + np.array([contact.x_m, contact.y_m])
         self.count += 1
 
 
 class Footprints(Scene):
-    """A disc as a foot comes down; a sole with its side and its step's length as soon as these are known."""
+    """A disc when a foot comes down; a sole with side and step length when these are known."""
 
     title = "Footprints"
     doc = (
@@ -114,7 +114,7 @@ class Footprints(Scene):
         yield Text(x, y, f"{self.steps} step{'' if self.steps == 1 else 's'}", 0.03, WORDS)
 
     def _lengths(self) -> Iterable[Shape]:
-        """The length of each step, over all prints; where two would lie on one another, the later one's."""
+        """Return texts with the length of each step; of two that overlap, only the later one."""
         places: list[tuple[float, float]] = []
         for one in reversed(self.prints):
             if one.step is None or not math.isfinite(one.step.heading_deg + one.step.step_length_mm):
@@ -145,7 +145,7 @@ class Footprints(Scene):
 
 
 def _ground(name: str) -> Patch | None:
-    """The preset of a ground; None for none."""
+    """Return the preset of a ground; None for none."""
     return Patch.load(preset_files.patches()[GROUNDS[name]], REGISTRY) if GROUNDS[name] else None
 
 
@@ -163,7 +163,7 @@ def _shapes_of(one: Print, opacity: float) -> Iterable[Shape]:
 
 
 def _sole(x: float, y: float, heading_rad: float) -> tuple[NDArray[np.float64], ...]:
-    """Ball and heel of a sole around a place: an ellipse each, shape (n, 2)."""
+    """Return ball and heel of a sole at a place: an ellipse each, shape (n, 2)."""
     angle = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     turn = np.array([[cos, sin], [-sin, cos]])

@@ -21,14 +21,14 @@ from underfoot.scenes.scene import Scene
 from underfoot.scenes.shapes import Disc, Lines, Polygon, Shape
 
 RATE_HZ = 1000.0
-"""The ice is computed so often: as often as tiles read."""
+"""Rate of the ice model: that of the tiles' samples."""
 FRESH_S = 0.25
-"""A crack is bright for so long."""
+"""Time for which a new crack is bright."""
 ICE, CRACK, FRESH, FOOT = "#0e2536", "#6998ae", "#ffffff", "#18394f"
 
 
 class FrozenPond(Scene):
-    """One slip of the ice is one strike on the nearest tile and one growth of the cracks."""
+    """Each slip of the ice is a strike on the nearest tile, and makes the cracks grow."""
 
     title = "Frozen pond"
     doc = (
@@ -56,7 +56,7 @@ class FrozenPond(Scene):
         self.slips = 0
         self._feet: dict[int, _Foot] = {}
         self._contacts: tuple[OngoingContact, ...] = ()
-        self._grown: list[tuple[float, int]] = []  # when, and how many lines there were before
+        self._grown: list[tuple[float, int]] = []  # time, and number of lines before
         self._events = event_list(room=_SAMPLES)
         self._displacement = np.zeros(_SAMPLES)
         self._design()
@@ -104,7 +104,7 @@ class FrozenPond(Scene):
         return f"{self.slips} slips, {len(self.cracks.seeds)} seeds, {self.cracks.count} lines"
 
     def _slip(self, contact: OngoingContact, first: int) -> Iterable[tuple[float, float]]:
-        """Time and energy of the slips under a contact in one moment, whose force is straight from the last one's."""
+        """Return time and energy of the slips under a contact in one moment; its force is linear over the moment."""
         foot = self._feet.setdefault(contact.id, _Foot(self.seed, contact.id))
         force_n = np.linspace(foot.force_n, contact.force_n, _SAMPLES + 1)[1:]
         foot.force_n = contact.force_n
@@ -117,7 +117,7 @@ class FrozenPond(Scene):
     def _design(self) -> None:
         given = self.given
         if given.keys() < self.parameters.keys():
-            return  # not all are there yet
+            return  # the constructor sets the parameters one by one
         ground = Ground(
             threshold_n=given["threshold_n"],
             spread=given["spread"],
@@ -129,12 +129,12 @@ class FrozenPond(Scene):
 
 
 LEAST_J, MOST_J = 2e-4, 2e-2
-"""Energies of slips; the largest is a blow of strength 1."""
+"""Range of the energies of slips; the largest gives a strike of strength 1."""
 _SAMPLES = round(MOMENT_S * RATE_HZ)
 
 
 class _Foot:
-    """The ice under one contact: fresh when that comes, worn while it stands."""
+    """The ice under one contact: intact when it begins, worn while it lasts."""
 
     def __init__(self, seed: int, contact: int) -> None:
         self.key = stream_key(seed, "pond", contact)

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from underfoot.experiments.seeded_random import SeededRandom
 
 FEWEST_FRONTS, MOST_FRONTS = 2, 6
-"""A seed has so many latent fronts, each number as likely as the others."""
+"""Range of the number of latent fronts of a seed, uniform."""
 
 Point = tuple[float, float]
 
 
 @dataclass
 class Front:
-    """The end of a crack, and the unit vector along which it runs."""
+    """End of a crack, and the unit vector in which it runs."""
 
     at_m: Point
     way: Point
@@ -25,14 +25,14 @@ class Front:
 
 @dataclass
 class Seed:
-    """Where cracks began."""
+    """Origin of cracks."""
 
     at_m: Point
     fronts: list[Front] = field(default_factory=list)
 
 
 class Cracks:
-    """Cracks within a rectangle from `low_m` to `high_m`; of more than `most` lines the oldest close again.
+    """Cracks within a rectangle from `low_m` to `high_m`; beyond `most` lines the oldest disappear.
 
     >>> cracks = Cracks((-1.0, -1.0), (1.0, 1.0), 100)
     >>> cracks.grow((0.0, 0.0), 0.02, 0.1, 0.3, SeededRandom(1))
@@ -51,20 +51,20 @@ class Cracks:
 
     @property
     def lines_m(self) -> NDArray[np.float64]:
-        """The lines there are, from end to end: shape (n, 2, 2)."""
+        """The present lines by their ends: shape (n, 2, 2)."""
         return self._ends[: min(self.count, len(self._ends))].copy()
 
     def latest_m(self, first: int) -> NDArray[np.float64]:
-        """The lines from number `first` of those that ever were on, as far as they are there: shape (n, 2, 2)."""
+        """Return the present lines from number `first` on, counted over all that ever were: shape (n, 2, 2)."""
         most = len(self._ends)
         return self._ends[np.arange(max(first, self.count - most), self.count) % most]
 
     def grow(self, under_m: Point, length_m: float, spacing_m: float, turn: float, draws: SeededRandom) -> float:
-        """One crack event under a foot; returns how far cracks ran.
+        """Grow the cracks by one event under a foot; return the length added.
 
-        Where no seed that can still grow is within `spacing_m` there is one now. Else the nearest one's fronts run on
-        by `length_m`, each of n with probability 1 / n, and turn by a normal draw whose standard deviation is `turn`,
-        of the unit vector.
+        Without a growing seed within `spacing_m`, a new one begins. Otherwise each of the n fronts of the nearest seed
+        runs on by `length_m` with probability 1 / n; its unit vector turns by a normal draw of standard deviation
+        `turn`.
         """
         self.seeds = [seed for seed in self.seeds if not all(front.is_at_edge for front in seed.fronts)]
         nearest = min(self.seeds, key=lambda seed: math.dist(seed.at_m, under_m), default=None)
@@ -79,7 +79,7 @@ class Cracks:
         return ran_m
 
     def _extend(self, front: Front, length_m: float, beta: float) -> float:
-        """Let a front run on; at the sheet's edge it ends."""
+        """Extend a crack from its front, up to the edge of the sheet."""
         x, y = front.way
         x, y = x - beta * y, y + beta * x
         size = math.hypot(x, y)
@@ -101,6 +101,6 @@ def _seed(at_m: Point, draws: SeededRandom) -> Seed:
 
 
 def _normal(draws: SeededRandom) -> float:
-    """A draw with mean 0 and standard deviation 1 (Box and Muller)."""
+    """Draw a normal value with mean 0 and standard deviation 1 (Box and Muller)."""
     radius = math.sqrt(-2.0 * math.log(1.0 - draws.uniform(0.0, 1.0)))
     return radius * math.cos(draws.uniform(0.0, 2.0 * math.pi))

@@ -25,11 +25,11 @@ HIT_M = 0.2
 FOOT_M = (0.09, 0.24)
 FEET_APART_M = 0.16
 SEAM_M = 0.005
-"""A place between two tiles counts as on the floor."""
+"""Largest distance from a tile at which a place counts as on the floor, for the gaps between tiles."""
 
 
 class TargetSelection(Scene):
-    """The method's buttons, one after the other; hit or miss, and the time it took."""
+    """The method's buttons, one after the other; shows hits, misses and times."""
 
     title = "Target selection"
     doc = (
@@ -50,18 +50,18 @@ class TargetSelection(Scene):
         corners = np.concatenate([tile.corners_m() for tile in floor.tiles])
         low, high = corners.min(axis=0), corners.max(axis=0)
         self.origin_m = (float(0.5 * (low[0] + high[0])), float(low[1]) + 0.5 * FOOT_M[1])
-        """Between the feet: the middle of the floor's near edge."""
+        """The place between the feet: the middle of the floor's near edge."""
         of_method = {name: self.given[name] for name in Method.parameters if name in self.given}
         self._method = Method.checked({**of_method, "origin_m": self.origin_m}, {})
         trials = Method(self._method, {}, self.draws).listed()
         self.left = deque(trial for trial in trials if self._is_on_floor(trial))
-        """The buttons to come: those of the method that lie on the floor."""
+        """The remaining buttons: those of the method that are on the floor."""
         self.left_out = len(trials) - len(self.left)
         self.times_s: list[float] = []
-        """Of the buttons that were pressed in time."""
+        """Times of the buttons that were hit."""
         self.missed = 0
         self.target: FloorTarget | None = None
-        """The button that can be pressed now."""
+        """The button that is shown now."""
         self._next_s = math.nan
         self._hit: FloorTarget | None = None
 

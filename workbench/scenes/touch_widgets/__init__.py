@@ -15,7 +15,7 @@ from underfoot.scenes.touch_widgets.controls import Button, Control, Feel, Slide
 
 
 class TouchWidgets(Scene):
-    """Controls in the middle of the floor, wherever its tiles' edges are."""
+    """Controls in the middle of the floor, independent of tile edges."""
 
     title = "Touch widgets"
     doc = (
@@ -55,7 +55,7 @@ class TouchWidgets(Scene):
             yield Disc(contact.x_m, contact.y_m, 0.018, "#7ed491", rim_m=0.004)
 
     def places_m(self) -> list[tuple[float, float]]:
-        """The middles of the controls, of the slider that of its knob."""
+        """Return the middles of the controls; for the slider, that of its knob."""
         return [control.place_m for control in self.controls]
 
     @property

@@ -13,23 +13,23 @@ from underfoot.scenes.shapes import Disc, Shape, Text, box
 
 OFF, ON, WORDS = "#2b3644", "#3fc1c9", "#aebac8"
 UP_STRENGTH = 0.6
-"""A click on letting go, of the one on pressing."""
+"""Strength of the click at the release, relative to that at the press."""
 RELEASE_SHARE = 0.5
-"""A control is let go below this share of the force that engages it."""
+"""A control is released below this share of the force that engages it."""
 FAST_M_S = 0.5
-"""A slider that moves so fast slips at full strength."""
+"""Speed of a slider from which its slips have full strength."""
 
 
 @dataclass(frozen=True)
 class Feel:
-    """How controls answer: the force that engages one, and how far a slider goes from slip to slip, about."""
+    """Feel of the controls: the force that engages one, and the mean distance between a slider's slips."""
 
     engage_n: float
     grain_m: float
 
 
 class Control(ABC):
-    """A control of a size around a place; one contact at a time holds it, until that is lifted."""
+    """A control at a place, with a size. One contact at a time holds it, until that contact ends."""
 
     def __init__(self, name: str, x_m: float, y_m: float, width_m: float, height_m: float) -> None:
         self.name, self.x_m, self.y_m, self.width_m, self.height_m = name, x_m, y_m, width_m, height_m
@@ -38,7 +38,7 @@ class Control(ABC):
         self._pressed_m = x_m, y_m
 
     def step(self, moment: Moment, free: set[int], feel: Feel, draws: SeededRandom) -> Iterator[Cue]:
-        """Take the next moment; contacts with ids in `free` hold nothing yet."""
+        """Take the next moment; contacts with ids in `free` hold no control yet."""
         holder = next((contact for contact in moment.contacts if contact.id == self.held_by), None)
         if holder is not None:
             self._pressed_m = holder.x_m, holder.y_m
@@ -56,33 +56,33 @@ class Control(ABC):
                     break
 
     def has(self, x_m: float, y_m: float) -> bool:
-        """Whether a place is on it."""
+        """Return whether a place is on it."""
         return abs(x_m - self.x_m) <= 0.5 * self.width_m and abs(y_m - self.y_m) <= 0.5 * self.height_m
 
     @property
     def place_m(self) -> tuple[float, float]:
-        """Where to press it."""
+        """Place to press it."""
         return self.x_m, self.y_m
 
     def click(self, strength: float = 1.0) -> Cue:
-        """A click under the foot that holds it, on whatever tile that is."""
+        """Return a click under the foot that holds it, on the tile of that foot."""
         return Strike("click", *self._pressed_m, strength)
 
     @abstractmethod
     def pressed(self, contact: OngoingContact) -> Iterator[Cue]:
-        """A contact engages it."""
+        """Respond to a contact that engages it."""
 
     def moved(self, contact: OngoingContact, began_s: float, feel: Feel, draws: SeededRandom) -> Iterator[Cue]:
-        """The contact that holds it went on since `began_s`."""
+        """Respond to the motion of its contact since `began_s`."""
         yield from ()
 
     def released(self) -> Iterator[Cue]:
-        """It is let go."""
+        """Respond to the release."""
         yield self.click(UP_STRENGTH)
 
     @abstractmethod
     def shapes(self) -> Iterator[Shape]:
-        """What it looks like now."""
+        """Return its present shapes."""
 
     def _label(self, text: str) -> Text:
         return Text(self.x_m, self.y_m - 0.5 * self.height_m - 0.022, text, 0.016, WORDS)
@@ -113,7 +113,7 @@ class Button(Control):
 
 
 class Toggle(Control):
-    """A switch that changes as it is pressed."""
+    """A switch that changes when it is pressed."""
 
     is_on = False
 
@@ -135,7 +135,7 @@ class Toggle(Control):
 
 
 class Slider(Control):
-    """A knob on a track that follows the foot; on its way it slips, about once each `grain_m`, as rough things do."""
+    """A knob on a track that follows the foot, with slips about every `grain_m`, as on a rough surface."""
 
     value = 0.5
 
@@ -145,7 +145,7 @@ class Slider(Control):
 
     @property
     def knob_m(self) -> float:
-        """Where the knob is, along x."""
+        """Position of the knob, along x."""
         return self.x_m + (self.value - 0.5) * self._way_m
 
     @property
