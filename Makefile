@@ -6,7 +6,7 @@ PYTHON ?= python3
 export PYTHONDONTWRITEBYTECODE :=
 BIN := .venv/bin
 # A test that hangs is ended (pyproject.toml), and its process with it: it is not tried again in another.
-BY_FILE := --dist loadfile --max-worker-restart 0
+ONCE := --max-worker-restart 0
 TOUR := underfoot-tour
 RUN_PACKAGES := libgl1 libegl1 libxkbcommon0 libfontconfig1 libdbus-1-3 libglib2.0-0 libxkbcommon-x11-0 \
 	libxcb-cursor0 libxcb-icccm4 libxcb-keysyms1 libxcb-shape0 libportaudio2 fonts-dejavu-core
@@ -28,10 +28,10 @@ run: .venv/ready
 
 # Four processes on two cores: tests of windows, sessions and devices wait for much of their time.
 test: lint
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest --numprocesses 4 $(BY_FILE)
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest --numprocesses 4 $(ONCE)
 
 check: lint
-	$(BIN)/python -m pytest --numprocesses 2 $(BY_FILE) $(QUICK)
+	$(BIN)/python -m pytest --numprocesses 2 $(ONCE) $(QUICK)
 
 # Status 2 is a failure of mypy itself: where a process of its does not answer within 3 s, it works with one.
 lint: .venv/ready .venv/ready-test as-installed

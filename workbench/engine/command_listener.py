@@ -11,7 +11,7 @@ from queue import SimpleQueue
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner
 from underfoot.engine.commands import Action, Command, Play, ProgramSwap, Quit
-from underfoot.engine.reports import Costs, Fault, Notice
+from underfoot.engine.reports import Costs, Fault, Notice, PatchRefused
 from underfoot.engine.status import Field
 from underfoot.errors import UnderfootError
 
@@ -58,7 +58,7 @@ class CommandListener:
         try:
             action = command.prepared(self._loop)
         except UnderfootError as error:
-            self._outbox.put(Notice(f"the patch is not played: {error}"))
+            self._outbox.put(PatchRefused.because(error))
             return
         if isinstance(action, ProgramSwap) and action.program.has_sound and self._loop.options.sound_channel == -1:
             line = "this patch's Sound has no channel; choose the sound card again to open one"

@@ -20,7 +20,7 @@ from underfoot.engine.commands import Level, Play
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
 from underfoot.engine.loop import Loop, LoopOptions, output_channels
 from underfoot.engine.pacing import Pacer
-from underfoot.engine.reports import Notice, Started
+from underfoot.engine.reports import Notice, PatchRefused, Started
 from underfoot.engine.requests import Setup, StandBy
 from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.status import Field
@@ -75,7 +75,7 @@ class Engine:
             if rehearsed is None or (rehearsed.patch, rehearsed.target) != (setup.patch, target):
                 KernelParts(patch, target, options).load(connection.send)
         except UnderfootError as error:
-            connection.send(Notice(f"the patch is not played: {error}"))
+            connection.send(PatchRefused.because(error))
             patch = Patch()
         passed_s = 0.0 if setup.since is None else time.monotonic() - setup.since
         frame = next_span(setup.frame + round(passed_s * target.rate))

@@ -69,6 +69,16 @@ class Notice:
 
 
 @dataclass(frozen=True)
+class PatchRefused(Notice):
+    """A patch cannot be played; what was played before goes on."""
+
+    @classmethod
+    def because(cls, error: Exception | str) -> "PatchRefused":
+        """Return the report with the error's reason."""
+        return cls(f"the patch is not played: {error}")
+
+
+@dataclass(frozen=True)
 class OutputChanged(Notice):
     """A sound card went away or came back, or cannot be opened again after a panic.
 

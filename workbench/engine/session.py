@@ -39,6 +39,7 @@ from underfoot.engine.reports import (
     Compiling,
     Health,
     Notice,
+    PatchRefused,
     Preview,
     ProcessDied,
     Report,
@@ -369,7 +370,7 @@ class Session:
                     if self._compile_progress.forget("compiler"):
                         self._reports.append(Compiling(1, 1))
                     if error:
-                        self._reports.append(Notice(f"the patch is not played: {error}"))
+                        self._reports.append(PatchRefused.because(error))
                         continue
                     self._compiled, self._is_compiled = (self.patch, self.scopes), True
                     if self._started:

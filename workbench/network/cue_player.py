@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.reports import CommandApplied, Notice, Report, Started
+from underfoot.engine.reports import CommandApplied, PatchRefused, Report, Started
 from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError, require
 from underfoot.network.cue_patch import CuedChanges, require_settable, with_cues
@@ -170,7 +170,7 @@ class CuePlayer:
                 done = next((one for one in self._pending if one.command == command), None)
                 if done is not None:
                     self._done(lambda one: one is done, frame)
-            case Notice(text) if "the patch is not played" in text:
+            case PatchRefused(text):
                 self._fail(text)
             case Started():
                 self._fail("the engine was started again; ask again")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.engine.commands import Level, Strike, Swap
 from underfoot.engine.patch_edits import moved_numbers
-from underfoot.engine.reports import CommandApplied, Notice, OutputChanged, Report
+from underfoot.engine.reports import CommandApplied, OutputChanged, PatchRefused, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import VibrationReader
 from underfoot.floor.profile import NOMINAL_ACCELERATION, profiles_of
@@ -80,7 +80,7 @@ class Presenter:
                     self.since_frame = frame
                 case OutputChanged(silence=silence):
                     self.problem = self._silence = silence
-                case Notice(said) if "not played" in said:
+                case PatchRefused(said):
                     self.problem = said
 
     def read(self, keep_s: float = PRESENTED_S) -> None:
