@@ -444,7 +444,8 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
     bench.click(workspace.list.new)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    actions += ["Ctrl+4", "New study…", "Ctrl+S"]
+    bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_Escape)
+    actions += ["Ctrl+4", "New study…", "Ctrl+S", "Esc"]
     assert window.focusWidget() is workspace.overview.participant
     key(workspace.overview.participant, "P", "1", Qt.Key.Key_Return)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
@@ -460,7 +461,7 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     assert [round(entry.answers["rating"]) for entry in file.entries()] == [52, 52]
     file.close()
     assert workspace.overview.analyse.text() == "Analyse 1 session"
-    assert len(actions) == 13
+    assert len(actions) == 14
 
 
 def test_a_foot_of_the_mouse_on_the_simulated_floor_answers_in_the_participants_window(bench):
