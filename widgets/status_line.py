@@ -7,8 +7,6 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
 MESSAGE_MS = 20_000
-MAX_REASON_LETTERS = 64
-"""So many letters of a reason are shown."""
 NO_FORCE = "no force comes from the floor"
 
 
@@ -22,7 +20,7 @@ class StatusLine(QWidget):
         self.setFixedHeight(3 * theme.GRID)
         self._message = ElidedLabel()
         self._message.setAccessibleName("Message")
-        self._session = theme.label("", "small")
+        self._session = ElidedLabel("small")
         self._text, self._reason, self._is_floor_silent = "", "", False
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
@@ -39,7 +37,7 @@ class StatusLine(QWidget):
         self._timer.start()
 
     def show_session(self, text: str, reason: str = "") -> None:
-        """What the session does or plays on, and why it is not what was asked for; in full in the tooltip."""
+        """What the session does or plays on, and why it is not what was asked for."""
         self._text, self._reason = text, reason
         self._show()
 
@@ -50,9 +48,7 @@ class StatusLine(QWidget):
 
     def _show(self) -> None:
         reason = "; ".join(filter(None, (NO_FORCE if self._is_floor_silent else "", self._reason)))
-        short = f"{reason[:MAX_REASON_LETTERS]}…" if len(reason) > MAX_REASON_LETTERS else reason
-        self._session.setText(f"{self._text} ({short})" if reason else self._text)
-        self._session.setToolTip(reason)
+        self._session.set_full_text(f"{self._text} ({reason})" if reason else self._text)
 
     @property
     def message(self) -> str:
@@ -61,5 +57,5 @@ class StatusLine(QWidget):
 
     @property
     def session(self) -> str:
-        """What is shown of the session."""
-        return self._session.text()
+        """What the session does, in full."""
+        return self._session.full_text
