@@ -190,10 +190,15 @@ class MainWindow(QMainWindow):
         for workspace in self.workspaces.values():
             workspace.silence()
 
+    def _export(self) -> None:
+        """Export what the workspace on the screen has of its own, else the patch."""
+        if not self.workspaces[self.workspace].export():
+            self._exchange.export()
+
     # --- what the session reports ---
 
     def _show_target(self, target: Target) -> None:
-        self.main_bar.set_target(target_text(target))
+        self.main_bar.set_target(target_text(target), targets.keys_of(target))
         self._output = self._silence_reason = ""  # until the engine of this session has started
         self._show_compiling(1, 1)
 
@@ -379,7 +384,7 @@ class MainWindow(QMainWindow):
         self.menu = MainMenu(self.actions_by_name, lambda: self.settings.recent, self.view_menu, self)
         self.main_bar = MainBar(self.menu)
         self.main_bar.set_targets(targets.choices())
-        self.main_bar.set_target(target_text(self.controller.target))
+        self.main_bar.set_target(target_text(self.controller.target), targets.keys_of(self.controller.target))
         self.main_bar.set_level(self.settings.level_db)
         self.main_bar.set_playing(self.controller.is_playing)
         self.main_bar.set_recording("")
@@ -423,7 +428,7 @@ class MainWindow(QMainWindow):
             "save": self._add_action("Save", key.Save, lambda: open_patch.save()),
             "save as": self._add_action("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
             "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
-            "export": self._add_action("Export…", "Ctrl+Shift+E", self._exchange.export),
+            "export": self._add_action("Export…", "Ctrl+Shift+E", self._export),
             "play": self._add_action("Play or stop", "Ctrl+Space", controller.play_or_stop),
             "panic": self._add_action("Panic: silence at once", PANIC_KEYS, self.panic),
             "record": self._add_action(
