@@ -1,6 +1,7 @@
 """The line at the bottom of the window: messages for the person, and what the session plays on."""
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.widgets import theme
@@ -24,6 +25,7 @@ class StatusLine(QWidget):
         self._text, self._reason, self._is_floor_silent = "", "", False
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
+        layout.setSpacing(theme.GRID)
         layout.addWidget(self._message, 1)
         layout.addWidget(self._session)
         self._timer = QTimer(self)
@@ -34,6 +36,7 @@ class StatusLine(QWidget):
     def show_message(self, text: str) -> None:
         """A line for the person, until there is another or it has been there for a while."""
         self._message.set_full_text(text)
+        self._share_room()
         self._timer.start()
 
     def show_session(self, text: str, reason: str = "") -> None:
@@ -45,6 +48,15 @@ class StatusLine(QWidget):
         """Whether no force comes from the floor."""
         self._is_floor_silent = silent
         self._show()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Let a message have the room that it wants, up to two thirds of it."""
+        room = max(self.width() - 5 * theme.GRID, 0)  # without margins and spacing
+        self._session.setMaximumWidth(max(room - self._message.sizeHint().width(), room // 3))
 
     def _show(self) -> None:
         reason = "; ".join(filter(None, (NO_FORCE if self._is_floor_silent else "", self._reason)))

@@ -134,6 +134,25 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     assert overview.state.text() == "P1 has come to the end of the study. The answers are kept."
 
 
+def test_on_the_simulated_floor_somebody_stands_there_while_keys_begin_what_is_felt(bench):
+    stages = [CONSENT, rated(), {"id": "rest", "kind": "questions", "questions": [AGE]}]
+    bench.choose(stages=stages, stimuli={"WC": CONSTANT, "X": {}})
+    bench.until(Phase.PAGE)
+    assert not bench.runner.watch.contacts
+    bench.runner.answer({"agreed": "yes"})
+    for _ in range(2):
+        bench.until(Phase.READY)
+        bench.wait(lambda: bench.runner.watch.is_on)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Right)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.PAGE)
+    bench.wait(lambda: not bench.runner.watch.contacts)
+    trials = [entry.facts for entry in bench.entries() if entry.trial]
+    assert [facts["most_force_n"] > 300.0 for facts in trials] == [True, True]
+
+
 def test_what_nobody_answered_is_asked_for_and_units_may_be_typed(bench):
     mass = {"name": "mass", "text": "What do you weigh?", "kind": "number", "low": 30, "high": 200, "unit": "kg"}
     foot = {"name": "foot", "text": "With which foot?", "kind": "choice", "options": ["right", "left"]}

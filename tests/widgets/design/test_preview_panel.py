@@ -156,6 +156,8 @@ def test_a_long_reason_is_whole_where_there_is_room_and_in_the_tooltip_where_the
     line.resize(500, 24)
     qtbot.waitUntil(lambda: label.text().endswith("…"))
     assert reason in label.toolTip()
+    line.show_message("The recording was saved")
+    qtbot.waitUntil(lambda: line.findChildren(QLabel)[0].text() == "The recording was saved")
 
 
 def test_without_a_node_there_are_no_laws_to_be_shown(shown):
