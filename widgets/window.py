@@ -39,7 +39,7 @@ from underfoot.widgets.window_state import restore_splitters, restore_window, sa
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 STARTING = "Starting the engine…"
-COMPILING = "Compiling kernels, which a first start takes half a minute for:"
+COMPILING = "Preparing what is used for the first time, kernels and simulated plates:"
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
