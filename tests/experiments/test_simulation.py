@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_studies import made_protocol, preset_protocol
+from made_studies import TD, made_protocol, preset_protocol
 from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
@@ -42,6 +42,19 @@ def test_estimates_lie_around_the_truth(name):
             4.0 * summary.spread_of(people), 0.05 * abs(summary.truth), 0.25 if "threshold" in summary.name else 0.02
         )
         assert abs(summary.median - summary.truth) <= allowed + summary.spread * 0.4, summary
+
+
+@pytest.mark.parametrize("standard", ["L40", ""])
+def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_threshold_or_standard(standard):
+    levels = {f"L{k}": k / 100 for k in (10, 25, 40, 55, 70)}
+    stimuli = {n: {**TD, "level_m_s2": v, "factors": {"level_m_s2": v}} for n, v in levels.items()}
+    made = made_protocol("constant-stimuli", {"comparisons": list(levels), "standard": standard, "blocks": 30}, stimuli)
+    how = SimulationSettings(truth=(("threshold_m_s2", 0.5),))
+    found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 20, how)[0])) if one.share == 1.0}
+    assert found["pse"].truth == pytest.approx(0.4 if standard else 0.5)
+    assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found["pse"].truth))
+    for one in found.values():
+        assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
 
 
 @pytest.mark.parametrize("standard", ["gravel", ""])
