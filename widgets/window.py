@@ -39,7 +39,7 @@ from underfoot.widgets.window_state import restore_splitters, restore_window, sa
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 STARTING = "Starting the engine…"
-COMPILING = "Preparing what is used for the first time, kernels and simulated plates:"
+COMPILING = "kernels and simulated plates, for their first use"
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
@@ -216,7 +216,7 @@ class MainWindow(QMainWindow):
         self._progress.setRange(0, max(total, 1))
         self._progress.setValue(ready if is_busy else 0)
         if is_busy:
-            self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
+            self.status.show_session(f"{ready} of {total} parts prepared: {COMPILING}")
         else:
             text = "Playing on" if self.controller.is_playing else "Silent until played on"
             self.status.show_session(f"{text}: {self._output}" if self._output else STARTING, self._silence_reason)
