@@ -10,6 +10,7 @@ from underfoot.experiments.analysis import abx, bayesian, constant, identificati
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
@@ -88,7 +89,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
-    return found
+    return found if protocol is None else [*found, *questionnaires(rows, protocol)]
 
 
 _NUMBERS = (
