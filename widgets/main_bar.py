@@ -1,10 +1,10 @@
 """The transport bar: workspaces, target, play, stop, panic, record, level, and how the engine is."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QResizeEvent
+from PySide6.QtGui import QAction, QIcon, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
@@ -66,6 +66,8 @@ class MainBar(QWidget):
         self.setFixedHeight(6 * theme.GRID)
         self._warnings: dict[str, Sequence[str]] = {}
         self._tab_icons: dict[str, QIcon] = {}
+        self._target_actions: dict[str, QAction] = {}
+        self._target_keys: Collection[str] = ()
         self._layout = QHBoxLayout(self)
         self._layout.setContentsMargins(theme.GRID // 2, 0, theme.GRID, 0)
         self._layout.setSpacing(6)
@@ -109,6 +111,7 @@ class MainBar(QWidget):
     def set_targets(self, choices: Choices) -> None:
         """What the target chooser offers."""
         self.target.menu().clear()
+        self._target_actions = {}
         self._fill_menu(self.target.menu(), choices)
 
     def _fill_menu(self, menu: QMenu, choices: Choices) -> None:
@@ -116,14 +119,26 @@ class MainBar(QWidget):
             if not isinstance(key, str):
                 self._fill_menu(menu.addMenu(text), key)
             elif key:
-                menu.addAction(text).triggered.connect(lambda _=False, key=key: self.target_chosen.emit(key))
+                action = self._target_actions[key] = menu.addAction(text)
+                action.setCheckable(True)
+                action.triggered.connect(lambda _=False, key=key: self._choose_target(key))
             else:
                 menu.addSeparator()
 
-    def set_target(self, text: str) -> None:
-        """What the session plays on, in words."""
+    def set_target(self, text: str, keys: Collection[str] = ()) -> None:
+        """What the session plays on, in words; the choices of these keys are marked."""
         self.target.setText(text)
         self.target.setToolTip(f"Target: {text}. Click to choose another one.")
+        self._target_keys = keys
+        self._mark_target()
+
+    def _mark_target(self) -> None:
+        for key, action in self._target_actions.items():
+            action.setChecked(key in self._target_keys)
+
+    def _choose_target(self, key: str) -> None:
+        self._mark_target()  # a click has marked what is not the target yet
+        self.target_chosen.emit(key)
 
     def set_warnings(self, workspace: str, lines: Sequence[str]) -> None:
         """Warnings of a workspace; the sign is shown where there are any."""

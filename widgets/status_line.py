@@ -1,14 +1,13 @@
 """The line at the bottom of the window: messages for the person, and what the session plays on."""
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
 MESSAGE_MS = 20_000
-MAX_REASON_LETTERS = 64
-"""So many letters of a reason are shown."""
 NO_FORCE = "no force comes from the floor"
 
 
@@ -22,10 +21,11 @@ class StatusLine(QWidget):
         self.setFixedHeight(3 * theme.GRID)
         self._message = ElidedLabel()
         self._message.setAccessibleName("Message")
-        self._session = theme.label("", "small")
+        self._session = ElidedLabel("small")
         self._text, self._reason, self._is_floor_silent = "", "", False
         layout = QHBoxLayout(self)
         layout.setContentsMargins(2 * theme.GRID, 0, 2 * theme.GRID, 0)
+        layout.setSpacing(theme.GRID)
         layout.addWidget(self._message, 1)
         layout.addWidget(self._session)
         self._timer = QTimer(self)
@@ -36,10 +36,11 @@ class StatusLine(QWidget):
     def show_message(self, text: str) -> None:
         """A line for the person, until there is another or it has been there for a while."""
         self._message.set_full_text(text)
+        self._share_room()
         self._timer.start()
 
     def show_session(self, text: str, reason: str = "") -> None:
-        """What the session does or plays on, and why it is not what was asked for; in full in the tooltip."""
+        """What the session does or plays on, and why it is not what was asked for."""
         self._text, self._reason = text, reason
         self._show()
 
@@ -48,11 +49,18 @@ class StatusLine(QWidget):
         self._is_floor_silent = silent
         self._show()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Let a message have the room that it wants, up to two thirds of it."""
+        room = max(self.width() - 5 * theme.GRID, 0)  # without margins and spacing
+        self._session.setMaximumWidth(max(room - self._message.sizeHint().width(), room // 3))
+
     def _show(self) -> None:
         reason = "; ".join(filter(None, (NO_FORCE if self._is_floor_silent else "", self._reason)))
-        short = f"{reason[:MAX_REASON_LETTERS]}…" if len(reason) > MAX_REASON_LETTERS else reason
-        self._session.setText(f"{self._text} ({short})" if reason else self._text)
-        self._session.setToolTip(reason)
+        self._session.set_full_text(f"{self._text} ({reason})" if reason else self._text)
 
     @property
     def message(self) -> str:
@@ -61,5 +69,5 @@ class StatusLine(QWidget):
 
     @property
     def session(self) -> str:
-        """What is shown of the session."""
-        return self._session.text()
+        """What the session does, in full."""
+        return self._session.full_text

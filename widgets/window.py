@@ -39,7 +39,7 @@ from underfoot.widgets.window_state import restore_splitters, restore_window, sa
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, discover
 
 STARTING = "Starting the engine…"
-COMPILING = "Compiling kernels, which a first start takes half a minute for:"
+COMPILING = "kernels and simulated plates, for their first use"
 PANIC_KEYS = ("F12", "Shift+Esc", "Ctrl+.")
 """Panic, whatever is open."""
 EXTRA_SHORTCUTS = (
@@ -190,10 +190,15 @@ class MainWindow(QMainWindow):
         for workspace in self.workspaces.values():
             workspace.silence()
 
+    def _export(self) -> None:
+        """Export what the workspace on the screen has of its own, else the patch."""
+        if not self.workspaces[self.workspace].export():
+            self._exchange.export()
+
     # --- what the session reports ---
 
     def _show_target(self, target: Target) -> None:
-        self.main_bar.set_target(target_text(target))
+        self.main_bar.set_target(target_text(target), targets.keys_of(target))
         self._output = self._silence_reason = ""  # until the engine of this session has started
         self._show_compiling(1, 1)
 
@@ -211,7 +216,7 @@ class MainWindow(QMainWindow):
         self._progress.setRange(0, max(total, 1))
         self._progress.setValue(ready if is_busy else 0)
         if is_busy:
-            self.status.show_session(f"{COMPILING} {ready} of {total} parts ready")
+            self.status.show_session(f"{ready} of {total} parts prepared: {COMPILING}")
         else:
             text = "Playing on" if self.controller.is_playing else "Silent until played on"
             self.status.show_session(f"{text}: {self._output}" if self._output else STARTING, self._silence_reason)
@@ -379,7 +384,7 @@ class MainWindow(QMainWindow):
         self.menu = MainMenu(self.actions_by_name, lambda: self.settings.recent, self.view_menu, self)
         self.main_bar = MainBar(self.menu)
         self.main_bar.set_targets(targets.choices())
-        self.main_bar.set_target(target_text(self.controller.target))
+        self.main_bar.set_target(target_text(self.controller.target), targets.keys_of(self.controller.target))
         self.main_bar.set_level(self.settings.level_db)
         self.main_bar.set_playing(self.controller.is_playing)
         self.main_bar.set_recording("")
@@ -423,7 +428,7 @@ class MainWindow(QMainWindow):
             "save": self._add_action("Save", key.Save, lambda: open_patch.save()),
             "save as": self._add_action("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
             "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
-            "export": self._add_action("Export…", "Ctrl+Shift+E", self._exchange.export),
+            "export": self._add_action("Export…", "Ctrl+Shift+E", self._export),
             "play": self._add_action("Play or stop", "Ctrl+Space", controller.play_or_stop),
             "panic": self._add_action("Panic: silence at once", PANIC_KEYS, self.panic),
             "record": self._add_action(

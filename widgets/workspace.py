@@ -68,6 +68,10 @@ class Workspace(QWidget):
     def open_file(self, path: Path) -> None:
         """Open a file of one of the suffixes that the declaration says."""
 
+    def export(self) -> bool:
+        """Export what is shown, in a dialog; whether there is anything other than the patch to be exported here."""
+        return False
+
     def silence(self) -> None:
         """Panic: end whatever makes sound by itself."""
 

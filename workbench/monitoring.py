@@ -153,7 +153,7 @@ def messages_of(report: Report, running: bool) -> Iterator[str]:
         case Notice(text) | Started(notice=text) if text:
             yield text
         case Compiling(ready, total):
-            yield f"first use: compiling kernels: {ready} of {total} parts ready"
+            yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
         case ProcessDied(process, reason):
             yield f"the {process} was lost and is started again: {reason}"
         case Fault(node, tile, frame):

@@ -65,7 +65,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     assert profile.centroid is not None
     refused = underfoot("calibrate", "centroid", "--target", "udp:127.0.0.1:9999", "--profile", "none.json")
     assert (refused.status, refused.out) == (1, "")
-    assert "calibrate fsr first" in refused.error
+    assert refused.error == "underfoot: places needs forces first: calibrate forces, and give its --profile\n"
 
 
 @pytest.mark.parametrize(
@@ -92,6 +92,16 @@ def test_bad_input_is_one_line_and_status_1(underfoot, measured, arguments, said
     assert (found.status, found.out) == (1, "")
     assert found.error.count("\n") == 1
     assert said in found.error
+
+
+def test_commands_are_named_as_in_the_window_and_older_names_are_taken(underfoot):
+    listed = underfoot("calibrate", "--help").out.partition("Commands:")[2]
+    assert [line.split()[0] for line in listed.strip().splitlines()] == [
+        "forces", "places", "latency", "stiffness", "vibration",
+    ]  # fmt: skip
+    for name, older in (("forces", "fsr"), ("places", "centroid"), ("vibration", "response"), ("stiffness", "plate")):
+        helps = [underfoot("calibrate", word, "--help").out.partition("[OPTIONS]")[2] for word in (name, older)]
+        assert helps[0] == helps[1] != ""
 
 
 def test_a_profile_of_another_tile_stays_as_it_was(underfoot, measured):

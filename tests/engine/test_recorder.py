@@ -10,7 +10,7 @@ from live import live
 from made_patches import hum, stepped_bank
 
 from underfoot.engine.commands import Level, Panic, Play, PressTile, Set, Strike, Swap, from_text, to_text
-from underfoot.engine.recorder import RecordCommand, Recorder
+from underfoot.engine.recorder import RecordCommand, Recorder, RecordMark
 from underfoot.engine.reports import Notice, ProcessDied
 from underfoot.engine.rings import Ring
 from underfoot.engine.session_replay import replay
@@ -121,6 +121,18 @@ def test_it_ends_where_all_commands_are_known(rings, record, until):
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_000))
 
 
+@pytest.mark.parametrize("marks", [(), (RecordMark(0, "here"),)])
+def test_ended_before_the_first_frame_it_leaves_a_file_only_for_its_marks(rings, record, until, marks):
+    recorder = record()
+    for mark in marks:
+        recorder.send(mark)
+    until(lambda: recorder.receive() or recorder.has_begun)
+    rings.write(4_800)
+    recorder.end(0)
+    until(recorder.has_ended)
+    assert recorder.path.exists() == bool(marks)
+
+
 def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, until):
     recorder = record()
     rings.write(9_600)
@@ -178,7 +190,8 @@ def test_where_an_engine_took_over_there_is_a_gap(rings, record):
 
 def test_a_file_that_is_there_is_not_written_over(rings, record):
     recorder = record()
-    recorder.end(0)
+    rings.write(4_800)
+    recorder.end(4_800)
     assert recorder.has_ended(10.0)
     with pytest.raises(BadFile, match="there already"):
         record()

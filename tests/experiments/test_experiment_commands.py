@@ -76,6 +76,16 @@ def test_a_simulated_study_is_a_table_and_a_page_with_pictures(tmp_path):
     assert text.count("<svg") == 2
 
 
+def test_trials_of_simulated_people_are_written_and_analysed_like_those_of_people(tmp_path):
+    table = tmp_path / "trials.csv"
+    arguments = ("experiment", "identification-impact", "--simulate", 2, "--processes", 1, "--csv", table)
+    assert run(*arguments).exit_code == 0
+    assert [line[:3] for line in table.read_text().splitlines()[1:]] == [*["S1,"] * 96, *["S2,"] * 96]
+    assert "S2" in run("analyse", table).output
+    alone = ("experiment", "identification-impact", "--pilot", "--csv", table)
+    assert said(*alone) == "--csv is for --simulate; `analyse --csv` writes the trials of people"
+
+
 def test_two_processes_give_the_same_table_as_one():
     tables = [run("experiment", "target-selection", "--simulate", 50, "--processes", n).stdout for n in (1, 2)]
     assert tables[0] == tables[1]

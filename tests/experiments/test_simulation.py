@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_studies import made_protocol, preset_protocol
+from made_studies import TD, made_protocol, preset_protocol
 from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
@@ -42,6 +42,28 @@ def test_estimates_lie_around_the_truth(name):
             4.0 * summary.spread_of(people), 0.05 * abs(summary.truth), 0.25 if "threshold" in summary.name else 0.02
         )
         assert abs(summary.median - summary.truth) <= allowed + summary.spread * 0.4, summary
+
+
+def test_why_somebody_has_no_threshold_is_said():
+    made = made_protocol("staircases", {"followed": ["TD"], "pairs": 1}, most_trials=6)
+    (found,) = analysed(simulated_rows(made, 0, 1, {})[0], made, Settings())
+    assert found.tables[0].note.endswith(" Empty: no staircase of theirs has 8 reversals yet.")
+    made = made_protocol("staircases", {"followed": ["TD"], "pairs": 1})
+    (found,) = analysed(simulated_rows(made, 0, 1, {})[0], made, Settings())
+    assert "Empty" not in found.tables[0].note
+
+
+@pytest.mark.parametrize("standard", ["L40", ""])
+def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_threshold_or_standard(standard):
+    levels = {f"L{k}": k / 100 for k in (10, 25, 40, 55, 70)}
+    stimuli = {n: {**TD, "level_m_s2": v, "factors": {"level_m_s2": v}} for n, v in levels.items()}
+    made = made_protocol("constant-stimuli", {"comparisons": list(levels), "standard": standard, "blocks": 30}, stimuli)
+    how = SimulationSettings(truth=(("threshold_m_s2", 0.5),))
+    found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 20, how)[0])) if one.share == 1.0}
+    assert found["pse"].truth == pytest.approx(0.4 if standard else 0.5)
+    assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found["pse"].truth))
+    for one in found.values():
+        assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
 
 
 @pytest.mark.parametrize("standard", ["gravel", ""])
@@ -130,7 +152,9 @@ def test_without_statsmodels_shares_are_analysed_and_curves_name_the_extra(monke
 def test_every_study_is_analysed_with_tables_and_pictures(name):
     protocol = preset_protocol(name)
     rows = [row for k in range(4) for row in simulated_rows(protocol, k, 1, {})[0]]
-    (found,) = analysed(rows, protocol, Settings(bootstrap=0))
+    found, *others = analysed(rows, protocol, Settings(bootstrap=0))
+    asks = any(question.kind != "text" for stage in protocol.stages for question in stage.questions)
+    assert [other.title for other in others] == ["Questionnaires"] * asks
     assert found.tables
     assert found.drawings or name == "free-labels"
     for table in found.tables:

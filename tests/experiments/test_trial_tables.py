@@ -4,13 +4,17 @@ import re
 from dataclasses import replace
 
 import pytest
-from made_studies import preset_protocol
+from made_studies import first_answers, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import simulated_rows
-from underfoot.experiments.trial_files import csv_text, value_of
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import factors_of, rows_of
+from underfoot.experiments.trial_files import csv_text, read_csv, value_of, write_bids, write_csv
+from underfoot.nodes import REGISTRY
 from underfoot.studies.results import results_of
 
 HEADER = "participant,method,trial"
@@ -117,3 +121,24 @@ def test_a_trial_that_two_files_have_counts_once(tmp_path):
         results_of(paths)
     paths[1].write_text(text.replace("S1,", "S2,"))
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
+
+
+def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_it_comes_last(tmp_path):
+    likert = {"name": "real", "text": "It felt real.", "kind": "choice", "options": ["disagree", "agree"]}
+    stages = [
+        {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
+        {"id": "after", "kind": "questions", "questions": [likert, {"name": "remarks", "text": "Remarks?"}]},
+    ]
+    study = Study(Protocol.loads(protocol_text(stages=stages), REGISTRY), "P1")
+    said = {"real": "agree", "remarks": "cold, wet"}
+    walked(study, lambda page: said if page.kind == "questions" else first_answers(page))
+    rows = rows_of(study.protocol, "P1", study.entries)
+    path = tmp_path / "trials.csv"
+    write_csv(path, rows)
+    for found in (rows, read_csv(path)):
+        assert [row["participant.after.real"] for row in found] == ["agree", "agree"]
+        assert [row["participant.after.remarks"] for row in found] == ["cold, wet", "cold, wet"]
+    assert factors_of(rows) == ("level_m_s2",)
+    write_bids(tmp_path / "bids", rows, "A study", study.protocol)
+    listed = (tmp_path / "bids" / "participants.tsv").read_text().splitlines()
+    assert listed == ["participant_id\tafter.real\tafter.remarks", "sub-P1\tagree\tcold, wet"]

@@ -134,6 +134,25 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     assert overview.state.text() == "P1 has come to the end of the study. The answers are kept."
 
 
+def test_on_the_simulated_floor_somebody_stands_there_while_keys_begin_what_is_felt(bench):
+    stages = [CONSENT, rated(), {"id": "rest", "kind": "questions", "questions": [AGE]}]
+    bench.choose(stages=stages, stimuli={"WC": CONSTANT, "X": {}})
+    bench.until(Phase.PAGE)
+    assert not bench.runner.watch.contacts
+    bench.runner.answer({"agreed": "yes"})
+    for _ in range(2):
+        bench.until(Phase.READY)
+        bench.wait(lambda: bench.runner.watch.is_on)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Right)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.PAGE)
+    bench.wait(lambda: not bench.runner.watch.contacts)
+    trials = [entry.facts for entry in bench.entries() if entry.trial]
+    assert [facts["most_force_n"] > 300.0 for facts in trials] == [True, True]
+
+
 def test_what_nobody_answered_is_asked_for_and_units_may_be_typed(bench):
     mass = {"name": "mass", "text": "What do you weigh?", "kind": "number", "low": 30, "high": 200, "unit": "kg"}
     foot = {"name": "foot", "text": "With which foot?", "kind": "choice", "options": ["right", "left"]}
@@ -444,7 +463,8 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
     bench.click(workspace.list.new)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    actions += ["Ctrl+4", "New study…", "Ctrl+S"]
+    bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_Escape)
+    actions += ["Ctrl+4", "New study…", "Ctrl+S", "Esc"]
     assert window.focusWidget() is workspace.overview.participant
     key(workspace.overview.participant, "P", "1", Qt.Key.Key_Return)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
@@ -460,7 +480,7 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     assert [round(entry.answers["rating"]) for entry in file.entries()] == [52, 52]
     file.close()
     assert workspace.overview.analyse.text() == "Analyse 1 session"
-    assert len(actions) == 13
+    assert len(actions) == 14
 
 
 def test_a_foot_of_the_mouse_on_the_simulated_floor_answers_in_the_participants_window(bench):

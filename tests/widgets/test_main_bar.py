@@ -58,6 +58,16 @@ def test_targets_are_chosen_by_their_key(bar, qtbot):
     assert bar.target.text() == "Two"
 
 
+def test_the_present_target_is_marked_and_a_click_marks_nothing_that_is_not_the_target_yet(bar):
+    bar.set_targets([("a", "One"), ("b", "Two"), ((("c", "Oak"),), "Wood")])
+    one, two, wood = bar.target.menu().actions()
+    bar.set_target("Two of oak", {"b", "c"})
+    marked = [action.isChecked() for action in (one, two, *wood.menu().actions())]
+    assert marked == [False, True, True]
+    one.trigger()
+    assert (one.isChecked(), two.isChecked()) == (False, True)
+
+
 def test_targets_in_a_menu_of_their_own_are_chosen_by_clicks(bar, qtbot):
     bar.set_targets([("a", "One"), ((("b 1", "Oak"), ("", ""), ("b", "Open…")), "Wood")])
     for words, key in ((("One",), "a"), (("Wood", "Oak"), "b 1"), (("Wood", "Open…"), "b")):

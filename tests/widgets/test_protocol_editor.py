@@ -65,8 +65,11 @@ class Hand:
         box.activated.emit(box.currentIndex())
 
     def keep(self):
+        """Save and close, by keys."""
         self.qtbot.waitUntil(self.protocol_editor.save_button.isEnabled)
         self.qtbot.keyClick(self.protocol_editor, Qt.Key.Key_S, CTRL)
+        assert self.workspace.stack.currentWidget() is self.protocol_editor
+        self.qtbot.keyClick(self.protocol_editor, Qt.Key.Key_Escape)
 
     def protocols(self):
         return sorted(path.name for path in (self.folder / "protocols").glob("*.json"))
@@ -87,6 +90,25 @@ def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_pres
     assert made.workspace.list.list.currentItem().text() == "Gravel or sand?  (own)"
     assert Protocol.load(made.workspace.study.path, REGISTRY) == made.workspace.study.protocol
     assert len(made.opened().studies) == count + 1
+
+
+def test_a_study_is_saved_again_and_again_while_it_is_made_into_one_file(made):
+    count = len(made.workspace.studies)
+    made.click(made.workspace.list.new)
+    title = made.protocol_editor.rows["study"].controls["title"]
+    for words in ("Gravel or sand?", "Gravel, or sand?"):
+        made.type(title, words)
+        made.qtbot.waitUntil(made.protocol_editor.save_button.isEnabled)
+        made.qtbot.keyClick(title, Qt.Key.Key_S, CTRL)
+        assert made.workspace.stack.currentWidget() is made.protocol_editor
+        assert made.said[-1] == f"Saved as {made.folder / 'protocols' / 'gravel-or-sand.json'}"
+        assert not made.protocol_editor.is_changed
+    assert made.protocols() == ["gravel-or-sand.json"]
+    assert len(made.workspace.studies) == count + 1
+    made.qtbot.keyClick(title, Qt.Key.Key_Escape)
+    assert made.workspace.stack.currentWidget() is made.workspace.overview
+    assert made.workspace.overview.participant.hasFocus()
+    assert made.workspace.overview.title.text() == "Gravel, or sand?"
 
 
 def test_a_mistake_is_said_by_its_stage_and_field_and_cannot_be_saved(made):
@@ -341,6 +363,7 @@ def test_stimuli_come_from_a_table_after_asking(made):
         "toe": (1.0, {"place": "front"}),
     }
     assert saved.stages[0].method.parameters["rated"] == ["heel", "toe"]
+    made.click(protocol_editor.close_button)
     made.click(workspace.list.new)
     made.page(2)
     table.write_text("stimulus,like\nheel,B\n")

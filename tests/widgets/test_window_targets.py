@@ -42,6 +42,22 @@ def test_another_target_is_another_session_with_the_same_patch(window, qtbot):
     assert "The target is now" in window.status.message
 
 
+def test_the_menu_marks_the_floor_and_the_tiles_that_are_played_on(window, qtbot):
+    def marked():
+        actions = window.main_bar.target.menu().actions()
+        inner = [action for outer in actions if outer.menu() for action in outer.menu().actions()]
+        return {action.text() for action in (*actions, *inner) if action.isChecked()}
+
+    assert marked() == {"Simulated floor  2 × 2", "Ideal sensors"}
+    for choice, words in (
+        ("simulation plywood-tile", {"Simulated floor  2 × 2", "Plywood tile"}),
+        ("simulator 1 3", {"Plywood tile"}),  # a grid that the menu does not offer
+    ):
+        with qtbot.waitSignal(window.controller.opened, timeout=LONG_MS):
+            window.main_bar.target_chosen.emit(choice)
+        assert marked() == words
+
+
 def test_while_another_target_starts_nothing_is_said_to_play(window, qtbot):
     qtbot.waitUntil(lambda: "Playing on" in window.status.session, timeout=LONG_MS)
     seen = []

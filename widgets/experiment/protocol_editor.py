@@ -37,7 +37,7 @@ _CHECK_DELAY_MS = 150
 
 
 class ProtocolEditor(QWidget):
-    """Edits a draft. `saved` brings the file once it is written; `left` comes where nothing more is wanted."""
+    """Edits a draft. `saved` brings the file each time it is written; `closed` comes where nothing more is wanted."""
 
     saved = Signal(object)
     closed = Signal()
@@ -54,8 +54,8 @@ class ProtocolEditor(QWidget):
         self.title = theme.label("", "title")
         self.save_button, self.close_button = QPushButton("Save"), QPushButton("Close")
         self.save_button.setProperty("role", "primary")
-        self.save_button.setToolTip("Save the protocol and choose it (Ctrl+S)")
-        self.close_button.setToolTip("Back to the studies (Esc)")
+        self.save_button.setToolTip("Save the protocol, and go on with it (Ctrl+S)")
+        self.close_button.setToolTip("Back to the studies; what was saved is chosen there (Esc)")
         self.problem, self.note = theme.label("", "alarm"), theme.label("", "muted")
         for label in (self.problem, self.note):
             label.setWordWrap(True)
@@ -125,7 +125,8 @@ class ProtocolEditor(QWidget):
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self._end()
+        self._path, self._saved_text = path, json.dumps(self.draft.raw)
+        self.title.setText("Edit a study")
         self.saved.emit(path)
 
     def ask_to_leave(self) -> None:

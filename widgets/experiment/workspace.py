@@ -50,7 +50,7 @@ UNSAVED = "unsaved.draft"
 _HOW = "Pilot: try two trials of each stage yourself. Begin: type a participant's id first."
 SHORTCUTS = (
     ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
-    ("Making a study: save, close", "Ctrl+S, Esc"),
+    ("Making a study: save and go on, close", "Ctrl+S, Esc"),
     ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
     ("Begin a presentation, or continue", "Space or Return"),
     ("Choose an answer", "1, 2, …"),
@@ -75,6 +75,7 @@ class ExperimentWorkspace(Workspace):
         self.studies += own_ones
         self._study = self.studies[0]
         self._is_pilot = False  # what runs, or ran last
+        self._has_saved = False  # whether the form has saved the chosen study since it was opened
         self._controller: SessionController | None = None
         self.equipment = EquipmentChoice()
         self._people: dict[Path, SimulatedPeople] = {}
@@ -259,17 +260,19 @@ class ExperimentWorkspace(Workspace):
 
     def _open_editor(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
         if not self.running.is_on:
+            self._has_saved = False
             self.protocol_editor.edit(draft, path, note)
             self.list.setEnabled(False)
             self.stack.setCurrentWidget(self.protocol_editor)
 
     def _close_editor(self) -> None:
+        """Back to the studies; where something was saved, the participant's id is next."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
-        self.list.list.setFocus()
+        (self.overview.participant if self._has_saved else self.list.list).setFocus()
 
     def _protocol_saved(self, path: Path) -> None:
-        """A protocol was saved: it is in the list, and chosen; the participant's id is next."""
+        """A protocol was saved: it is in the list, and chosen there."""
         study = load_study(path, self._registry, is_own=True)
         self._people.pop(path, None)  # its methods may be others now
         known = [study.path for study in self.studies]
@@ -277,10 +280,10 @@ class ExperimentWorkspace(Workspace):
             self.studies[known.index(path)] = study
         else:
             self.studies.append(study)
-        self._close_editor()
         self.list.show_studies(self.studies, [study.path for study in self.studies].index(path))
         self.overview.participant.clear()
-        self.overview.participant.setFocus()
+        self._has_saved = True
+        self.notified.emit(f"Saved as {path}")
 
     def restore_unsaved(self) -> None:
         """Open the form with what was not saved when the window was closed."""

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.errors import UnderfootError
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor, grid_of
 from underfoot.records.recording import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
@@ -297,11 +297,8 @@ def floor_text(floor: Floor) -> str:
     >>> floor_text(default_floor(2, 3))
     '2 × 3'
     """
-    count = len(floor.tiles)
-    for rows in range(1, 33):
-        if count % rows == 0 and count // rows <= 32 and floor == default_floor(rows, count // rows):
-            return f"{rows} × {count // rows}"
-    return f"{count} tiles"
+    grid = grid_of(floor)
+    return f"{grid[0]} × {grid[1]}" if grid else f"{len(floor.tiles)} tiles"
 
 
 def _icon(force_n: NDArray[np.float32]) -> QIcon:

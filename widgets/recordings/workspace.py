@@ -49,6 +49,7 @@ SHORTCUTS = (
     ("Mark; mark with a text", "M; Shift+M"),
     ("Play the stretch, or stop", "P"),
     ("Loop", "L"),
+    ("Export the recording", "Ctrl+Shift+E"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 180
@@ -334,10 +335,13 @@ class RecordingsWorkspace(Workspace):
             player.play(content.opened, begin_s, end_s, self.patch.currentIndex() == 0)
         self._show_play()
 
-    def export(self) -> None:
+    def export(self) -> bool:
         """Ask for a file, and write the recording into it."""
         if self.content is not None:
             self.exporting.ask(self.content.opened.path)
+        else:
+            self.notified.emit("No recording is open: choose one in the list, then export it.")
+        return True
 
     def _show_playing(self, time_s: float) -> None:
         self.axis.set_playing(time_s)
@@ -458,7 +462,9 @@ class RecordingsWorkspace(Workspace):
         self.patch.setAccessibleName("Patch to play through")
         self.patch.setToolTip("The patch that the recorded forces are played through")
         self.patch.addItems(["Recorded patch", "Patch in Design"])
-        self.export_button = self._button("export", "Export…", "Write it for other programs", self.export)
+        self.export_button = self._button(
+            "export", "Export…", "Write it for other programs (Ctrl+Shift+E)", self.export
+        )
         self._export_action = QAction("Export recording…", self)
         self._export_action.triggered.connect(self.export)
         self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)

@@ -446,7 +446,7 @@ class SessionController(QObject):
         elif not on and path is not None:
             session.end_recording()
             saved = f"The recording was saved as {path}"
-            self.notified.emit(saved if self.played_s else f"Nothing was recorded, the engine has not started: {path}")
+            self.notified.emit(saved if self.played_s else "Nothing was recorded: the engine has not started.")
         self.recording_changed.emit(session.recording)
 
 

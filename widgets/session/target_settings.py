@@ -6,7 +6,7 @@ from underfoot.devices.accelerometers import Accelerometer, accelerometers_of
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, UnderfootError
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor, default_floor, grid_of
 from underfoot.floor.tile_parameters import simulation
 from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.settings import Settings
@@ -61,8 +61,6 @@ def target_text(target: Target) -> str:
     if target.kind in TRANSPORTS:
         return f"{TRANSPORTS[target.kind].label}  {target.source}"
     what = display_name(Path(target.simulation)) if target.simulation else "Simulated floor"
-    count = len(target.floor.tiles)
-    for rows in range(1, 33):
-        if count % rows == 0 and count // rows <= 32 and target.floor == default_floor(rows, count // rows):
-            return f"{what}  {rows} × {count // rows}"
-    return f"{what}  {target.floor.title or f'{count} tiles'}"
+    grid = grid_of(target.floor)
+    where = f"{grid[0]} × {grid[1]}" if grid else target.floor.title or f"{len(target.floor.tiles)} tiles"
+    return f"{what}  {where}"

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 from underfoot.devices.transports import TRANSPORTS
+from underfoot.engine.target import Target
+from underfoot.floor.layout import grid_of
 from underfoot.patch import preset_files
 from underfoot.widgets.main_bar import Choices
 
@@ -28,6 +30,23 @@ def choices() -> Choices:
         ("", ""),
         *((scheme, f"{transport.title}…") for scheme, transport in TRANSPORTS.items()),
     )
+
+
+def keys_of(target: Target) -> frozenset[str]:
+    """Return the keys of the choices that make up a target: its floor, or where its forces come from, and its tiles.
+
+    >>> from underfoot.floor.layout import default_floor
+    >>> sorted(keys_of(Target(default_floor(6, 6))))
+    ['simulation ideal', 'simulator 6 6']
+    """
+    if target.kind == "replay":
+        return frozenset({"forces"})
+    if target.kind in TRANSPORTS:
+        return frozenset({target.kind})
+    known = {str(path): f"simulation {name}" for name, path in preset_files.simulations().items()}
+    tile = known.get(target.simulation, "simulation") if target.simulation else "simulation ideal"
+    grid = grid_of(target.floor)
+    return frozenset({tile, f"simulator {grid[0]} {grid[1]}" if grid else "floor"})
 
 
 def display_name(path: Path) -> str:

@@ -65,9 +65,9 @@ class Calibration(ABC):
     """Kind of calibration; an instance has the options of its command."""
 
     kind: ClassVar[str]
-    """Part of a profile that it makes, and name of its command."""
+    """Part of a profile that it makes."""
     name: ClassVar[str]
-    """Label of a button, in a word or two."""
+    """Label of its button in one word; in small letters the name of its command."""
     title: ClassVar[str]
     """Heading: the name, and what it converts to what."""
     about: ClassVar[str]
@@ -80,6 +80,11 @@ class Calibration(ABC):
     """Options that name files with a measurement: either all of them, or none if a target is measured."""
     requires: ClassVar[str] = ""
     """Part of the profile that must exist before; "" for none."""
+
+    @classmethod
+    def command(cls) -> str:
+        """Name of its command."""
+        return cls.name.lower()
 
     def check(self, target: str) -> None:
         """Raise `BadValue` for invalid options, before anything is read or measured on `target`."""

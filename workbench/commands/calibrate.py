@@ -23,22 +23,26 @@ if TYPE_CHECKING:
 
 
 class Calibrations(click.Group):
-    """A command for each calibration; what they need is imported when one is asked for."""
+    """A command for each calibration, named as in the window; the part of the profile that it makes names it, too.
+
+    What they need is imported when one is asked for.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         from underfoot.calibration.procedures import CALIBRATIONS
 
-        return sorted(CALIBRATIONS)
+        return [declared.command() for declared in CALIBRATIONS.values()]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         from underfoot.calibration.procedures import CALIBRATIONS
 
-        return command_of(CALIBRATIONS[cmd_name]) if cmd_name in CALIBRATIONS else None
+        known = {declared.command(): declared for declared in CALIBRATIONS.values()} | CALIBRATIONS
+        return command_of(known[cmd_name]) if cmd_name in known else None
 
 
 @click.group(cls=Calibrations)
 def calibrate() -> None:
-    """Calibrate a tile: forces, contact centroid, vibration, latency, and the stiffness of a plate on it."""
+    """Calibrate a tile: forces, places of contact, vibration, latency, and the stiffness of a plate on it."""
 
 
 def command_of(declared: "type[Calibration]") -> click.Command:
@@ -60,7 +64,7 @@ def command_of(declared: "type[Calibration]") -> click.Command:
         tile.conclude(measured.analyse(known), known)
 
     parameters = [option for group in (declared, rig_options, TileOptions) for option in click_parameters(group)]
-    return click.Command(declared.kind, params=parameters, callback=run, help=declared.summary)
+    return click.Command(declared.command(), params=parameters, callback=run, help=declared.summary)
 
 
 def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOptions") -> None:
@@ -72,10 +76,8 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
     known = options.known(tile.id)
     if calibration.requires and known.part(calibration.requires) is None:
         if not rig.is_simulated:
-            raise BadValue(
-                f"{calibration.kind} needs the part {calibration.requires} of the profile; "
-                f"calibrate {calibration.requires} first, and give its --profile"
-            )
+            first = CALIBRATIONS[calibration.requires].command()
+            raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed)).apply(known)
     with report_compiling():

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 )
 @click.option("--cluster", help="Existing Dask cluster for simulated participants, such as tcp://host:8786.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
+@click.option("--csv", type=FILE, help="Write the trials of simulated participants, as `analyse --csv` does.")
 @click.option("--levels", is_flag=True, help="Measure the peak of every stimulus under a simulated footstep.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
@@ -55,6 +56,8 @@ def experiment(options: ExperimentOptions) -> None:
     chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels]
     if sum(chosen) != 1:
         raise BadValue("give one of --participant (with --session), --pilot, --simulate, or --levels")
+    if options.csv is not None and options.simulate is None:
+        raise BadValue("--csv is for --simulate; `analyse --csv` writes the trials of people")
     protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
@@ -91,12 +94,20 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     from underfoot.experiments.simulation import summaries
 
     people = options.simulate or 0
-    require_outputs_writable(options.report / "power.html" if options.report and options.report.is_dir() else None)
+    page = options.report / "power.html" if options.report and options.report.is_dir() else None
+    require_outputs_writable(page, options.csv)
     truths = truths_of(protocol, dict(_truth(options.truth)))
     found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)
     if options.report is not None:
         facts = [("protocol", options.protocol), ("seed", str(options.seed)), *(("truth", t) for t in options.truth)]
         write_page(options.report / "power.html", f"{protocol.title}: before the first participant", [found], facts)
+    if options.csv is not None:
+        from underfoot.experiments.simulation import simulated_rows
+        from underfoot.experiments.trial_files import write_csv
+
+        truth = dict(_truth(options.truth))
+        rows = [simulated_rows(protocol, person, options.seed, truth)[0] for person in range(people)]
+        write_csv(options.csv, [row for of_person in rows for row in of_person])
     print(json.dumps(data_of([found])) if options.as_json else text_of([found]))
 
 

@@ -28,5 +28,6 @@ class ExperimentOptions:
     processes: int | None
     cluster: str | None
     report: Path | None
+    csv: Path | None
     levels: bool
     as_json: bool

@@ -230,9 +230,10 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
 
 
 def _line(summary: Summary) -> str:
+    times = summary["times_real_time"]
     return (
         f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "
-        f"{summary['times_real_time']:.0f} times real time"
+        f"{f'{times:.0f}' if times >= 9.95 else f'{times:#.2g}'} times real time"
     )
 
 

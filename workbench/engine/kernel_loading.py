@@ -1,13 +1,14 @@
-"""Loading of the kernels that a session needs, in parts; those missing from the cache are compiled.
+"""Loading of the kernels and plates that a session needs, in parts; those missing from the cache are made.
 
-Compiling all of them takes half a minute of one core. Two processes that begin at opposite ends of the list share the
-work: each waits for a kernel that the other is compiling (`kernel_cache`).
+Compiling all kernels takes half a minute of one core, a simulated plate half a second. Two processes that begin at
+opposite ends of the list share the work: each waits for a kernel that the other is compiling (`kernel_cache`).
 """
 
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numba.core import event
@@ -27,7 +28,7 @@ from underfoot.engine.target import Target, source_of
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.floor import contacts
 from underfoot.floor.layout import default_floor
-from underfoot.floor.simulated_plates import SimulatedPlates
+from underfoot.floor.simulated_plates import SimulatedPlates, load_plate
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
@@ -45,19 +46,25 @@ class KernelParts:
     def __init__(self, patch: Patch, target: Target, options: LoopOptions, from_end: bool = False) -> None:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
-        self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        self._parts += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
+        kernels: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
+        kernels += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
+        # A part returns True if it made something that no listener of the compiler hears of.
+        self._parts: list[Callable[[], bool]] = [partial(_loaded, load) for load in kernels]
+        self._parts += [
+            partial(load_plate, tile, options.simulation, float(options.rate_hz), heard)
+            for heard in options.plates
+            for tile in target.floor.tiles
+        ]
         if from_end:
             self._parts.reverse()
 
     def load(self, progress: Callable[[Compiling], None]) -> None:
-        """Load all kernels; report how many parts are ready as soon as one has to be compiled."""
+        """Load all parts; report how many are ready as soon as one has to be made."""
         with _reporting(progress, len(self._parts) + 1) as ready:
             for part in self._parts:
-                part()
-                ready()
+                ready(part())
             self._play()
-            ready()
+            ready(False)
 
     def _source(self) -> None:
         """Load the force sources: the simulator's walker, which loops run for loading use, and the target's."""
@@ -102,6 +109,11 @@ class _NotInCache(Exception):
     """A kernel has to be compiled."""
 
 
+def _loaded(load: Callable[[], object]) -> bool:
+    load()
+    return False
+
+
 def _program() -> None:
     """Load the compiled loop that runs all nodes, and the fades between programs."""
     ProgramFader(Program(Patch(), REGISTRY, ("tile",)))
@@ -118,27 +130,29 @@ def _output() -> None:
 
 
 @contextmanager
-def _reporting(progress: Callable[[Compiling], None], total: int) -> Iterator[Callable[[], None]]:
-    """Report how many parts are ready while kernels are compiled; each call of the yielded function counts one part."""
+def _reporting(progress: Callable[[Compiling], None], total: int) -> Iterator[Callable[[bool], None]]:
+    """Report how many parts are ready once something is made: a kernel is compiled, or the yielded function, which
+    counts a part, is given True."""
     state = Compiling(0, total)
-    compiles = False
+    makes = False
     collects = gc.isenabled()
 
     class FirstCompile(event.Listener):
         def on_start(self, event: event.Event) -> None:
-            nonlocal compiles
-            if not compiles:
-                compiles = True
+            nonlocal makes
+            if not makes:
+                makes = True
                 gc.disable()  # saves a fifth of the compile time
                 progress(state)
 
         def on_end(self, event: event.Event) -> None:
             pass
 
-    def ready() -> None:
-        nonlocal state
+    def ready(was_made: bool) -> None:
+        nonlocal state, makes
         state = replace(state, ready=state.ready + 1)
-        if compiles:
+        makes = makes or was_made
+        if makes:
             progress(state)
 
     try:

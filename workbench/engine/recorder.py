@@ -223,7 +223,10 @@ class Recorder:
 
 
 def run(connection: Connection, job: Job) -> None:
-    """Write until the connection ends, then close the file; the main function of the process."""
+    """Write until the connection ends, then close the file; the main function of the process.
+
+    A recording that was ended before the first frame leaves no file.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
     with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
@@ -238,8 +241,11 @@ def run(connection: Connection, job: Job) -> None:
             writer.put(missed.table, missed.first + done, missed.rows[done:])
         for table, (where, _) in job.rings.items():
             readers[table] = Reader(Ring.open(where), start=max(begin.starts[table], ends[table]))
-        _write(connection, writer, readers, begin)
+        has_ended = _write(connection, writer, readers, begin)
+        is_empty = writer.is_empty
         writer.close()
+        if has_ended and is_empty:
+            os.unlink(job.path)
     except (UnderfootError, OSError, sqlite3.Error) as error:
         with suppress(OSError):
             connection.send(f"{job.path} is not recorded any further: {error}")
@@ -248,7 +254,8 @@ def run(connection: Connection, job: Job) -> None:
         reader.ring.close()
 
 
-def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> None:
+def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> bool:
+    """Write until the connection ends; return whether the recording was ended before."""
     messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
     kept_commands, end, connected = writer.commands(), None, True
     while connected:
@@ -285,6 +292,7 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
                 connection.send(Kept(messages))
     if end is not None:
         writer.cut(end)
+    return end is not None
 
 
 def _seen(reader: Reader) -> Iterator[tuple[int, NDArray[Any]]]:

@@ -91,7 +91,7 @@ class OutputChanged(Notice):
 
 @dataclass(frozen=True)
 class Compiling:
-    """Kernels are being compiled: how many of how many are ready."""
+    """Kernels are being compiled, or plates computed: how many of how many parts are ready."""
 
     ready: int
     total: int

@@ -21,6 +21,9 @@ from underfoot.experiments.study import Page
 from underfoot.experiments.trials import Answers, Trial
 from underfoot.parameters import Number, Parameter
 
+_LEVEL = "level_m_s2"
+"""The factor that is the level of vibration."""
+
 
 class Observer(ABC):
     """Who answers the trials of one stage."""
@@ -168,7 +171,8 @@ class SlopedDetector(Detector):
 class Discriminator(Observer):
     """Compares numbers with a spread; vibration moves where comparison and standard seem equal, and widens the spread.
 
-    With the defaults PSE and slope are those of table 6.3 at its levels, straight between them.
+    With the defaults PSE and slope are those of table 6.3 at its levels, straight between them. Where only the level
+    of vibration differs, that is what is judged: against the standard's, or felt above a threshold.
     """
 
     methods = ("constant-stimuli",)
@@ -179,11 +183,15 @@ class Discriminator(Observer):
     slope_1 = Number(thesis.SLOPE_MM_N[0.86], 1e-4, 10.0, doc="The same with vibration.")
     mistakes = Number(0.0, 0.0, 0.5, doc="Share of answers at chance.")
     judged_more = Number(0.7, 0.0, 1.0, doc="Share of comparisons that are judged more, where no factor is a number.")
+    threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
+    level_spread = Number(0.25, 0.01, 3.0, doc="Standard deviation of a judged level, as a share of the PSE.")
 
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        factors = self.protocol.stimuli[str(trial.facts.get("comparison"))].factors
-        numbers = [float(v) for name, v in factors.items() if name != "level_m_s2" and not isinstance(v, str)]
-        level = float(factors.get("level_m_s2", 0.0))
+        stimulus = self.protocol.stimuli[str(trial.facts.get("comparison"))]
+        numbers = [float(v) for name, v in stimulus.factors.items() if name != _LEVEL and not isinstance(v, str)]
+        level = float(stimulus.factors.get(_LEVEL, 0.0))
+        if self._judges_level:
+            numbers = [level if _LEVEL in stimulus.factors else stimulus.peak_m_s2()]
         pse, slope = self._at(level)
         chance = _normal(slope * ((numbers[0] if numbers else level) - pse)) if self._has_numbers else None
         more = random.random() < (self.truth["judged_more"] if chance is None else chance)
@@ -202,10 +210,20 @@ class Discriminator(Observer):
             mistakes = self.truth["mistakes"]
             share = (1.0 - mistakes) * self.truth["judged_more"] + 0.5 * mistakes
             return {f"share {name}": share for name in names}
-        for level in sorted({float(self.protocol.stimuli[name].factors.get("level_m_s2", 0.0)) for name in names}):
+        stimuli = [self.protocol.stimuli[name].factors for name in names]
+        levels = sorted({float(factors.get(_LEVEL, 0.0)) for factors in stimuli})
+        for level in levels[:1] if self._judges_level else levels:
             pse, slope = self._at(level)
-            found |= {f"pse {level}": pse, f"slope {level}": slope, f"intercept {level}": -slope * pse}
+            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # as the analysis names it
+            found |= {f"pse{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
+
+    @property
+    def _judges_level(self) -> bool:
+        """Whether no number but the level differs between comparisons."""
+        factors = [self.protocol.stimuli[name].factors for name in self.given["comparisons"]]
+        kinds = {name for one in factors for name, value in one.items() if not isinstance(value, str)} - {_LEVEL}
+        return not any(len({one.get(name) for one in factors}) > 1 for name in kinds)
 
     @property
     def _has_numbers(self) -> bool:
@@ -216,6 +234,10 @@ class Discriminator(Observer):
         return differ or len({stimulus.peak_m_s2() for stimulus in stimuli}) > 1
 
     def _at(self, level: float) -> tuple[float, float]:
+        if self._judges_level:
+            standard = self.given["standard"]
+            pse = self.protocol.stimuli[standard].peak_m_s2() if standard else self.truth["threshold_m_s2"]
+            return pse, 1.0 / (self.truth["level_spread"] * max(pse, 1e-3))
         pses = [self.truth[name] for name in ("pse_0", "pse_half", "pse_full")]
         return float(np.interp(level, thesis.LEVELS_M_S2, pses)), self.truth["slope_1" if level else "slope_0"]
 

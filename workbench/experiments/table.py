@@ -21,7 +21,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
 
     `stimulus`, `gain_db` and `level_m_s2` are those of the interval that is judged; with two intervals also `other`.
     Facts, factors of the stimulus, answers and times have columns of their own names; what participants said of
-    themselves begins with "participant.".
+    themselves begins with "participant.", and in a questionnaire with "participant." and its stage.
     """
     stages = {stage.id: stage for stage in protocol.stages}
     found: list[dict[str, Any]] = []
@@ -30,15 +30,16 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
     for number, entry in enumerate(entries, 1):
         try:
             if entry.stage == PARTICIPANT:
-                person = {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
+                person |= {f"{OF_PERSON}{name}": value for name, value in entry.answers.items()}
+            if entry.kind == "questions" and entry.stage in stages:
+                person |= {f"{OF_PERSON}{entry.stage}.{name}": value for name, value in entry.answers.items()}
             if entry.kind == "level":
                 gain_db = float(entry.answers["gain_db"])
             if entry.trial is not None:
-                row = _row(protocol, stages[entry.stage], participant, entry, number, gain_db)
-                found.append({**row, **person})
+                found.append(_row(protocol, stages[entry.stage], participant, entry, number, gain_db))
         except (KeyError, TypeError, ValueError) as error:
             raise BadValue(f"entry {number} of {participant} does not fit its protocol ({error})") from None
-    return found
+    return [{**row, **person} for row in found]
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:

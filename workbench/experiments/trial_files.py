@@ -145,7 +145,7 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
 
 
 def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
-    """A line for each participant, with what was asked of them beforehand."""
+    """A line for each participant, with what was asked of them beforehand and in questionnaires."""
     first = {str(row["participant"]): row for row in reversed(rows)}
     asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
     lines = [

@@ -116,7 +116,10 @@ def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> lis
             raise BadFile(f"{place}; allowed: tiles of the floor ({_some(floor.ids)})")
     for name in expected:
         if name not in names:
-            raise BadFile(f"{path}: line {line} has no column {name}; allowed: time_s and four columns of every tile")
+            raise BadFile(
+                f"{path}: line {line} has no column {name} among {_some(tuple(one[:60] for one in names))}; "
+                f"name them time_s, {expected[1]}, {expected[2]} to {expected[-1]}: seconds, and newtons of each corner"
+            )
         if names.count(name) > 1:
             raise BadFile(f"{path}: line {line} has the column {name} {names.count(name)} times; allowed: once")
     return [names.index(name) for name in expected]

@@ -221,6 +221,17 @@ def default_floor(rows: int = 2, columns: int = 2) -> Floor:
     )
 
 
+def grid_of(floor: Floor) -> tuple[int, int] | None:
+    """Rows and columns of a floor that is as `default_floor` makes it; None for another.
+
+    >>> grid_of(default_floor(2, 3))
+    (2, 3)
+    """
+    count = len(floor.tiles)
+    sizes = ((rows, count // rows) for rows in range(1, 33) if count % rows == 0 and count // rows <= 32)
+    return next((size for size in sizes if floor == default_floor(*size)), None)
+
+
 class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
     tiles: tuple[Tile, ...]
     title: str = ""

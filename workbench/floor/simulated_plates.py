@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,7 +67,9 @@ LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORN
 """Load of a tile: the systems to run, and their weights."""
 
 _LONG_AGO = -(1 << 60)
-_CACHE = ArrayCache("plates", in_memory=4)
+SEED = 1
+"""By which tiles are drawn where nothing else is said."""
+_CACHE = ArrayCache("plates", in_memory=256, on_disk=2000)
 _state_at, _coefficients_at = poles.STATE.at, poles.COEFFICIENTS.at
 
 
@@ -94,10 +97,10 @@ class SimulatedPlates:
 
     def __init__(
         self, floor: Floor, parameters: TileParameters | None, channels: list[int], rate_hz: float, block: int,
-        measured_at: PlateOutput = "accelerometer", seed: int = 1,
+        measured_at: PlateOutput = "accelerometer", seed: int = SEED,
     ) -> None:  # fmt: skip
         require(measured_at in ("accelerometer", "foot"), "measured_at", measured_at, "accelerometer, foot")
-        drawn = [(parameters or TileParameters()).drawn(seed, tile.id) for tile in floor.tiles]
+        drawn = [_drawn(tile, parameters, seed) for tile in floor.tiles]
         tiles = len(floor.tiles)
         self.out = np.zeros((block, tiles), np.float32)
         bodies = _bodies(floor, drawn, rate_hz, measured_at)
@@ -163,22 +166,50 @@ def _edges_m(tile: Tile) -> Point:
     return max(abs(x) for x, _ in tile.sensors_m), max(abs(y) for _, y in tile.sensors_m)
 
 
+def load_plate(
+    tile: Tile, parameters: TileParameters | None, rate_hz: float, measured_at: PlateOutput, seed: int = SEED
+) -> bool:
+    """Have the plate of a tile ready for `SimulatedPlates`; return whether it had to be computed, for half a second."""
+    computed = False
+
+    def note() -> None:
+        nonlocal computed
+        computed = True
+
+    _body(tile, _drawn(tile, parameters, seed), rate_hz, measured_at, note)
+    return computed
+
+
+def _drawn(tile: Tile, parameters: TileParameters | None, seed: int) -> TileParameters:
+    return (parameters or TileParameters()).drawn(seed, tile.id)
+
+
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_at: PlateOutput) -> NDArray[np.float64]:
-    """The coefficients of every tile's systems, [tile, load, value]; known ones are read from the cache."""
+    """The coefficients of every tile's systems, [tile, load, value]."""
+    several = [_body(tile, one, rate_hz, measured_at) for tile, one in zip(floor.tiles, drawn, strict=True)]
+    found = _zeros(len(several), len(several[0]), max(body.shape[1] for body in several))
+    for row, body in zip(found, several, strict=True):
+        row[:, : body.shape[1]] = body
+    return found
+
+
+def _body(
+    tile: Tile, drawn: TileParameters, rate_hz: float, measured_at: PlateOutput, note: Callable[[], None] = lambda: None
+) -> NDArray[np.float64]:
+    """The coefficients of a tile's systems, [load, value]; known ones are read from the cache, others `note`d."""
     said = b"".join(
         (
-            floor.dumps(),
-            *(one.dumps() for one in drawn),
+            msgspec.json.encode(msgspec.structs.replace(tile, id="any", centre_m=(0.0, 0.0), output=None)),
+            drawn.dumps(),
             repr((rate_hz, measured_at, STEPS, poles.COEFFICIENTS)).encode(),
         )
     )
 
     def made() -> NDArray[np.float64]:
-        systems = [_systems(tile, one, measured_at) for tile, one in zip(floor.tiles, drawn, strict=True)]
-        flat = _coefficients([one.at_rate(rate_hz)[1] for of_tile in systems for one in of_tile])
-        return flat.reshape(len(systems), -1, flat.shape[1])
+        note()
+        return _coefficients([one.at_rate(rate_hz)[1] for one in _systems(tile, drawn, measured_at)])
 
-    return _aligned(_CACHE.get(hashlib.blake2b(said, digest_size=16).hexdigest(), made))
+    return _CACHE.get(hashlib.blake2b(said, digest_size=16).hexdigest(), made)
 
 
 def _systems(tile: Tile, parameters: TileParameters, measured_at: PlateOutput) -> list[Poles]:
@@ -231,12 +262,6 @@ def _coefficients(memories: list[Memory]) -> NDArray[np.float64]:
 
 def _zeros(rows: int, columns: int, size: int) -> NDArray[np.float64]:
     return aligned_zeros(rows * columns * size).reshape(rows, columns, size)
-
-
-def _aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    found = aligned_zeros(values.size).reshape(values.shape)
-    found[:] = values
-    return found
 
 
 @intrinsic

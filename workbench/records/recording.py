@@ -120,6 +120,11 @@ class Writer:
         if known is None:
             self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is neither a frame nor a mark."""
+        return self.end("vibration") is None and not self._base.execute("select 1 from mark limit 1").fetchone()
+
     def commit(self) -> None:
         """Commit all data so far."""
         self._base.execute("commit")

@@ -6,7 +6,7 @@ from design_samples import REGISTRY
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLabel
 from windows import quiet_window
 
 from underfoot.drawing.shapes import Text
@@ -18,6 +18,7 @@ from underfoot.patch.node import Port
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.preview_drawings import waveform
 from underfoot.widgets.design.preview_signal import PreviewSignal
+from underfoot.widgets.status_line import StatusLine
 
 
 def sine(amplitude, frames=4800):
@@ -142,6 +143,21 @@ def test_why_nothing_is_heard_or_felt_stays_while_it_is_so(qtbot, tmp_path):
     assert window.status.session == "Playing on: sound card (no force comes from the floor)"
     window.bridge.floor_silent.emit(False)
     assert window.status.session == "Playing on: sound card"
+
+
+def test_a_long_reason_is_whole_where_there_is_room_and_in_the_tooltip_where_there_is_none(qtbot):
+    line, reason = StatusLine(), f"the sound device {20 * 'Speaker '}has gone away; plug it in"
+    qtbot.addWidget(line)
+    line.resize(2400, 24)
+    show(qtbot, line)
+    line.show_session("Playing on: the simulator", reason)
+    label = line.findChildren(QLabel)[-1]
+    qtbot.waitUntil(lambda: label.text() == f"Playing on: the simulator ({reason})")
+    line.resize(500, 24)
+    qtbot.waitUntil(lambda: label.text().endswith("…"))
+    assert reason in label.toolTip()
+    line.show_message("The recording was saved")
+    qtbot.waitUntil(lambda: line.findChildren(QLabel)[0].text() == "The recording was saved")
 
 
 def test_without_a_node_there_are_no_laws_to_be_shown(shown):

@@ -11,11 +11,12 @@ from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
 from windows import quiet_window
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
+from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
 from underfoot.widgets.recordings.readout import contacts_at
 from underfoot.widgets.recordings.recording_list import Summaries
@@ -260,6 +261,28 @@ def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, 
     assert not path.exists()
     assert workspace.content is None
     assert workspace.recordings.list.count() == 0
+
+
+def test_one_key_exports_the_recording_here_and_the_patch_elsewhere(qtbot, folder, walk, tmp_path):
+    window = quiet_window(qtbot, tmp_path / "kept")
+
+    assert window.actions_by_name["export"].shortcut().toString() == "Ctrl+Shift+E"
+
+    def dialogs_after_key():
+        window.actions_by_name["export"].trigger()
+        found = [type(dialog).__name__ for dialog in window.findChildren(QDialog) if dialog.isVisible()]
+        for dialog in window.findChildren(QDialog):
+            dialog.close()
+        return found
+
+    window.show_workspace("Design")
+    assert dialogs_after_key() == [PatchDialog.__name__]
+    window.show_workspace("Recordings")
+    assert dialogs_after_key() == []
+    assert window.status.message == "No recording is open: choose one in the list, then export it."
+    window.open_file(walk)
+    qtbot.waitUntil(lambda: window.workspaces["Recordings"].content is not None)
+    assert dialogs_after_key() == [ExportDialog.__name__]
 
 
 def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):

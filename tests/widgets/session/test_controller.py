@@ -34,7 +34,7 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     controller.record(True)
     path = controller.session.recording
     controller.record(False)
-    assert said[1:] == [f"Recording to {path}", f"Nothing was recorded, the engine has not started: {path}"]
+    assert said[1:] == [f"Recording to {path}", "Nothing was recorded: the engine has not started."]
 
 
 def test_the_target_is_released_and_opened_again(controller, qtbot):

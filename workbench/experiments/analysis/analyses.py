@@ -10,7 +10,9 @@ from underfoot.experiments.analysis import abx, bayesian, constant, identificati
 from underfoot.experiments.analysis.comparisons import spearman
 from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.findings import Findings
+from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
+from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import METHOD
 from underfoot.experiments.methods import METHODS
@@ -82,12 +84,12 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         part = _trial_rows(part)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
-        findings.tables += right_answers(part)
+        findings.tables += [*right_answers(part), *sensitivity(part)]
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:
         raise BadMeasurement("there is no trial that counts: all are practice, spoiled, or there are none")
-    return found
+    return found if protocol is None else [*found, *questionnaires(rows, protocol)]
 
 
 _NUMBERS = (

@@ -20,6 +20,8 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
+_QUARTER = 0.67448975
+"""So many standard deviations above its middle a normal distribution has three quarters below."""
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
@@ -98,10 +100,12 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
     }
     lines = [(str(person), one) for person, several in people.items() for one in several]
+    shown = [(person, one) for person, each in lines for one in (each, *_jnd(each))]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
     if any(math.isinf(one.high) for _, one in lines):
         how += " From -inf to inf: the slope may be 0, and these trials do not bound the PSE."
-    found.tables.append(estimates_table("Curves of each person", "participant", lines, how))
+    how += " JND: from the PSE to where the share is three quarters, 0.6745 / slope."
+    found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     found.tables.append(_medians(by_name))
@@ -112,6 +116,24 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         if len(compared) > 1:
             found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS[name])
     return found
+
+
+def _jnd(slope: Estimate) -> list[Estimate]:
+    """Return the just noticeable difference beside the estimate of a slope, and nothing beside others.
+
+    It has no upper bound where the slope may be 0.
+
+    >>> [one.name for one in _jnd(Estimate("slope 0.43", 0.018))], _jnd(Estimate("pse", 90.0))
+    (['jnd 0.43'], [])
+    >>> [(round(one.value, 1), round(one.low, 1), one.high) for one in _jnd(Estimate("slope", -0.02, -0.04, 0.0))]
+    [(33.7, 16.9, inf)]
+    """
+    if not slope.name.startswith("slope") or not slope.value:
+        return []
+    low, high = sorted((abs(slope.low), abs(slope.high)))
+    widest = math.inf if slope.covers(0.0) else _QUARTER / low
+    name = slope.name.replace("slope", "jnd", 1)
+    return [Estimate(name, _QUARTER / abs(slope.value), _QUARTER / high if high else math.inf, widest)]
 
 
 def _by_condition(rows: Sequence[Row], condition: str) -> list[tuple[Any, list[Row]]]:

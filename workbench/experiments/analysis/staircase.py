@@ -1,5 +1,6 @@
 """Staircases: their reversals, and thresholds or points of equality (thesis figure 6.9, table 6.1)."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -52,12 +53,11 @@ def staircases(rows: Sequence[Row], settings: Settings) -> dict[tuple[str, int, 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's threshold for each stimulus, the mean of its staircases, in dB re its level."""
-    wanted = int(settings.given.get("reversals", 12))
     last = int(settings.given.get("last", 8))
     values: dict[str, list[float]] = {}
     for (stimulus, _, _), run in staircases(rows, settings).items():
         values.setdefault(stimulus, [])
-        if len(run.turned_at) >= min(wanted, last):
+        if len(run.turned_at) >= _least_reversals(settings):
             values[stimulus].append(float(np.mean(run.turns_db[-last:])))
     return [mean_interval(f"threshold {name}", of, "dB") for name, of in values.items()]
 
@@ -69,6 +69,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     several = {str(person): estimates(part, settings) for (person,), part in people.items()}
     lines = [(person, one) for person, of in several.items() for one in of]
     note = "Student's intervals over the staircases of each person; dB re the level of the stimulus."
+    if any(math.isnan(one.value) for _, one in lines):
+        note += f" Empty: no staircase of theirs has {_least_reversals(settings)} reversals yet."
     found.tables.append(estimates_table("Thresholds of each person", "participant", lines, note))
     references = _references(rows)
     over = []
@@ -84,6 +86,11 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.tables.append(Table("False alarms", ("participant", "yes to nothing", "of"), tuple(alarms)))
     found.drawings += [_drawn(str(person), part, settings) for (person,), part in people.items()]
     return found
+
+
+def _least_reversals(settings: Settings) -> int:
+    """How many reversals a staircase must have to be counted."""
+    return min(int(settings.given.get("reversals", 12)), int(settings.given.get("last", 8)))
 
 
 _THESIS = (

@@ -1,0 +1,35 @@
+"""Sensitivity: d' of textbooks, its interval by simulation, and where it is said."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from underfoot.experiments.analysis.sensitivity import d_prime, sensitivity
+
+
+def test_large_numbers_give_the_textbooks_d_prime():
+    """Macmillan and Creelman (2005), chapter 1: hits 0.8 and false alarms 0.4 are d' = 1.095."""
+    found, criterion = d_prime((800_000, 1_000_000), (400_000, 1_000_000))
+    assert found.value == pytest.approx(1.095, abs=1e-3)
+    assert criterion == pytest.approx(-0.5 * (0.842 - 0.253), abs=1e-3)
+
+
+@pytest.mark.parametrize(("truth", "criterion"), [(1.0, 0.0), (2.0, 0.4)])
+def test_the_interval_holds_the_truth_of_95_in_100_people(truth, criterion):
+    random, people = np.random.default_rng(1), 2000
+    rates = norm.cdf([truth / 2 - criterion, -truth / 2 - criterion])
+    counts = random.binomial(60, rates, (people, 2))
+    held = sum(d_prime((h, 60), (f, 60))[0].covers(truth) for h, f in counts.tolist())
+    assert 0.93 < held / people < 0.98
+
+
+def test_who_is_never_wrong_has_a_finite_d_prime_and_other_answers_have_none():
+    rows = [{"participant": "P1", "correct": word, "felt": word} for word in ("yes", "no") for _ in range(10)]
+    (table,) = sensitivity(rows)
+    assert table.rows[0][:3] == ("P1", 1.0, 0.0)
+    assert table.rows[0][3] == pytest.approx(2.0 * norm.ppf(10.5 / 11.0))
+    assert all(math.isfinite(cell) for cell in table.rows[0][1:])
+    assert sensitivity([row for row in rows if row["correct"] == "yes"]) == []
+    assert sensitivity([{"participant": "P1", "correct": "sand", "answer": "ice"}]) == []
