@@ -72,7 +72,7 @@ class DesignWorkspace(Workspace):
         self.document = Document(Patch(), self)
         self._last_patch = self.document.patch
         self._loading = False
-        self._previewed = self._requested = self._laws_of = ""
+        self._previewed = self._requested = self._laws_of = self._said = ""
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
@@ -300,13 +300,18 @@ class DesignWorkspace(Workspace):
         """Take back the last edit, and say which."""
         text = self.document.stack.undoText()
         self.document.stack.undo()
-        self.notified.emit(f"Undone: {_lower_first(text)}")
+        self._say(f"Undone: {_lower_first(text)}")
 
     def redo(self) -> None:
         """Do again what was taken back last, and say what."""
         text = self.document.stack.redoText()
         self.document.stack.redo()
-        self.notified.emit(f"Redone: {_lower_first(text)}")
+        self._say(f"Redone: {_lower_first(text)}")
+
+    def _say(self, text: str) -> None:
+        """Say what happened to the patch, until something else happens to it."""
+        self._said = text
+        self.notified.emit(text)
 
     def _undo_action(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
         action = QAction(name, self)
@@ -373,6 +378,7 @@ class DesignWorkspace(Workspace):
         self.document.edit(patch.disconnect([w for w in patch.wires if w[1] == target]), "Disconnect")
 
     def _changed(self, patch: Patch) -> None:
+        self.withdrawn.emit(self._said)
         before, self._last_patch = self._last_patch, patch
         changed = downstream(patch, changed_nodes(before, patch))
         if self.slots is not None:
