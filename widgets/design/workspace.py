@@ -141,6 +141,7 @@ class DesignWorkspace(Workspace):
         self.side.presets.notified.connect(self.notified)
         self.side.presets.escaped.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
+        self.browsing.inserted.connect(self.canvas.put_in)
         self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
@@ -178,6 +179,7 @@ class DesignWorkspace(Workspace):
         hand = [
             ("Look into the sub-patch", "Enter, double-click"),
             ("Edit a note or a title", "Double-click"),
+            ("Put a preset into the patch", "Shift+Enter, with the focus on the presets"),
             ("Move the view", "Space and drag, middle button"),
         ]
         own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from design_samples import port, send
+from design_samples import drag, middle, port, send
 from on_screen import show
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
@@ -163,3 +163,25 @@ def test_a_right_click_on_a_wire_is_about_the_wire(workspace):
     assert scene.selected() == []
     workspace.canvas.actions_by_name["delete"].trigger()
     assert workspace.patch().wires == (("low-pass.out", "tile-output.acceleration"),)
+
+
+def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_tone(workspace):
+    workspace.set_patch(Patch().add("attack-decay", REGISTRY))
+    start = port(workspace, "attack-decay", "out", "out")
+    drag(workspace, start, start + QPoint(160, 0))
+    QTest.keyClicks(workspace.canvas.search.field, "waveshaped")
+    QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
+    assert workspace.patch().wires == (("attack-decay.out", "tone.amplitude"),)
+
+
+def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
+    patch = Patch().add("noise", REGISTRY).add("tone", REGISTRY, (0, 200)).add("stance-curve", REGISTRY, (0, 400))
+    workspace.set_patch(patch.add("mix", REGISTRY, (300, 0)).add("gain", REGISTRY, (300, 300)))
+    for source, target in (("noise", "mix"), ("tone", "mix"), ("tone", "gain"), ("stance-curve", "gain")):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, target))
+    assert workspace.patch().wires == (
+        ("noise.out", "mix.d"), ("tone.out", "mix.c"), ("tone.out", "gain.signal"), ("stance-curve.out", "gain.gain"),
+    )  # fmt: skip
+    drag(workspace, port(workspace, "noise", "out", "out"), middle(workspace, "gain"))
+    assert workspace.patch().wires[-1] != ("tone.out", "gain.signal"), "acceleration is no loudness: it takes its place"
+    assert ("stance-curve.out", "gain.gain") in workspace.patch().wires
