@@ -122,7 +122,10 @@ class WireDrag:
             {wire[1] for wire in self._scene.patch.wires if wire != self.old} if self.placed.side == "out" else set()
         )
         type = self._scene.registry.get(over.node.type)
-        loudness = loudness_port(type, self.placed.port) if type is not None and self.placed.side == "out" else ""
+        is_source = (
+            type is not None and not type.is_sink
+        )  # a second signal for a tile is to be heard, and drives nothing
+        loudness = loudness_port(type, self.placed.port) if is_source and self.placed.side == "out" else ""
         return [port for port in fitting if over.end(port) not in taken] or [
             port for port in near if port.name == loudness and over.end(port) not in taken
         ]

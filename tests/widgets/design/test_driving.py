@@ -182,6 +182,10 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
     assert workspace.patch().wires == (
         ("noise.out", "mix.d"), ("tone.out", "mix.c"), ("tone.out", "gain.signal"), ("stance-curve.out", "gain.gain"),
     )  # fmt: skip
-    drag(workspace, port(workspace, "noise", "out", "out"), middle(workspace, "gain"))
-    assert workspace.patch().wires[-1] != ("tone.out", "gain.signal"), "acceleration is no loudness: it takes its place"
-    assert ("stance-curve.out", "gain.gain") in workspace.patch().wires
+    workspace.set_patch(
+        Patch().add("gain", REGISTRY).add("gain", REGISTRY, (0, 200)).add("tile-output", REGISTRY, (300, 0))
+    )
+    for source in ("gain", "gain1"):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
+    assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
+    assert "gave way" in workspace.canvas.message
