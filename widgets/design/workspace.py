@@ -311,7 +311,8 @@ class DesignWorkspace(Workspace):
         self._say(f"Redone: {_lower_first(text)}")
 
     def _say(self, text: str) -> None:
-        """Say what happened to the patch, until something else happens to it."""
+        """Say what happened to the patch, until something else happens to it; it is seen, too."""
+        self.canvas.fit_if_lost()
         self._said = text
         self.notified.emit(text)
 

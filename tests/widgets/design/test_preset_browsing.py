@@ -163,3 +163,14 @@ def test_a_preset_is_put_into_the_patch_as_a_sub_patch_and_taken_out_again(windo
     assert window.open_patch.path is not None
     design.undo_action.trigger()
     assert design.patch() == before
+
+
+def test_what_undo_brings_back_is_in_view(design, qtbot):
+    first = Patch().add("noise", REGISTRY, (5000.0, 5000.0))
+    design.document.edit(first, "Far away")
+    opened(qtbot, design, "ice")
+    for action in (design.undo_action, design.redo_action):
+        action.trigger()
+        canvas = design.canvas
+        places = [canvas.mapFromScene(item.sceneBoundingRect().center()) for item in canvas.patch_scene.nodes.values()]
+        assert any(canvas.viewport().rect().contains(place) for place in places)
