@@ -118,14 +118,12 @@ class WireDrag:
 
     def _free(self, over: NodeItem, near: list[PlacedPort], fitting: list[PlacedPort]) -> list[PlacedPort]:
         """Those that no wire would have to leave; where an envelope finds none, the loudness that it may drive."""
-        taken = (
-            {wire[1] for wire in self._scene.patch.wires if wire != self.old} if self.placed.side == "out" else set()
-        )
-        type = self._scene.registry.get(over.node.type)
-        is_source = (
-            type is not None and not type.is_sink
-        )  # a second signal for a tile is to be heard, and drives nothing
-        loudness = loudness_port(type, self.placed.port) if is_source and self.placed.side == "out" else ""
+        if self.placed.side == "in":
+            return fitting
+        taken = {wire[1] for wire in self._scene.patch.wires if wire != self.old}
+        type, loudness = self._scene.registry.get(over.node.type), ""
+        if type is not None and not type.is_sink:  # a second signal for a tile is to be heard, and drives nothing
+            loudness = loudness_port(type, self.placed.port)
         return [port for port in fitting if over.end(port) not in taken] or [
             port for port in near if port.name == loudness and over.end(port) not in taken
         ]
