@@ -326,9 +326,10 @@ class FloorMap(QWidget):
                 painter.setPen(QColor(theme.TEXT))
                 painter.drawText(area.adjusted(0, line, 0, 0), Qt.AlignmentFlag.AlignRight, f"{load_n:.0f} N")
             if self._untared[row] and area.width() >= 48.0:
-                _paint_alarm(painter, area.adjusted(0, line + 14, 0, 0), Qt.AlignmentFlag.AlignRight, "untared")
+                below = area.adjusted(0, line + 14, 0, 0)
+                _paint_on_ground(painter, below, Qt.AlignmentFlag.AlignRight, "untared", theme.ALARM)
             if self._deviating[row] and area.width() >= 48.0:
-                _paint_alarm(painter, area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command")
+                _paint_on_ground(painter, area.adjusted(0, 0, 0, -6), _BOTTOM_LEFT, "off its command", theme.ALARM)
             if peak > _MIN_SHOWN_PEAK:
                 share = max(0.0, 1.0 + math.log10(min(peak, 1.0)) / 3.0)
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
@@ -434,7 +435,7 @@ class FloorMap(QWidget):
         width = max((painter.fontMetrics().horizontalAdvance(name) for name in names.values()), default=0)
         rooms = label_places([circles[number] for number in first.values()], circles, width, QRectF(self.rect()))
         for name, room in zip(names.values(), rooms, strict=True):
-            painter.drawText(room, Qt.AlignmentFlag.AlignCenter, name)
+            _paint_on_ground(painter, room, Qt.AlignmentFlag.AlignCenter, name, theme.CONTACT)
 
 
 def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: float, area: QRectF) -> list[QRectF]:
@@ -458,10 +459,10 @@ def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: floa
     return placed
 
 
-def _paint_alarm(painter: QPainter, area: QRectF, flags: Qt.AlignmentFlag, text: str) -> None:
-    """Red words on the background of plots: on the amber of a loaded tile they could not be read."""
+def _paint_on_ground(painter: QPainter, area: QRectF, flags: Qt.AlignmentFlag, text: str, colour: str) -> None:
+    """Words on the background of plots: on the amber of a loaded tile red and green could not be read."""
     painter.fillRect(painter.boundingRect(area, flags, text).adjusted(-3, 0, 3, 0), QColor(theme.GROUND))
-    painter.setPen(QColor(theme.ALARM))
+    painter.setPen(QColor(colour))
     painter.drawText(area, flags, text)
 
 

@@ -32,8 +32,9 @@ ALARM_S = 10.0
 TAB_PX = 4 * theme.GRID + 2
 """The width of a tab that is a picture."""
 
-READABLE_PX = 7 * theme.GRID
-"""Beyond its least width a target takes so much to be read."""
+
+LEAST_READABLE_PX, BESIDE_WORDS_PX = 7 * theme.GRID, 30
+"""Beyond its least width a target takes so much at least to be read; and what is beside its words."""
 
 Choices = Sequence[tuple["str | Choices", str]]
 """A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
@@ -131,6 +132,7 @@ class MainBar(QWidget):
         self.target.setToolTip(f"Target: {text}. Click to choose another one.")
         self._target_keys = keys
         self._mark_target()
+        self._make_room()
 
     def _mark_target(self) -> None:
         for key, action in self._target_actions.items():
@@ -235,7 +237,9 @@ class MainBar(QWidget):
         for layout in (self._tab_line, self._layout):
             layout.invalidate()  # or it has the size of before what was just hidden
         wide = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
-        return wide + READABLE_PX <= self.width()
+        words = self.target.fontMetrics().horizontalAdvance(self.target.text()) + BESIDE_WORDS_PX
+        readable = max(min(words, self.target.maximumWidth()) - self.target.minimumWidth(), LEAST_READABLE_PX)
+        return wide + readable <= self.width()
 
     def _show_tabs(self, with_names: Sequence[str]) -> None:
         """Write names on these tabs, and draw pictures on the others."""

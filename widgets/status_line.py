@@ -7,7 +7,8 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
-MESSAGE_MS = 20_000
+LETTER_MS, LEAST_MS, MOST_MS = 120, 5_000, 20_000
+"""A message stays as long as it takes to read it: so long a letter, within these."""
 NO_FORCE = "no force comes from the floor"
 
 
@@ -30,14 +31,18 @@ class StatusLine(QWidget):
         layout.addWidget(self._session)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
-        self._timer.setInterval(MESSAGE_MS)
         self._timer.timeout.connect(lambda: self.show_message(""))
 
     def show_message(self, text: str) -> None:
         """A line for the person, until there is another or it has been there for a while."""
         self._message.set_full_text(text)
         self._share_room()
-        self._timer.start()
+        self._timer.start(min(max(LETTER_MS * len(text), LEAST_MS), MOST_MS))
+
+    def withdraw(self, text: str) -> None:
+        """This message is not so any more; another one that is shown instead stays."""
+        if text == self.message:
+            self.show_message("")
 
     def show_session(self, text: str, reason: str = "") -> None:
         """What the session does or plays on, and why it is not what was asked for."""

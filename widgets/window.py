@@ -151,6 +151,7 @@ class MainWindow(QMainWindow):
         restore_splitters(workspace, self.settings)
         self.menu.add_workspace_actions(workspace.menu_actions())
         workspace.notified.connect(self.show_message)
+        workspace.withdrawn.connect(self.status.withdraw)
         workspace.warnings_changed.connect(partial(self.main_bar.set_warnings, name))
         workspace.loaded.connect(self.loaded)
         workspace.files_pasted.connect(self._dropped_files.open)

@@ -44,6 +44,8 @@ class Workspace(QWidget):
 
     notified = Signal(str)
     """A line for the person, shown at the bottom of the window."""
+    withdrawn = Signal(str)
+    """A line that was shown there is not so any more."""
     warnings_changed = Signal(object)
     """Lines of warning, shown in the transport bar; a click there brings this workspace to the screen."""
     loaded = Signal()

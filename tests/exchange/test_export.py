@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import soundfile
 from format_rules import RULES
+from msgspec.structs import replace
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.exchange.format import Export
@@ -17,7 +18,8 @@ from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.parameters import FilePath, Tiles
 from underfoot.patch import preset_files
-from underfoot.patch.patch import Patch
+from underfoot.patch.groups import Group, Note
+from underfoot.patch.patch import MARKS, Patch, PlacedNode
 from underfoot.patch.program import Program
 
 RATE = 48_000
@@ -214,6 +216,31 @@ def test_the_list_of_losses_names_every_parameter_of_every_node_that_a_format_do
     assert ("tiles" in has) == any(isinstance(p, Tiles) for p in node.parameters.values())
     assert ("files" in has) == (type == "wav-player")
     assert ("hand" in has) == (type == "strike")
+
+
+SOUNDING = ("format", "version", "nodes", "wires", "error_scale")
+"""Fields of a patch that are in what is rendered, or lost with its nodes and wires."""
+SOUNDING_OF_NODES = ("id", "type", "at", "parameters", *MARKS)
+MORE = {
+    "title": "T", "comment": "C", "seed": 3, "author": "A", "tags": ("t",), "label": "Knock",
+    "notes": (Note("note", "N"),), "groups": (Group("group", ("tone",)),),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "field",
+    sorted({*Patch.__struct_fields__, *PlacedNode.__struct_fields__} - {*SOUNDING, *SOUNDING_OF_NODES}),
+)
+def test_whatever_else_a_patch_has_is_in_the_list_of_losses_and_shared_in_full(field, tmp_path):
+    plain = Patch().add("tone", REGISTRY).add("tile-output", REGISTRY)
+    plain = plain.connect("tone.out", "tile-output.acceleration", REGISTRY)
+    more = plain.name("tone", MORE[field]) if field == "label" else replace(plain, **{field: MORE[field]})
+    for format in WRITTEN:
+        gone = set(losses(more, REGISTRY, format.carries)) - set(losses(plain, REGISTRY, format.carries))
+        assert len(gone) == (format.carries != KEPT.keys() and field not in format.carries), format.name
+    FORMATS["share"].write(Export(more), tmp_path / "a.zip")
+    with zipfile.ZipFile(tmp_path / "a.zip") as file:
+        assert Patch.loads(file.read("a/patch.json"), REGISTRY) == more
 
 
 def test_chance_is_what_draws_at_random():

@@ -67,6 +67,21 @@ def test_a_loaded_tile_that_is_off_its_command_says_so_where_it_can_be_read(floo
     assert ground > alarm > 0
 
 
+def test_who_stands_on_a_loaded_tile_can_be_read(floor_map, turned):
+    """Green on amber has a contrast below 3: a name has the ground behind it."""
+    floor_map.set_loads([0.0, 0.0, 800.0], [False] * 3)
+    contacts = [OngoingContact(1, 0.0, 0.5, 800.0, (2,), person=person) for person in (0, 3)]
+
+    def ground(contact):
+        floor_map.set_contacts([contact], 1.0)
+        image, middle = floor_map.grab().toImage(), place_on(floor_map, turned.tiles[2])
+        names = [image.pixelColor(middle.x() + x, middle.y() + y).name() for x in range(60) for y in range(-8, 9)]
+        return names.count(theme.GROUND)
+
+    assert ground(contacts[0]) == 0
+    assert ground(contacts[1]) > 60
+
+
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):
     floor_map.can_press = True
     floor_map.set_press(200.0)

@@ -207,6 +207,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
     assert [row["answered"] for row in rows] == ["A", "A", "A"]
     right = sum(row["correct"] == "A" for row in rows)
     assert test.result.text().startswith(f"{right} of 3 right, p = ")
+    assert test.kept.text().startswith(f"A was {test.comparison.a}, B was {test.comparison.b}.")
     QTest.mouseClick(test.close_button, LEFT)
     qtbot.waitUntil(lambda: not window.findChildren(BlindTest))
     assert window.controller.session.patch.title == before.title

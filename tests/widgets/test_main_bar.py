@@ -191,7 +191,7 @@ def test_in_a_narrow_bar_what_was_lost_is_shown_before_all_else(bar):
     assert bar.xruns.text() == "2"
 
 
-@pytest.mark.parametrize(("wide", "named"), [(1440, 6), (1100, 1), (1024, 1), (984, 0)])
+@pytest.mark.parametrize(("wide", "named"), [(1440, 6), (1100, 1), (1024, 0), (984, 0)])
 def test_with_six_workspaces_a_narrow_bar_has_pictures_for_tabs_and_all_that_matters(qtbot, wide, named):
     bar = MainBar(QMenu())
     qtbot.addWidget(bar)
@@ -208,4 +208,8 @@ def test_with_six_workspaces_a_narrow_bar_has_pictures_for_tabs_and_all_that_mat
     assert bar.tabs["Recordings"].isChecked()
     assert bar.tabs["Recordings"].toolTip() == "Recordings (Ctrl+5)"
     assert all(figure.isVisible() for figure in (bar.engine, bar.latency, bar.xruns, bar.lost))
-    assert bar.target.width() >= bar.target.fontMetrics().horizontalAdvance("Simulated floor  2 × 2")
+    if wide >= 1024:
+        words = bar.target.fontMetrics().horizontalAdvance("Simulated floor  2 × 2")
+        assert bar.target.width() >= words + 29, (
+            "beside the words there is room for the padding of a button with a menu"
+        )

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 from design_samples import drag, port
 from on_screen import choose, show
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from windows import quiet_window
+from windows import VibrationRecorder, dialog_of, play_on_simulator, quiet_window
 
 from underfoot import render
+from underfoot.engine.commands import Swap
+from underfoot.engine.reports import CommandApplied
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.design.preset_browsing import PresetDialog
 
-CONTROL = Qt.KeyboardModifier.ControlModifier
+CONTROL, NONE = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
 
 
 class Hand:
@@ -49,16 +51,49 @@ class Hand:
 
 
 @pytest.fixture
-def window(qtbot, tmp_path):
+def window(qapp, patch_folder):
+    """A window that plays, for one test: what draws the pictures of its presets ends with it."""
+    made = play_on_simulator(patch_folder)
+    yield made
+    made.leave()
+    made.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture
+def quiet(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     window.resize(1440, 900)
     window.actions_by_name["new"].trigger()
     return window
 
 
-def test_the_thesis_s_tacton_is_built_kept_found_compared_and_undone(window, qtbot):
+def starts(window):
+    """The frames at which the session's engine began the patch anew, from now on."""
+    found = []
+    window.bridge.reported.connect(
+        lambda reports: found.extend(
+            report.frame
+            for report in reports
+            if isinstance(report, CommandApplied) and isinstance(report.command, Swap) and report.command.anew
+        )
+    )
+    return found
+
+
+def test_the_thesis_s_tacton_is_built_heard_kept_found_compared_and_undone(window, qtbot):
+    """By keys and mouse alone, in a window that plays."""
     design = window.workspaces["Design"]
     canvas, hand = design.canvas, Hand(window.workspaces["Design"])
+
+    def press(*keys, on=canvas):
+        """Keys to a widget that has the focus, in a window that has it."""
+        show(qtbot, window)
+        on.setFocus()
+        for key, modifiers in keys:
+            QTest.keyClick(on, key, modifiers)
+
+    press((Qt.Key.Key_N, CONTROL))
     assert design.patch().nodes == ()
     hand.add("rhythm")
     hand.rhythm("R1")
@@ -72,46 +107,53 @@ def test_the_thesis_s_tacton_is_built_kept_found_compared_and_undone(window, qtb
         ("impact.acceleration", "tile-output.acceleration"),
     )
     assert np.abs(render(design.patch(), seconds=1.0).samples).max() > 0.001
-    # heard again and again
+    # heard again and again: the engine begins it anew, and the tiles vibrate
+    heard, begun = VibrationRecorder(window), starts(window)
     qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
-    assert design.listen_bar.loop.isChecked()
+    qtbot.waitUntil(lambda: len(begun) > 2 and heard.any())
+    assert window.controller.session.patch.types.keys() >= design.patch().types.keys()
     qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
+    assert not window.listening.is_looping
     # grouped, and kept as a preset
-    show(qtbot, window)
-    canvas.setFocus()
-    QTest.keyClick(canvas, Qt.Key.Key_A, CONTROL)
-    QTest.keyClick(canvas, Qt.Key.Key_G, CONTROL)
+    press((Qt.Key.Key_A, CONTROL), (Qt.Key.Key_G, CONTROL))
     assert len(design.patch().groups) == 1
-    QTest.keyClick(canvas, Qt.Key.Key_Escape)  # the title of the new group is left as it is
+    press((Qt.Key.Key_Escape, NONE))  # the title of the new group is left as it is
     whole = design.patch().dumps()
-    design.browsing.save_action.trigger()
-    dialog = window.findChild(PresetDialog)
-    dialog.title.selectAll()
+    press((Qt.Key.Key_S, CONTROL | Qt.KeyboardModifier.AltModifier))
+    dialog = dialog_of(window, PresetDialog)
+    QTest.keyClick(dialog.title, Qt.Key.Key_A, CONTROL)
     QTest.keyClicks(dialog.title, "Knock on R1")
     QTest.keyClick(dialog, Qt.Key.Key_Return)
-    QTest.keyClicks(design.side.presets.field, "knock on r1")
+    qtbot.waitUntil(lambda: not dialog.isVisible())
+    # found by its words
+    field = design.side.presets.field
+    press((Qt.Key.Key_P, CONTROL))
+    qtbot.waitUntil(field.isVisible)
+    QTest.keyClicks(field, "knock on r1")
     assert design.side.presets.list.presets()[0].title == "Knock on R1"
     # beside IT1, which is B
-    QTest.keyClick(canvas, Qt.Key.Key_X)
+    press((Qt.Key.Key_X, NONE))
     assert window.open_patch.slot == "B"
-    design.side.presets.field.selectAll()
-    QTest.keyClicks(design.side.presets.field, "it1")
-    QTest.keyClick(design.side.presets.field, Qt.Key.Key_Return)
+    press((Qt.Key.Key_A, CONTROL), on=field)
+    QTest.keyClicks(field, "it1")
+    QTest.keyClick(field, Qt.Key.Key_Return)
     assert design.patch().title == "Impact tacton IT1"
-    QTest.keyClick(canvas, Qt.Key.Key_X)
+    qtbot.waitUntil(lambda: window.controller.session.patch.title == "Impact tacton IT1")
+    press((Qt.Key.Key_X, NONE))
     assert design.patch().dumps() == whole
+    qtbot.waitUntil(lambda: window.controller.session.patch.title != "Impact tacton IT1")
     # all the way back, and again
     while design.undo_action.isEnabled():
-        design.undo_action.trigger()
+        press((Qt.Key.Key_Z, CONTROL))
     assert design.patch().nodes == ()
     while design.redo_action.isEnabled():
-        design.redo_action.trigger()
+        press((Qt.Key.Key_Z, CONTROL | Qt.KeyboardModifier.ShiftModifier))
     assert design.patch().dumps() == whole
     assert json.loads(whole)["groups"]
 
 
-def test_a_node_that_would_be_too_strong_alone_begins_softly_and_goes_back_to_that(window, qtbot):
-    design, hand = window.workspaces["Design"], Hand(window.workspaces["Design"])
+def test_a_node_that_would_be_too_strong_alone_begins_softly_and_goes_back_to_that(quiet, qtbot):
+    design, hand = quiet.workspaces["Design"], Hand(quiet.workspaces["Design"])
     canvas = design.canvas
     hand.add("stick-slip")
     level = REGISTRY["stick-slip"].parameters["level"]

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QListWidget,
@@ -18,7 +19,7 @@ from PySide6.QtWidgets import (
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Part, Profile
 from underfoot.widgets import theme
-from underfoot.widgets.calibrate.quantity_views import part_text
+from underfoot.widgets.calibrate.quantity_views import error_text, part_text
 from underfoot.widgets.calibrate.tile_picture import tile_text
 from underfoot.widgets.floor_map import FloorMap
 
@@ -145,22 +146,27 @@ class KindCard(QPushButton):
         self.setProperty("role", "tab")
         self.setCheckable(True)
         self.setStyleSheet(f"QPushButton {{ min-height: {5 * theme.GRID}px; }}")
-        self._name, self._title, self._state = name, QLabel(name), theme.label("", "small")
-        layout = QVBoxLayout(self)
+        self._name, self._title = name, QLabel(name)
+        self._made, self._state = theme.label("", "small"), theme.label("", "small")
+        layout = QGridLayout(self)
         layout.setContentsMargins(theme.GRID, theme.GRID // 2, theme.GRID, theme.GRID // 2)
         layout.setSpacing(0)
-        for label in (self._title, self._state):
+        layout.setColumnStretch(0, 1)
+        for label in (self._title, self._made, self._state):
             label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            layout.addWidget(label)
+        layout.addWidget(self._title, 0, 0)
+        layout.addWidget(self._made, 0, 1)
+        layout.addWidget(self._state, 1, 0, 1, 2)
 
     def show_part(self, part: Part | None) -> None:
         """Show the part of the profile that this procedure makes."""
         text = part_text(part)
-        self._state.setText(text)
+        self._made.setText("" if part is None else part.made)
+        self._state.setText(error_text(part))
         theme.set_role(self._state, "small" if part is None or part.good else "alarm")
         self.setAccessibleName(f"{self._name}: {text}")
         self.setToolTip(text if part is None else part.verdict or text)
 
     def visible_text(self) -> str:
-        """Return the text under the name."""
-        return self._state.text()
+        """Return the text beside and under the name."""
+        return f"{self._made.text()} {self._state.text()}".strip()

@@ -28,7 +28,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.parameter_editor import editor_for
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
-_COLUMNS = ("E, GPa", "h, mm", "mass, kg", "sag, mm", "f1, Hz", "dip, Hz")
+_COLUMNS = ("E\nGPa", "h\nmm", "mass\nkg", "sag\nmm", "f1\nHz", "dip\nHz")
 _ABOUT = (
     "A grid over Young's modulus and thickness (section 4.4.2): which plates are light, hardly bend under the load at "
     "their middle, and have their first mode, edges held, above the band. The dip of the tile, with its shaker at the "

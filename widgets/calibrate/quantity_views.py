@@ -32,10 +32,14 @@ def part_text(part: Part | None) -> str:
     >>> part_text(None), part_text(Part(made="2026-03-04", error=1.25, error_unit="mm"))
     ('not calibrated yet', '2026-03-04 · errs by 1.25 mm')
     """
+    return " · ".join(filter(None, ("" if part is None else part.made, error_text(part))))
+
+
+def error_text(part: Part | None) -> str:
+    """Describe how accurate a part of a profile is; "" where that is not known."""
     if part is None:
         return "not calibrated yet"
-    error = f" · errs by {quantity(part.error, part.error_unit)}" if part.error_unit else ""
-    return f"{part.made}{error}"
+    return f"errs by {quantity(part.error, part.error_unit)}" if part.error_unit else ""
 
 
 class QuantityRow(QWidget):
@@ -80,7 +84,8 @@ class QuantityTable(QTableWidget):
         super().__init__(0, 3)
         self.setAccessibleName(name)
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(ROW_PX)
+        self.verticalHeader().setMinimumSectionSize(ROW_PX)
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)  # long names take two lines
         head = self.horizontalHeader()
         head.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)

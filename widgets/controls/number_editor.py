@@ -95,18 +95,18 @@ class NumberEditor(ParameterEditor):
         self.field.setVisible(not by)
         self.driver.setVisible(bool(by))
         self.reset_button.setVisible(not by and self._value != self.parameter.initial)
-        text, ends = f"driven by {by}", ""
+        name, ends = f"driven by {by}", ""
         if by and signal_range is not None:
             parameter = self.parameter
             assert isinstance(parameter, Number)
             low, high = (min(max(end, parameter.low), parameter.high) for end in signal_range)
             ends = self._range_text(*((low, high) if parameter.wire == "span" else signal_range))
-            text = f"{by}: {ends}"
+            name = by
             places = sorted((self._position(low), self._position(high)))
             self.slider.set_range_shown((0.0 if self._is_gain and low < 0.0 < high else places[0], places[1]))
         else:
             self.slider.set_range_shown(None)
-        self.driver.set_full_text(text, "  ×")
+        self.driver.set_full_text(name, f": {ends}  ×" if ends else "  ×")
         self.driver.setToolTip(
             f"Driven by {by}{', ' if ends else ''}{ends}. Click to disconnect the wire; right-click for others."
         )
@@ -117,7 +117,7 @@ class NumberEditor(ParameterEditor):
         ends = [gain(end) if self._is_gain else quantity(end, self._unit) for end in (low, high)]
         if ends[0] == ends[1]:
             return ends[0]
-        if not self._is_gain and ends[0].partition(" ")[2] == ends[1].partition(" ")[2]:
+        if ends[0].partition(" ")[2] == ends[1].partition(" ")[2]:
             ends[0] = ends[0].partition(" ")[0]
         return " to ".join(ends)
 

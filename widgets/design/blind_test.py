@@ -193,7 +193,10 @@ class BlindTest(QWidget):
         done = self.comparison.number - 1
         p = chance_p(self.comparison.right, done)
         self.result.setText(f"{self.comparison.right} of {done} right, p = {p:.3f} by chance")
-        self.kept.setText(f"One side of the binomial test. underfoot analyse reads the answers: {self.path}")
+        a, b = (title or "without a title" for title in self._titles)
+        self.kept.setText(
+            f"A was {a}, B was {b}. One side of the binomial test. underfoot analyse reads the answers: {self.path}"
+        )
         self._pages.setCurrentIndex(2)
         self.close_button.setFocus()
 

@@ -182,6 +182,9 @@ class Canvas(EditableView):
             scene.select([id for id, other in scene.movable().items() if other is item])
         elif frame is not None:
             scene.select({scene.group_view.shown_as[member] for member in frame.shown_group.members})
+        elif item is None and (wire := scene.wire_at(place)) is not None:
+            scene.select(())
+            scene.choose(wire)
         chosen = scene.selected()
         is_node = len(chosen) == 1 and chosen[0] in scene.nodes
         is_group = any(id in scene.group_nodes for id in chosen) or bool(self._group_of_selection())

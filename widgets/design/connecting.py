@@ -7,6 +7,7 @@ from underfoot.patch.patch import Patch, Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PlacedPort
 from underfoot.widgets.design.patch_editing import can_connect, refusal, wire_at
+from underfoot.widgets.design.rewiring import loudness_port
 from underfoot.widgets.design.scene import PatchScene
 
 MIN_LOOSE_PX = 48.0
@@ -112,7 +113,20 @@ class WireDrag:
         fitting = [p for p in near if can_connect(*self._source_and_target(p)) and not p.row.is_parameter] or near
         if not fitting:
             return None
+        fitting = self._free(over, near, fitting) or fitting
         return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))
+
+    def _free(self, over: NodeItem, near: list[PlacedPort], fitting: list[PlacedPort]) -> list[PlacedPort]:
+        """Those that no wire would have to leave; where an envelope finds none, the loudness that it may drive."""
+        if self.placed.side == "in":
+            return fitting
+        taken = {wire[1] for wire in self._scene.patch.wires if wire != self.old}
+        type, loudness = self._scene.registry.get(over.node.type), ""
+        if type is not None and not type.is_sink:  # a second signal for a tile is to be heard, and drives nothing
+            loudness = loudness_port(type, self.placed.port)
+        return [port for port in fitting if over.end(port) not in taken] or [
+            port for port in near if port.name == loudness and over.end(port) not in taken
+        ]
 
     def _source_and_target(self, other: PlacedPort) -> tuple[Port, Port]:
         return (self.placed.port, other.port) if self.placed.side == "out" else (other.port, self.placed.port)

@@ -172,6 +172,11 @@ class EditableView(PatchView):
         if self._members():
             self._paste(copied(self.document.patch, self._members()), None, "Duplicate")
 
+    def put_in(self, patch: Patch, title: str) -> None:
+        """Add all of another patch, called `title`, where there is room for it."""
+        self._paste(patch.dumps().decode(), None, f"Insert {title}:")
+        self.ensure_visible(self.patch_scene.selected())
+
     def _paste(self, text: str, at: tuple[float, float] | None, what: str) -> None:
         patch = self.document.patch
         try:

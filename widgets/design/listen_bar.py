@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QSizePolicy, QToolButton, QWidget
+from PySide6.QtGui import QAction, QKeySequence, QResizeEvent
+from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -67,8 +68,7 @@ class ListenBar(QWidget):
         )
         self.audition_button = self._add_chip("", "Play the whole patch again (A)", self.whole_patch_requested.emit)
         self.audition_button.setCheckable(True)
-        self.state = theme.label("", "small")
-        self.state.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.state = ElidedLabel("small")
         self.actions_by_name = self._make_actions(around)
         self._lay_out()
         self.show_slot(SLOTS[0], False)
@@ -91,7 +91,7 @@ class ListenBar(QWidget):
             widget.setVisible(has_other)
         self.actions_by_name["blind test"].setEnabled(has_other)
         if not has_other:
-            self.state.setText("")
+            self.state.set_full_text("")
 
     def show_auditioned(self, node: str) -> None:
         """The node that is heard alone; "" for none."""
@@ -100,10 +100,11 @@ class ListenBar(QWidget):
         self.audition_button.setText(f"{node} alone  ×")
 
     def show_match(self, gains: Mapping[str, str], on: bool) -> None:
-        """By how much each slot is made softer, in words."""
-        said = ",  ".join(f"{slot} {gain}" for slot, gain in gains.items() if gain)
-        self.state.setText(said if on else "as they are")
-        self.state.setToolTip(said)
+        """By how much the louder slot is made softer, in words."""
+        softer = [f"{slot} {gain}" for slot, gain in gains.items() if gain not in ("", "0.0 dB")]
+        same = "equally loud" if all(gains.values()) else ""
+        self.state.set_full_text((", ".join(softer) or same) if on else "as they are")
+        self._make_room()
 
     def show_looping(self, on: bool) -> None:
         """Whether it loops, without asking for it."""
@@ -149,8 +150,24 @@ class ListenBar(QWidget):
         button.setProperty("role", "chip")
         return button
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._make_room()
+
+    def _make_room(self) -> None:
+        """Where it is narrow, the word beside the picture gives way to what is said of A and B; then that, as a whole:
+        half a number would be another one.
+        """
+        said = self.state.sizeHint().width()
+        for style in (Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyle.ToolButtonIconOnly):
+            self.start_button.setToolButtonStyle(style)
+            self._row.invalidate()
+            if self._row.minimumSize().width() + said <= self.width():
+                break
+        self.state.setMaximumWidth(said if self._row.minimumSize().width() + said <= self.width() else 0)
+
     def _lay_out(self) -> None:
-        row = QHBoxLayout(self)
+        row = self._row = QHBoxLayout(self)
         row.setContentsMargins(2 * theme.GRID, theme.GRID // 2, theme.GRID, theme.GRID // 2)
         row.setSpacing(theme.GRID // 2)
         for widget in (self.start_button, self.loop, self.length):
@@ -159,5 +176,6 @@ class ListenBar(QWidget):
         for widget in (*self.slots.values(), self.copy, self.overlay, self.match, self.blind_button):
             row.addWidget(widget)
         row.addSpacing(theme.GRID)
-        row.addWidget(self.state, 1)
+        row.addWidget(self.state)
+        row.addStretch()
         row.addWidget(self.audition_button)

@@ -168,7 +168,8 @@ class NodeSearch(QFrame):
         column.addWidget(self.list)
         self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
-        self.field.return_pressed.connect(lambda: self._done(self.list.current()))
+        for entered in (self.field.return_pressed, self.field.shift_return_pressed):
+            entered.connect(lambda: self._done(self.list.current()))
         self.field.escaped.connect(lambda: self._done(""))
         self.hide()
 
@@ -209,6 +210,7 @@ class SearchField(QLineEdit):
 
     stepped = Signal(int)
     return_pressed = Signal()
+    shift_return_pressed = Signal()
     escaped = Signal()
 
     def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
@@ -231,7 +233,8 @@ class SearchField(QLineEdit):
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.stepped.emit(1 if key == Qt.Key.Key_Down else -1)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.return_pressed.emit()
+            with_shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            (self.shift_return_pressed if with_shift else self.return_pressed).emit()
         elif key == Qt.Key.Key_Escape:
             self.clear()
             self.escaped.emit()

@@ -108,6 +108,13 @@ class PatchView(QGraphicsView):
             self.centerOn(middle)
         self._moved()
 
+    def fit_if_lost(self) -> None:
+        """Bring all into view where the middle of no node is in it."""
+        seen = self.mapToScene(self.viewport().rect()).boundingRect()
+        nodes = list(self.patch_scene.nodes_and_group_nodes())
+        if nodes and not any(seen.contains(item.sceneBoundingRect().center()) for item in nodes):
+            self.fit_new_patch()
+
     def pan(self, dx_px: int, dy_px: int) -> None:
         """Move the view by pixels of the screen."""
         self._keeps_fitting = False

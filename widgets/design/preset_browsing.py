@@ -5,13 +5,14 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.patch.file_paths import with_files_kept
+from underfoot.patch.groups import Group
 from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
@@ -24,6 +25,9 @@ from underfoot.widgets.workspace import WorkspaceContext
 class PresetBrowsing(QObject):
     """Binds the panel of presets to what is open and what is heard. `folder` is that of the person's own presets."""
 
+    inserted = Signal(object, str)
+    """A patch that is to be put into the one that is open, and its title."""
+
     def __init__(self, side: SidePanel, context: WorkspaceContext, folder: Path) -> None:
         super().__init__(side)
         self._side, self._context, self.folder = side, context, folder
@@ -31,6 +35,7 @@ class PresetBrowsing(QObject):
         panel.bind(folder, context.settings.stars)
         panel.audition_changed.connect(self._audition)
         panel.chosen.connect(lambda preset: self.open(preset.path))
+        panel.insertion_requested.connect(lambda preset: self.insert(preset.path))
         self.show_action = QAction("Presets", side)
         self.show_action.setShortcut("Ctrl+P")
         self.show_action.triggered.connect(lambda: side.show_page(PRESETS))
@@ -79,6 +84,19 @@ class PresetBrowsing(QObject):
         self._context.listening.play_preset(None)
         self._context.open_patch.open_preset(path)
 
+    def insert(self, path: Path) -> None:
+        """Put a preset into the patch that is open, as a sub-patch."""
+        self._context.open_patch.nodes.when_patch_allowed(path, lambda: self._insert(path))
+
+    def _insert(self, path: Path) -> None:
+        registry, folder = self._context.registry, self._context.open_patch.folder
+        try:
+            patch = with_files_kept(Patch.load(path, registry), registry, path.parent, folder)
+        except UnderfootError as error:
+            self._side.presets.notified.emit(str(error))
+            return
+        self.inserted.emit(as_sub_patch(patch, path.stem), patch.title or path.stem)
+
     def _save(self, patch: Patch) -> None:
         path = file_of(patch.title, self.folder)
         if not path.exists():
@@ -99,6 +117,16 @@ class PresetBrowsing(QObject):
         self._side.presets.show_saved(path)
         left = open_patch.nodes.copy_node_files(patch, open_patch.folder, self.folder)
         self._side.presets.notified.emit(f"Saved as the preset “{patch.title}”; it is under My presets{left}")
+
+
+def as_sub_patch(patch: Patch, title: str) -> Patch:
+    """The patch with all of it in a collapsed group, which has its title, or else this one."""
+    items = patch.canvas_items()
+    taken = {item.id for item in (*items, *patch.groups)}
+    id = next(name for name in ("preset", *(f"preset{k}" for k in range(len(taken)))) if name not in taken)
+    at = min(item.at[0] for item in items), min(item.at[1] for item in items)
+    whole = Group(id, tuple(item.id for item in items), patch.title or title, collapsed=True, at=at)
+    return msgspec.structs.replace(patch, groups=(whole, *patch.groups))
 
 
 class PresetDialog(QDialog):

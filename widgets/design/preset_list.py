@@ -32,6 +32,8 @@ class PresetList(QListWidget):
     """Presets by family. `chosen` gives the one to open; `current_changed` the current one after a key or a click."""
 
     chosen = Signal(object)
+    insertion_requested = Signal(object)
+    """Shift+Enter was pressed on this one."""
     current_changed = Signal(object)
     starred = Signal(object)
     """The star of this one was clicked, or toggled with *."""
@@ -120,6 +122,8 @@ class PresetList(QListWidget):
         key, current = event.key(), self.current()
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.step(1 if key == Qt.Key.Key_Down else -1)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self.insertion_requested.emit(current)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._choose()
         elif key == Qt.Key.Key_Escape:

@@ -27,6 +27,8 @@ class PresetPanel(QWidget):
     """
 
     chosen = Signal(object)
+    insertion_requested = Signal(object)
+    """The preset that is to be put into the patch that is open."""
     audition_changed = Signal(object)
     notified = Signal(str)
     escaped = Signal()
@@ -59,10 +61,12 @@ class PresetPanel(QWidget):
         self.field.textChanged.connect(self._filter)
         self.field.stepped.connect(self.list.step)
         self.field.return_pressed.connect(self._enter)
+        self.field.shift_return_pressed.connect(lambda: self._insert(self._meant()))
         self.field.escaped.connect(self._leave_field)
         self.filters.buttonClicked.connect(lambda _: self._filter())
         self.list.current_changed.connect(self._moved)
         self.list.chosen.connect(self._choose)
+        self.list.insertion_requested.connect(self._insert)
         self.list.starred.connect(self._toggle_star)
         self.list.deletion_requested.connect(self._ask_to_remove)
         self.list.escaped.connect(self.end_audition)
@@ -154,14 +158,23 @@ class PresetPanel(QWidget):
         self._auditioned = self.list.current()
         if self._auditioned is not None:
             self.audition_changed.emit(self._auditioned)
-            self.notified.emit(f"Hearing {self._auditioned.title}. Enter opens it, Esc goes back to your patch.")
+            self.notified.emit(
+                f"Hearing {self._auditioned.title}. Enter opens it, Shift+Enter puts it into your patch, Esc goes back."
+            )
 
     def _enter(self) -> None:
-        current = self.list.current()
-        if current is None and self.list.presets():
-            current = self.list.presets()[0]
-        if current is not None:
-            self._choose(current)
+        meant = self._meant()
+        if meant is not None:
+            self._choose(meant)
+
+    def _meant(self) -> Preset | None:
+        """The current one, or else the first."""
+        return self.list.current() or next(iter(self.list.presets()), None)
+
+    def _insert(self, preset: Preset | None) -> None:
+        if preset is not None:
+            self.end_audition()
+            self.insertion_requested.emit(preset)
 
     def _choose(self, preset: Preset) -> None:
         self._audition_timer.stop()

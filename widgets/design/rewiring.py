@@ -23,15 +23,37 @@ def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
 def fitting_port(type: NodeType, end: Port, side: str) -> str:
     """The port of a node of `type` for a wire that is held at `end`, on `side` of its own node; "" where none fits.
 
-    Of the parameters only those count that have the wire's unit.
+    Of the parameters only those count that have the wire's unit; of a plain number, as of an envelope, the one that
+    says how loud the node is.
     """
     if side == "in":
         return next((port.name for port in type.outputs if can_connect(port, end)), "")
     plain = next((port.name for port in type.inputs if can_connect(end, port)), "")
     if plain or not end.unit:
-        return plain
+        return plain or loudness_port(type, end)
     driven = (port for name, port in type.input_ports.items() if name in type.parameters)
     return next((port.name for port in driven if port.kind == end.kind and port.unit == end.unit), "")
+
+
+def loudness_port(type: NodeType, end: Port) -> str:
+    """The parameter of a node by which an envelope, held at `end`, makes it louder and softer; "" where there is none.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> envelope = REGISTRY["attack-decay"].output_ports["out"]
+    >>> loudness_port(REGISTRY["tone"], envelope), loudness_port(REGISTRY["gain"], envelope)
+    ('amplitude', 'gain')
+    """
+    driven = (port for name, port in type.input_ports.items() if name in type.parameters)
+    return next(
+        (
+            port.name
+            for port in driven
+            if not end.unit
+            and getattr(type.parameters[port.name], "scale", "") in ("gain", "amplitude")
+            and can_connect(end, port)
+        ),
+        "",
+    )
 
 
 def types_that_fit(registry: Registry, end: Port, side: str) -> list[str]:

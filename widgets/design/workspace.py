@@ -72,7 +72,7 @@ class DesignWorkspace(Workspace):
         self.document = Document(Patch(), self)
         self._last_patch = self.document.patch
         self._loading = False
-        self._previewed = self._requested = self._laws_of = ""
+        self._previewed = self._requested = self._laws_of = self._said = ""
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
@@ -141,6 +141,7 @@ class DesignWorkspace(Workspace):
         self.side.presets.notified.connect(self.notified)
         self.side.presets.escaped.connect(self.canvas.setFocus)
         self.browsing = PresetBrowsing(self.side, context, context.folder / "presets")
+        self.browsing.inserted.connect(self.canvas.put_in)
         self.browsing.accept_drops(self.canvas.viewport(), self.listen_bar.slots, self.slots.open_in_other)
         self.addActions([self.browsing.show_action, self.browsing.save_action])
         self._prepare_first_steps(context)
@@ -178,6 +179,7 @@ class DesignWorkspace(Workspace):
         hand = [
             ("Look into the sub-patch", "Enter, double-click"),
             ("Edit a note or a title", "Double-click"),
+            ("Put a preset into the patch", "Shift+Enter, with the focus on the presets"),
             ("Move the view", "Space and drag, middle button"),
         ]
         own = (*self.menu_actions()[2:], *self.canvas.actions_by_name.values())
@@ -300,13 +302,19 @@ class DesignWorkspace(Workspace):
         """Take back the last edit, and say which."""
         text = self.document.stack.undoText()
         self.document.stack.undo()
-        self.notified.emit(f"Undone: {_lower_first(text)}")
+        self._say(f"Undone: {_lower_first(text)}")
 
     def redo(self) -> None:
         """Do again what was taken back last, and say what."""
         text = self.document.stack.redoText()
         self.document.stack.redo()
-        self.notified.emit(f"Redone: {_lower_first(text)}")
+        self._say(f"Redone: {_lower_first(text)}")
+
+    def _say(self, text: str) -> None:
+        """Say what happened to the patch, until something else happens to it; it is seen, too."""
+        self.canvas.fit_if_lost()
+        self._said = text
+        self.notified.emit(text)
 
     def _undo_action(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
         action = QAction(name, self)
@@ -373,6 +381,7 @@ class DesignWorkspace(Workspace):
         self.document.edit(patch.disconnect([w for w in patch.wires if w[1] == target]), "Disconnect")
 
     def _changed(self, patch: Patch) -> None:
+        self.withdrawn.emit(self._said)
         before, self._last_patch = self._last_patch, patch
         changed = downstream(patch, changed_nodes(before, patch))
         if self.slots is not None:

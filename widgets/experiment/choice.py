@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -29,6 +30,9 @@ from underfoot.widgets.experiment.studies import StudyFile, is_id
 from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 LIST_PX = 40 * theme.GRID
+LOW_PX = 84 * theme.GRID
+"""In a page that is lower, drawings and figures have no room below one another."""
+FOUND_SIZES = (400, 200)
 
 
 class StudyList(QWidget):
@@ -143,6 +147,14 @@ class StudyOverview(QWidget):
         self.people.clicked.connect(self.people_requested)
         self.analyse.clicked.connect(self.analyse_requested)
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Where it is low, figures stand beside drawings."""
+        super().resizeEvent(event)
+        below = Qt.Orientation.Vertical if self.height() > LOW_PX else Qt.Orientation.Horizontal
+        if self._found.orientation() != below:
+            self._found.setOrientation(below)
+            self._found.setSizes(FOUND_SIZES)
+
     def show_study(self, study: StudyFile, sessions: int, folder: Path) -> None:
         """Show a study, of which so many sessions were begun, in a folder."""
         self.title.setText(study.protocol.title or study.name)
@@ -200,11 +212,11 @@ class StudyOverview(QWidget):
             for part in parts:
                 row.addWidget(part)
             row.addStretch(1)
-        found = QSplitter(Qt.Orientation.Vertical)
+        found = self._found = QSplitter(Qt.Orientation.Vertical)
         found.setObjectName("experiment findings")
         found.addWidget(self.drawings)
         found.addWidget(self.table)
-        found.setSizes([400, 200])
+        found.setSizes(FOUND_SIZES)
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.setSpacing(theme.GRID)

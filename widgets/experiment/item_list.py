@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.widgets import theme
 
-LIST_PX = 26 * theme.GRID
+LIST_PX = 28 * theme.GRID
 
 
 class ItemList(QWidget):

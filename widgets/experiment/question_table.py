@@ -7,6 +7,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
+    QHeaderView,
     QPushButton,
     QTableWidget,
     QTableWidgetItem,
@@ -23,8 +24,8 @@ from underfoot.widgets.experiment.field_rows import parsed_value, value_text
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
 _FIELDS = fields_of(Question, COLUMNS)
 _WIDTHS = {"name": 120, "kind": 96, "low": 56, "high": 56, "options": 200, "unit": 64}
-TEXT_PX = 20 * theme.GRID
-"""The least width of a question's text."""
+TEXT_PX, OPTIONS_PX = 20 * theme.GRID, 13 * theme.GRID
+"""The least width of a question's text, and of its options where it is narrow."""
 _TIPS = {
     "name": "Its column in the table of trials",
     "options": "Of a choice, separated by commas; by semicolons where one has a comma in it",
@@ -44,6 +45,7 @@ class QuestionTable(QWidget):
         self.table.setHorizontalHeaderLabels([column.capitalize() for column in COLUMNS])
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
         self.table.verticalHeader().hide()
+        self.table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setMinimumHeight(theme.GRID * (5 + 4 * rows_seen))
         for index, column in enumerate(COLUMNS):
             if column in _WIDTHS:
@@ -69,9 +71,10 @@ class QuestionTable(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """The text of a question has the room that is left, but can always be read."""
         super().resizeEvent(event)
-        text = COLUMNS.index("text")
-        others = sum(self.table.columnWidth(index) for index in range(len(COLUMNS)) if index != text)
-        self.table.setColumnWidth(text, max(self.table.viewport().width() - others, TEXT_PX))
+        text, options = COLUMNS.index("text"), COLUMNS.index("options")
+        room = self.table.viewport().width() - sum(width for column, width in _WIDTHS.items() if column != "options")
+        self.table.setColumnWidth(options, min(max(room - TEXT_PX, OPTIONS_PX), _WIDTHS["options"]))
+        self.table.setColumnWidth(text, max(room - self.table.columnWidth(options), TEXT_PX))
 
     def _show(self) -> None:
         with QSignalBlocker(self.table):

@@ -81,7 +81,8 @@ class RunningStudy(QObject):
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
         self._is_pilot = study.is_pilot
         session.send(Walk(False))
-        self.experimenter.begin(floor, f"{study.protocol.title}  ·  {participant}", session.target.kind == "simulator")
+        title = study.protocol.title or study.name
+        self.experimenter.begin(floor, f"{title}  ·  {participant}", session.target.kind == "simulator")
 
     def stop(self, why: str) -> None:
         """Silence; what was presented begins anew when it goes on."""

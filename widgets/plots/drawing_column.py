@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.drawing import Drawing
@@ -10,9 +11,11 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
 MIN_PX = 304
-"""Least height of a drawing; below it, the column scrolls."""
+"""Least height of a drawing, if the column is as high; below it, the column scrolls."""
 MIN_MAP_PX = 480
 """Least height of a map, whose axes have the same scale."""
+LEAST_PX = 176
+"""No drawing is lower, though a column may be."""
 
 
 class DrawingColumn(QScrollArea):
@@ -50,9 +53,21 @@ class DrawingColumn(QScrollArea):
             self._layout.addWidget(plot)
         for plot, drawing in zip(self._plots, drawings, strict=False):
             plot.show_drawing(drawing)
-            plot.setMinimumHeight(MIN_MAP_PX if drawing.equal else MIN_PX)
+        self._fit_heights()
         for place, plot in enumerate(self._plots):
             plot.setVisible(place < len(drawings))
         self.empty_text.setText(empty_text)
         self.empty_text.setVisible(not drawings)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus if len(drawings) > 1 else Qt.FocusPolicy.NoFocus)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_heights()
+
+    def _fit_heights(self) -> None:
+        """A drawing is not so high that one would have to scroll for its axis."""
+        margins = self._layout.contentsMargins()
+        room = self.viewport().height() - margins.top() - margins.bottom()
+        for plot in self._plots:
+            least = MIN_MAP_PX if plot.drawing.equal else MIN_PX
+            plot.setMinimumHeight(max(min(least, room), LEAST_PX))

@@ -176,6 +176,6 @@ class ScenePanel(QWidget):
         for part in below:
             column.addWidget(part)
         column.addWidget(theme.label("PARAMETERS", "heading"))
-        column.addWidget(self.parameters, 1)
+        column.addWidget(self.parameters, 3)
         column.addWidget(theme.label("WHAT HAPPENED", "heading"))
-        column.addWidget(self.log)
+        column.addWidget(self.log, 1)

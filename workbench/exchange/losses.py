@@ -8,7 +8,7 @@ from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch, PlacedNode
 
 KEPT: Mapping[str, str] = {
-    "force": "the answer to the foot: it plays as for the one step that was rendered",
+    "force": "the answer to the foot: it plays as for the steps that were rendered",
     "hand": "strikes by hand",
     "chance": "chance: what was drawn at random is the same at each playing",
     "tiles": "which tiles play",
@@ -16,6 +16,11 @@ KEPT: Mapping[str, str] = {
     "files": "the files that nodes play",
     "title": "title",
     "comment": "comment",
+    "author": "author",
+    "tags": "tags",
+    "notes": "notes",
+    "groups": "groups and sub-patches",
+    "names": "names that nodes were given",
     "seed": "seed",
     "unit": "the unit: m/s^2 becomes a share of full scale",
     "waveform": "the waveform: within a band it is one oscillation, of which amplitude and frequency are kept",
@@ -52,7 +57,7 @@ def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
             if name == "parameters" and type.parameters:
                 text += f" ({', '.join(type.parameters)})"
             found.setdefault(name, []).append(text)
-    for name in ("title", "comment", "seed"):
+    for name in ("title", "comment", "author", "tags", "notes", "groups", "seed"):
         if getattr(patch, name):
             found[name] = []
     return found
@@ -61,6 +66,8 @@ def features(patch: Patch, registry: Registry) -> dict[str, list[str]]:
 def _features(node: PlacedNode, type: NodeType) -> Iterable[str]:
     values = type.values(node.parameters)
     yield "parameters"
+    if node.label:
+        yield "names"
     if type.engine_signals:
         yield "force"
     if type.is_struck:

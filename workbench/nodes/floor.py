@@ -54,7 +54,7 @@ class Footfall:
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
     reference = Number(8000.0, 100.0, 200_000.0, unit="N/s", scale="log", doc="loading rate that gives strength 1")
     onset = Output(kind="event", doc="footfalls; strength is loading rate over reference, at most 10")
-    state = Layout("footfall", "force_before", "is_down", "due", "crossed_at")
+    state = Layout("footfall", "force_before", "is_down", "due", "waits", "crossed_at")
 
     def run(force, threshold, wait, reference, rate, frame, state, onset):
         wait = max(1.0, wait * rate)
@@ -67,11 +67,12 @@ class Footfall:
                 rise = now - before
                 crossed = (threshold - before) / rise if rise > 0.0 else 1.0
                 state.due = frame + i - 1 + min(max(crossed, 0.0), 1.0) + wait
+                state.waits = wait  # the one that is set may be another when the event is due
                 state.crossed_at = threshold
             elif state.is_down != 0.0 and now < 0.5 * threshold:
                 state.is_down = 0.0
             if state.due != 0.0 and state.due < frame + i + 1:
-                loading = max(now - state.crossed_at, 0.0) * rate / wait
+                loading = max(now - state.crossed_at, 0.0) * rate / state.waits
                 emit(onset, max(state.due, float(frame + i)), min(loading / reference, 10.0))
                 state.due = 0.0
             state.force_before = now

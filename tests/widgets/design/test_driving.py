@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from design_samples import send
+from design_samples import drag, middle, port, send
 from on_screen import show
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
@@ -13,6 +13,7 @@ from underfoot.engine.reports import Preview
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
+from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.design.driving import DRIVERS, driver_range, with_driver
 from underfoot.widgets.design.workspace import DesignWorkspace
 
@@ -119,7 +120,7 @@ def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, workspace):
     click(qtbot, ask(editor.slider, editor.slider.rect().center()), "LFO")
     curve = np.linspace(270.0, 330.0, 480)
     workspace.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
-    assert editor.driver.full_text() == "LFO: 270 to 330 Hz"
+    assert editor.driver.text() == "LFO: 270 to 330 Hz  ×"
     send(editor.driver, QEvent.Type.MouseButtonPress, QPoint(20, 8), Qt.MouseButton.LeftButton)
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)
     assert not any(target == "low-pass.cutoff" for _, target in workspace.patch().wires)
@@ -133,3 +134,58 @@ def test_the_menu_says_what_it_is_about(workspace):
     assert heading.text() == "Drive cutoff with"
     assert not heading.isEnabled()
     menu.close()
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [((0.5, 1.0), "−6.02 to 0 dB"), ((-2.0, 2.0), "6.02 dB ø to 6.02 dB"), ((-1.0, -0.5), "0 to −6.02 dB ø")],
+)
+def test_the_range_of_a_driven_gain_is_read_in_full_and_as_the_field_shows_it(qtbot, ends, said):
+    editor = NumberEditor(REGISTRY["gain"].parameters["gain"])
+    qtbot.addWidget(editor)
+    editor.resize(240, 40)
+    show(qtbot, editor)
+    editor.set_driven("A rather long name of a node", "#ffffff", ends)
+    assert editor.driver.text().endswith(f": {said}  ×")
+    assert editor.driver.text().startswith("A")
+    assert "…" in editor.driver.text()
+    assert said in editor.driver.toolTip()
+
+
+def test_a_right_click_on_a_wire_is_about_the_wire(workspace):
+    scene = workspace.canvas.patch_scene
+    ends = port(workspace, "tone", "out", "out"), port(workspace, "low-pass", "in", "signal")
+    menu = ask(workspace.canvas.viewport(), (ends[0] + ends[1]) / 2)
+    words = [action.text() for action in menu.actions()]
+    menu.close()
+    assert "Delete" in words
+    assert "Duplicate" not in words
+    assert scene.selected() == []
+    workspace.canvas.actions_by_name["delete"].trigger()
+    assert workspace.patch().wires == (("low-pass.out", "tile-output.acceleration"),)
+
+
+def test_an_envelope_that_is_pulled_into_the_open_can_go_to_the_loudness_of_a_tone(workspace):
+    workspace.set_patch(Patch().add("attack-decay", REGISTRY))
+    start = port(workspace, "attack-decay", "out", "out")
+    drag(workspace, start, start + QPoint(160, 0))
+    QTest.keyClicks(workspace.canvas.search.field, "waveshaped")
+    QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
+    assert workspace.patch().wires == (("attack-decay.out", "tone.amplitude"),)
+
+
+def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
+    patch = Patch().add("noise", REGISTRY).add("tone", REGISTRY, (0, 200)).add("stance-curve", REGISTRY, (0, 400))
+    workspace.set_patch(patch.add("mix", REGISTRY, (300, 0)).add("gain", REGISTRY, (300, 300)))
+    for source, target in (("noise", "mix"), ("tone", "mix"), ("tone", "gain"), ("stance-curve", "gain")):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, target))
+    assert workspace.patch().wires == (
+        ("noise.out", "mix.d"), ("tone.out", "mix.c"), ("tone.out", "gain.signal"), ("stance-curve.out", "gain.gain"),
+    )  # fmt: skip
+    workspace.set_patch(
+        Patch().add("gain", REGISTRY).add("gain", REGISTRY, (0, 200)).add("tile-output", REGISTRY, (300, 0))
+    )
+    for source in ("gain", "gain1"):
+        drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
+    assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
+    assert "gave way" in workspace.canvas.message

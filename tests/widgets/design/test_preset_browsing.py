@@ -142,3 +142,35 @@ def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
     told = dict(design.shortcuts())
     assert told["Presets"] == "Ctrl+P"
     assert told["Save as preset"] == "Ctrl+Alt+S"
+
+
+@pytest.mark.parametrize("on_list", [False, True])
+def test_a_preset_is_put_into_the_patch_as_a_sub_patch_and_taken_out_again(window, design, qtbot, on_list):
+    before, ice = design.patch(), Patch.load(preset_files.patches()["material-ice"], REGISTRY)
+    qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    panel = design.side.presets
+    qtbot.keyClicks(panel.field, "ice")
+    panel.list.step(1)
+    qtbot.keyClick(panel.list if on_list else panel.field, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
+    after = design.patch()
+    assert after.nodes[: len(before.nodes)] == before.nodes
+    assert len(after.nodes) == len(before.nodes) + len(ice.nodes)
+    assert len(after.wires) == len(before.wires) + len(ice.wires)
+    group = next(group for group in after.groups if group.title == ice.title)
+    assert group.collapsed
+    assert set(group.members) >= {node.id for node in after.nodes[len(before.nodes) :]}
+    assert design.canvas.patch_scene.selected() == [group.id]
+    assert window.open_patch.path is not None
+    design.undo_action.trigger()
+    assert design.patch() == before
+
+
+def test_what_undo_brings_back_is_in_view(design, qtbot):
+    first = Patch().add("noise", REGISTRY, (5000.0, 5000.0))
+    design.document.edit(first, "Far away")
+    opened(qtbot, design, "ice")
+    for action in (design.undo_action, design.redo_action):
+        action.trigger()
+        canvas = design.canvas
+        places = [canvas.mapFromScene(item.sceneBoundingRect().center()) for item in canvas.patch_scene.nodes.values()]
+        assert any(canvas.viewport().rect().contains(place) for place in places)

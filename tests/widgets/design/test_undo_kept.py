@@ -2,6 +2,7 @@
 
 import pytest
 from design_samples import REGISTRY, sample
+from windows import quiet_window
 
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.undo import MAX_SAVED_STEPS, Document
@@ -58,3 +59,22 @@ def test_what_cannot_be_read_or_leads_elsewhere_is_let_go(qapp, tmp_path, text):
     edited(2).save_history(tmp_path / "undo.json")
     document.restore_history(tmp_path / "undo.json", REGISTRY)
     assert document.stack.count() == 0
+
+
+def test_what_was_undone_is_said_until_something_else_is_done(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design = window.workspaces["Design"]
+    patch = design.patch()
+    design.document.edit(patch.move({patch.nodes[0].id: (0.0, 800.0)}), "Move a node")
+    design.undo_action.trigger()
+    assert window.status.message == "Undone: move a node"
+    design.redo_action.trigger()
+    assert window.status.message == "Redone: move a node"
+    design.document.edit(patch, "Move it back")
+    assert window.status.message == ""
+    design.undo_action.trigger()
+    window.show_message("The recording was saved")
+    design.redo_action.trigger()
+    window.show_message("The recording was saved")
+    design.document.edit(patch.move({patch.nodes[0].id: (0.0, 900.0)}), "Move a node")
+    assert window.status.message == "The recording was saved"

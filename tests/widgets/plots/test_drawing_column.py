@@ -26,3 +26,15 @@ def test_a_column_shows_as_many_as_there_are(qtbot):
     assert column.plots == []
     assert column.empty_text.text() == "nothing"
     assert column.empty_text.isVisible()
+
+
+def test_a_drawing_is_no_higher_than_its_column(qtbot):
+    """Of a plot that begins in view, the axis below can be seen, too."""
+    column = DrawingColumn()
+    qtbot.addWidget(column)
+    column.resize(400, 240)
+    show(qtbot, column)
+    column.show_drawings([Drawing("One", "x", "y"), Drawing("Two", "x", "y")], "")
+    qtbot.waitUntil(lambda: 0 < column.plots[0].height() <= column.viewport().height())
+    column.resize(400, 800)
+    qtbot.waitUntil(lambda: column.plots[0].height() > 300)

@@ -93,15 +93,18 @@ def _damage_and_read(share: _Share) -> _DamageResult:
     """Damage a whole file so many times, as the share's seed draws, and read what comes of it."""
     kind, rng = KINDS[share.name], np.random.default_rng(share.seed)
     with tempfile.TemporaryDirectory() as folder:
-        whole = Path(folder, "whole")
-        kind.write(whole)
-        text = read_error(kind, whole)
-        if text is not None:
-            return _DamageResult(1, 0, 1, 0.0, 0, (f"a whole file is refused: {text}",))
-        data, before, path = whole.read_bytes(), open_file_count(), Path(folder, "damaged")
+        whole, all_data = Path(folder, "whole"), []
+        for write in (kind.write, *kind.further):
+            write(whole)
+            text = read_error(kind, whole)
+            if text is not None:
+                return _DamageResult(1, 0, 1, 0.0, 0, (f"a whole file is refused: {text}",))
+            all_data.append(whole.read_bytes())
+        before, path = open_file_count(), Path(folder, "damaged")
         refused, wrong, longest_s = 0, 0, 0.0
         lines: dict[str, str] = {}
         for number in range(share.times):
+            data = all_data[int(rng.integers(len(all_data)))] if kind.further and rng.random() < 0.5 else all_data[0]
             path.write_bytes(_damaged(kind, data, path, rng))
             said, fault, spent_s = _read(kind, path)
             refused += said is not None and not fault

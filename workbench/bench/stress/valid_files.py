@@ -43,6 +43,8 @@ class Kind:
     read: Callable[[Path], object]
     damage: Damage | None
     """None for an SQLite file, which is damaged in place as well as byte by byte."""
+    further: tuple[Callable[[Path], object], ...] = ()
+    """Write other whole ones, of which half of those that are damaged are made."""
 
 
 FLOOR = default_floor(1, 2)
@@ -189,7 +191,12 @@ def _again(document: Any) -> None:
 
 
 KINDS: dict[str, Kind] = {
-    "patch": Kind(_write_patch, lambda path: _again(Patch.load(path, REGISTRY)), corruption.corrupt_document),
+    "patch": Kind(
+        _write_patch,
+        lambda path: _again(Patch.load(path, REGISTRY)),
+        corruption.corrupt_document,
+        tuple(_preset(preset_files.patches(), name) for name in preset_files.patches()),
+    ),
     "floor": Kind(FLOOR.save, lambda path: _again(Floor.load(path)), corruption.corrupt_document),
     "profile": Kind(_write_profile, _read_profile, corruption.corrupt_document),
     "simulation": Kind(
