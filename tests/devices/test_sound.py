@@ -73,11 +73,11 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
     patch = hum(tone=SINE)
     with listening(null_sink) as heard, live(patch, until, path, sound="", latency_s=BUFFER_S, walker=False) as playing:
         settled(playing)
-        until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard)
+        until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard.summary)
         before = len(heard())
         playing.session.panic()
         edge = playing.done(Panic)
-        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard)
+        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard.summary)
         arrived = heard()
         last = np.flatnonzero(arrived.any(axis=1))[-1]
         assert last - before < 48_000  # the buffer, a block, and for how long this machine may hold parec up
@@ -85,7 +85,7 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
         assert not playing.played(edge + PANIC, 9_000).any()
         assert not heard()[last + 1 :].any()
         playing.session.play()
-        until(lambda: (playing.poll(), np.abs(heard()[-480:]).max() > 0.1)[1], "it is heard again", seen=heard)
+        until(lambda: (playing.poll(), np.abs(heard()[-480:]).max() > 0.1)[1], "it is heard again", seen=heard.summary)
         playing.session.stop_recording()
     with Recording(path) as recording:
         played = recording.vibration()[1]
@@ -97,8 +97,8 @@ def test_a_session_that_ends_is_ramped_down(null_sink, until):
     with listening(null_sink) as heard:
         with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
             settled(playing)
-            until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard)
-        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard)
+            until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard.summary)
+        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard.summary)
         arrived = heard()[:, 0]
     end = np.flatnonzero(arrived)[-1] + 1
     period = arrived[end - 2 * FADE : end - FADE]  # 480 frames: the ramp is as long as the period
@@ -150,7 +150,11 @@ def test_a_sound_card_that_comes_back_is_heard_again_in_a_ramp(null_sink, until)
         null_sink.start()
         with listening(null_sink) as heard:
             null_sink.socket = null_sink.socket.rename(known)  # from now on the session can find it
-            until(lambda: (playing.poll(), np.count_nonzero(heard()[:, 0]) > 2_400)[1], "it is heard again", seen=heard)
+            until(
+                lambda: (playing.poll(), np.count_nonzero(heard()[:, 0]) > 2_400)[1],
+                "it is heard again",
+                seen=heard.summary,
+            )
             arrived = heard()[:, 0]
         begin = np.flatnonzero(arrived)[0] - 1  # the ramp's first frame is silent
         period = arrived[begin + FADE : begin + 2 * FADE]  # the ramp is as long as the period
@@ -178,7 +182,7 @@ def test_sound_for_ears_arrives_on_the_channel_behind_the_tiles(null_sink, until
     how = {"sound": "", "latency_s": BUFFER_S, "walker": False, "floor": default_floor(1, 3)}
     with listening(null_sink) as heard, live(patch, until, **how) as playing:
         settled(playing)
-        until(lambda: np.abs(heard()[-480:, 3]).max() > 0.5, "it is heard", seen=heard)
+        until(lambda: np.abs(heard()[-480:, 3]).max() > 0.5, "it is heard", seen=heard.summary)
         assert not heard()[:, :3].any()
         assert playing.started().notice == ""
 
@@ -246,7 +250,9 @@ def test_an_exchange_that_is_silenced_is_ramped_down_and_ends(null_sink, until):
     with listening(null_sink) as heard:
         silenced, frames = _cut(48_000)
         all_arrived = len(heard()) + 96_000
-        until(lambda: len(heard()) > all_arrived and not heard()[-9_600:].any(), "it is silent again", seen=heard)
+        until(
+            lambda: len(heard()) > all_arrived and not heard()[-9_600:].any(), "it is silent again", seen=heard.summary
+        )
         arrived = heard()[:, 0]
     assert silenced
     assert frames < 5 * 48_000
@@ -260,7 +266,7 @@ def test_an_exchange_that_is_silenced_before_it_begins_plays_nothing(null_sink, 
     with listening(null_sink) as heard:
         silenced, frames = _cut(0)
         seen = len(heard())
-        until(lambda: len(heard()) > seen + 4_800, "the sink goes on", seen=heard)
+        until(lambda: len(heard()) > seen + 4_800, "the sink goes on", seen=heard.summary)
         assert not heard().any()
     assert silenced
     assert frames < 48_000

@@ -36,7 +36,7 @@ class Heard:
         shape = (frames, self._channels)
         return np.memmap(self._path, "<f4", "r", shape=shape) if frames else np.zeros(shape, "<f4")
 
-    def __repr__(self):
+    def summary(self):
         """What is heard of each channel, for a test that hears something else than it waits for."""
         heard = np.abs(self())
         lines = [f"{len(heard) / 48_000:.2f} s were heard"]

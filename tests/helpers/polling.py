@@ -13,15 +13,15 @@ class Poll:
         self.seconds = seconds
         self._pause = threading.Event()
 
-    def __call__(self, holds, what="", seconds=None, every=0.005, seen=""):
-        """Return what `holds()` returns once it is true; `seen` is what a failure tells besides `what`."""
+    def __call__(self, holds, what="", seconds=None, every=0.005, seen=str):
+        """Return what `holds()` returns once it is true; a failure tells `what`, and what `seen()` returns."""
         end = time.monotonic() + (seconds or self.seconds)
         while True:
             value = holds()
             if value:
                 return value
             if time.monotonic() > end:
-                raise AssertionError(f"in vain: {what or holds}{seen and f'; {seen}'}")
+                raise AssertionError(f"in vain: {what or holds}{seen() and f'; {seen()}'}")
             self._pause.wait(every)
 
 

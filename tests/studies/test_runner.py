@@ -354,9 +354,9 @@ def test_those_who_want_marks_get_them(session, until, tmp_path):
     tty.setraw(slave)
     os.set_blocking(master, False)
     trigger, lsl = SerialTrigger(os.ttyname(slave)), LslMarkers(default_floor(1, 1), 1000.0)
-    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=20.0)
+    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=120.0)
     inlet = pylsl.StreamInlet(found)
-    inlet.open_stream(timeout=20.0)
+    inlet.open_stream(timeout=120.0)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
     with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
         person.finish_study()
