@@ -1,10 +1,12 @@
 """A simulated participant of a study on the simulated floor, who steps and answers when asked to."""
 
+from collections import deque
 from contextlib import contextmanager
 
 from made_studies import first_answers
 
 from underfoot.engine.commands import PressTile
+from underfoot.engine.reports import Costs
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue
@@ -25,9 +27,12 @@ class Person:
         self.runner, self._until, self._answers = runner, until, answers
         self.tile = runner.session.target.floor.tiles[0].id
         self.phases = []
+        self.reports = deque(maxlen=12)
 
     def poll(self):
-        self.runner.poll(self.runner.session.poll())
+        reports = self.runner.session.poll()
+        self.reports += [report for report in reports if not isinstance(report, Costs)]
+        self.runner.poll(reports)
         if not self.phases or self.phases[-1] != self.runner.phase:
             self.phases.append(self.runner.phase)
 
@@ -36,7 +41,13 @@ class Person:
             self.poll()
             return holds()
 
-        return self._until(look, f"{what}; {self.runner.phase}, {self.runner.page.key}, {self.runner.messages}")
+        return self._until(look, what, seen=self._state)
+
+    def _state(self):
+        """Where the study and its session stand, for a wait that was in vain."""
+        runner, session = self.runner, self.runner.session
+        study = f"{runner.phase}, {runner.page.key}, {runner.messages}, patch since {runner.presenter.since_frame}"
+        return f"{study}; {session.health}, {session.pids}; reports: {list(self.reports)}"
 
     def press(self, force_n, x_m=0.0, y_m=0.0):
         self.runner.session.send(PressTile(self.tile, x_m, y_m, force_n))
