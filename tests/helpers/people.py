@@ -81,8 +81,22 @@ class Person:
             runner.answer(self._answers(runner.page))
 
     def present(self):
-        """Begin the waiting presentation, in the way that it requires."""
-        runner, interval = self.runner, self.runner.interval
+        """Begin the waiting presentation, in the way that it requires.
+
+        A study stops where no force comes for a second, as on a machine that is too busy; then it goes on.
+        """
+        runner, gone = self.runner, (Phase.ANSWERING, Phase.END, Phase.STOPPED)
+        while True:
+            interval = runner.interval
+            self._begin()
+            self.until(lambda: runner.phase in gone or runner.interval != interval, "the presentation ends")  # noqa: B023
+            if runner.phase is not Phase.STOPPED or runner.hint != "Stopped: no force comes from the floor.":
+                return
+            runner.go_on()
+            self.until_phase(Phase.READY)
+
+    def _begin(self):
+        runner = self.runner
         if runner.page.start == "key":
             runner.start()
         elif runner.page.start == "step":
@@ -91,8 +105,6 @@ class Person:
             self.step()
             self.wait(0.6)
             self.step()
-        gone = (Phase.ANSWERING, Phase.END)
-        self.until(lambda: runner.phase in gone or runner.interval != interval, "the presentation ends")
 
     def finish_study(self):
         """Go through the study to its end."""
