@@ -89,7 +89,7 @@ def test_ctrl_c_leaves_whole_files_and_a_manifest_of_them(underfoot, folder, unt
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
         until(lambda: len(list(folder.glob("made/*.wav"))) > 3)
         os.killpg(process.pid, signal.SIGINT)
-        process.communicate(timeout=60.0)
+        process.communicate(timeout=300.0)
     assert process.returncode == 130
     rows = manifest(folder / "made")
     made = {path.name for path in folder.glob("made/*.wav")}

@@ -198,7 +198,7 @@ def test_ctrl_c_stops_a_rendering_of_several_and_leaves_no_part_of_a_file(underf
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
         until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
         os.killpg(process.pid, signal.SIGINT)
-        out, error = process.communicate(timeout=60.0)
+        out, error = process.communicate(timeout=300.0)
     assert (process.returncode, out, error.strip()) == (130, b"", b"")
     assert list((folder / "all").iterdir()) == []
     until(lambda: not members(process.pid))

@@ -165,7 +165,7 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
         expected = {step["tile"]: figures_of(step) for step in csv.DictReader(file)}
     assert expected.keys() == {"t1", "t2"}
     sender, transport = ends(scheme)
-    options = ["--floor", "walk.floor.json", "--record", "live.underfoot", "--seconds", "60", "--json"]
+    options = ["--floor", "walk.floor.json", "--record", "live.underfoot", "--seconds", "480", "--json"]
     command = [sys.executable, "-m", "underfoot", "monitor", transport.name, *options]
     right, pipe = Counter(), subprocess.PIPE
     with walking(sender, walk_on), subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
@@ -177,7 +177,7 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
             if min(right["t1"], right["t2"]) >= 2:
                 break
         process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=60.0)
+        _, error = process.communicate(timeout=300.0)
     assert min(right["t1"], right["t2"]) >= 2
     assert process.returncode == 0
     assert "underfoot: uncalibrated: t1, t2 (20 counts a newton are assumed)\n" in error

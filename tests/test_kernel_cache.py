@@ -138,6 +138,24 @@ def test_without_a_writable_folder_kernels_are_compiled_all_the_same(kernels, tm
     assert kernels()(2.0) == 5.0
 
 
+_ON_A_FULL_DISK = """
+import resource, sys
+sys.path.insert(0, {folder!r})
+from caller import one_more
+resource.setrlimit(resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+assert one_more(3.0) == 7.0
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
+def test_on_a_full_disk_kernels_are_compiled_all_the_same(kernels, tmp_path):
+    kernels()
+    cache = tmp_path / "cache"
+    script = _ON_A_FULL_DISK.format(folder=str(tmp_path))
+    subprocess.run([sys.executable, "-c", script], check=True, env=os.environ | {"UNDERFOOT_CACHE": str(cache)})
+    assert not [path for path in cache.rglob("*") if path.is_file() and path.stat().st_size]
+
+
 def test_importing_underfoot_leaves_numba_s_own_cache_alone():
     code = "import os, numba, underfoot.kernels; print(numba.config.CACHE_DIR, 'NUMBA_CACHE_DIR' in os.environ)"
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}

@@ -57,10 +57,11 @@ class KernelCache:
         return found
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Store a compiled version; the oldest digests are deleted."""
-        self._files.save_overload(signature, compiled)
-        if isinstance(self._files, _Files):
-            _prune(self._files.stem)
+        """Store a compiled version; the oldest digests are deleted. Without room it is only kept in memory."""
+        with suppress(OSError):  # the disk is full, or another process has just deleted the same digests
+            self._files.save_overload(signature, compiled)
+            if isinstance(self._files, _Files):
+                _prune(self._files.stem)
 
     def release(self) -> None:
         """Let other processes that wait for this one compile it."""

@@ -42,6 +42,15 @@ def test_more_files_than_a_share_are_tried_on_all_cores_and_none_is_begun_after_
     assert late.times == 0
 
 
+def test_kinds_of_files_take_turns_so_that_none_is_left_out_when_the_time_is_over(monkeypatch):
+    begun = []
+    monkeypatch.setattr(damage, "in_parallel", lambda work, shares, *_, **__: begun.extend(shares) or iter(()))
+    outcomes = list(damage.run(Effort(times=3 * damage.SHARE), lambda line: None))
+    assert [share.name for share in begun] == 3 * list(KINDS)
+    assert [outcome.times for outcome in outcomes] == [0] * len(KINDS)
+    assert "give more --seconds" in outcomes[0].found
+
+
 def test_a_reader_that_lets_an_error_through_is_found(monkeypatch):
     def careless(path):
         np.frombuffer(path.read_bytes(), "<f8")

@@ -55,14 +55,18 @@ def test_thirty_six_tiles_play_on_two_cards(two_sinks, until):
         assert playing.started().notice == ""
         playing.session.send(Level(0.0))
         for heard in (left, right):
-            until(lambda heard=heard: len(heard()) and np.abs(heard()[-4800:]).max(axis=0).min() > 0.05, "all 18 sound")
+            until(
+                lambda heard=heard: len(heard()) and np.abs(heard()[-4800:]).max(axis=0).min() > 0.05,
+                "all 18 sound",
+                seen=heard.summary,
+            )
         playing.play(48_000)
         health = playing.session.health
         assert 0.0 < health.cards_delay_s <= 0.25
         assert abs(health.cards_offset_s) < health.cards_delay_s
         playing.session.send(Panic())
         for heard in (left, right):
-            until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both")
+            until(lambda heard=heard: not heard()[-4800:].any(), "a panic silences both", seen=heard.summary)
 
 
 def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_anew_here(null_sink):

@@ -77,12 +77,12 @@ card.silence()
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         with subprocess.Popen([sys.executable, "-c", script], text=True, **pipes) as run:
             try:
-                until(lambda: heard().any(), "it sounds", every=0.1)
+                until(lambda: heard().any(), "it sounds", seen=heard.summary, every=0.1)
                 before = len(heard())
-                said, _ = run.communicate("\n", timeout=60)
+                said, _ = run.communicate("\n", timeout=300)
             finally:
                 run.kill()
-        until(lambda: not heard()[-9_600:].any(), "it is silent again", every=0.1)
+        until(lambda: not heard()[-9_600:].any(), "it is silent again", seen=heard.summary, every=0.1)
         last = np.flatnonzero(heard().any(axis=1))[-1]
     assert said == "the sound was stopped; take it again\n"
     assert last - before < 10 * RATE

@@ -116,7 +116,7 @@ class Weighing:
 
     def take_recording(self, recorded):
         if self._gate is not None:
-            self._gate.wait(30.0)
+            self._gate.wait(300.0)
         self._heard = recorded
         self._go(self._at + 1)
 

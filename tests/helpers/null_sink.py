@@ -25,9 +25,32 @@ def two_sinks(tmp_path, monkeypatch):
         yield sinks
 
 
+class Heard:
+    """What was played into a sink so far: called, float32 [frame, channel], which stays on disk until it is read."""
+
+    def __init__(self, path, channels):
+        self._path, self._channels = path, channels
+
+    def __call__(self):
+        frames = self._path.stat().st_size // (4 * self._channels)
+        shape = (frames, self._channels)
+        return np.memmap(self._path, "<f4", "r", shape=shape) if frames else np.zeros(shape, "<f4")
+
+    def summary(self):
+        """What is heard of each channel, for a test that hears something else than it waits for."""
+        heard = np.abs(self())
+        lines = [f"{len(heard) / 48_000:.2f} s were heard"]
+        for channel, one in enumerate(heard.T, start=1):
+            at = np.flatnonzero(one)
+            if len(at):
+                times = f"{at[0] / 48_000:.2f} to {at[-1] / 48_000:.2f} s, {len(at) / 48_000:.2f} s of that not zero"
+                lines.append(f"channel {channel} from {times}, {one.max():.3g} at most")
+        return "; ".join(lines if len(lines) > 1 else [*lines, "all silent"])
+
+
 @contextmanager
 def listening(sink):
-    """Collect what is played into a sink: yield a function that returns float32 [frame, channel] so far."""
+    """Collect what is played into a sink: yield `Heard`."""
     path = sink.folder / f"heard{len(list(sink.folder.glob('heard*')))}.f32"
     command = ["parec", "-s", f"unix:{sink.socket}", "-d", f"{sink.name}.monitor", "--format=float32le"]
     command += ["--rate=48000", "--latency-msec=20", "--raw"]
@@ -35,11 +58,9 @@ def listening(sink):
         shape = f"--channels={sink.channels}", f"--channel-map={sink.places}"
         parec = subprocess.Popen([*command, *shape], stdout=file)
         try:
-            Poll()(lambda: path.stat().st_size > 0, "parec records")
-            size = 4 * sink.channels
-            yield lambda: np.fromfile(path, "<f4", path.stat().st_size // size * sink.channels).reshape(
-                -1, sink.channels
-            )
+            heard = Heard(path, sink.channels)
+            Poll()(lambda: len(heard()) > 0, "parec records")
+            yield heard
         finally:
             parec.terminate()
             parec.wait()

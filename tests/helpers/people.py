@@ -1,10 +1,13 @@
 """A simulated participant of a study on the simulated floor, who steps and answers when asked to."""
 
+from collections import deque
 from contextlib import contextmanager
 
+import pytest
 from made_studies import first_answers
 
 from underfoot.engine.commands import PressTile
+from underfoot.engine.reports import Costs
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue
@@ -12,10 +15,13 @@ from underfoot.experiments.store import SessionFile
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.studies import floor_watch
 from underfoot.studies.runner import Phase, Runner
 
 STEP_S = 0.35
 """Seconds for which a simulated foot stays on the tile, and off it."""
+PATIENCE_S = 60.0
+"""Seconds for which a busy machine may stall an engine."""
 
 
 class Person:
@@ -25,9 +31,12 @@ class Person:
         self.runner, self._until, self._answers = runner, until, answers
         self.tile = runner.session.target.floor.tiles[0].id
         self.phases = []
+        self.reports = deque(maxlen=12)
 
     def poll(self):
-        self.runner.poll(self.runner.session.poll())
+        reports = self.runner.session.poll()
+        self.reports += [report for report in reports if not isinstance(report, Costs)]
+        self.runner.poll(reports)
         if not self.phases or self.phases[-1] != self.runner.phase:
             self.phases.append(self.runner.phase)
 
@@ -36,7 +45,13 @@ class Person:
             self.poll()
             return holds()
 
-        return self._until(look, f"{what}; {self.runner.phase}, {self.runner.page.key}, {self.runner.messages}")
+        return self._until(look, what, seen=self._state)
+
+    def _state(self):
+        """Where the study and its session stand, for a wait that was in vain."""
+        runner, session = self.runner, self.runner.session
+        study = f"{runner.phase}, {runner.page.key}, {runner.messages}, patch since {runner.presenter.since_frame}"
+        return f"{study}; {session.health}, {session.pids}; reports: {list(self.reports)}"
 
     def press(self, force_n, x_m=0.0, y_m=0.0):
         self.runner.session.send(PressTile(self.tile, x_m, y_m, force_n))
@@ -102,8 +117,11 @@ def open_session(until, target=None):
 
 
 @contextmanager
-def taking_part(session, protocol, path, until, equipment=None):
-    """Yield a participant with a runner of a new or existing session file."""
+def taking_part(session, protocol, path, until, equipment=None, silent_s=PATIENCE_S):
+    """Yield a participant with a runner of a new or existing session file.
+
+    A study stops where no force comes for a second; here for `silent_s`, since a busy machine may stall the engine.
+    """
     file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
     session.send(PressTile("t1", 0.0, 0.0, 0.0))
     try:
@@ -111,7 +129,9 @@ def taking_part(session, protocol, path, until, equipment=None):
     except BadValue:
         file.close()
         raise
-    try:
-        yield Person(runner, until)
-    finally:
-        runner.close()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(floor_watch, "SILENT_S", silent_s)
+        try:
+            yield Person(runner, until)
+        finally:
+            runner.close()

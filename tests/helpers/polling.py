@@ -1,24 +1,28 @@
 """Waiting for events in other threads and processes."""
 
 import threading
+import time
 
 import pytest
 
 
 class Poll:
-    """Polls until a condition holds; fails after `seconds`."""
+    """Polls until a condition holds; fails after `seconds` by the clock."""
 
-    def __init__(self, seconds=60.0):
+    def __init__(self, seconds=120.0):
         self.seconds = seconds
         self._pause = threading.Event()
 
-    def __call__(self, holds, what="", seconds=None, every=0.005):
-        for _ in range(round((seconds or self.seconds) / every)):
+    def __call__(self, holds, what="", seconds=None, every=0.005, seen=str):
+        """Return what `holds()` returns once it is true; a failure tells `what`, and what `seen()` returns."""
+        end = time.monotonic() + (seconds or self.seconds)
+        while True:
             value = holds()
             if value:
                 return value
+            if time.monotonic() > end:
+                raise AssertionError(f"in vain: {what or holds}{seen() and f'; {seen()}'}")
             self._pause.wait(every)
-        raise AssertionError(f"in vain: {what or holds}")
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.network.cues import MarkCue, PanicCue, PlayCue
 from underfoot.network.osc import bundle, message
 from underfoot.network.plan import NetworkPlan
-from underfoot.network.server import IDLE_S, MOST_BYTES, MOST_CUES_S, NetworkServer
+from underfoot.network.server import MOST_BYTES, MOST_CUES_S, NetworkServer
 
 RATE, FORCE_HZ = 48_000.0, 1000.0
 
@@ -84,7 +84,7 @@ def test_contacts_that_nobody_tells_of_any_more_end(serve, end, until):
     until(
         lambda: end.received("/underfoot/contact") and end.received("/underfoot/contact")[0][3] == 700.0, "it is sent"
     )
-    until(lambda: end.received("/underfoot/contacts")[-1][1] == 0, "nobody is there any more", seconds=10 * IDLE_S)
+    until(lambda: end.received("/underfoot/contacts")[-1][1] == 0, "nobody is there any more")
 
 
 def test_the_last_word_is_that_nobody_is_there_and_ids_go_on(serve, end, until):
@@ -115,9 +115,9 @@ def test_contacts_steps_and_marks_are_lsl_streams(serve, until):
     server = serve(lsl=True)
     inlets = {}
     for name in ("contacts", "steps", "marks", "force"):
-        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}", timeout=20.0)
+        (found,) = pylsl.resolve_byprop("source_id", f"underfoot-live-{name}", timeout=120.0)
         inlets[name] = pylsl.StreamInlet(found)
-        inlets[name].open_stream(timeout=20.0)
+        inlets[name].open_stream(timeout=120.0)
     assert inlets["force"].channel_count == 4
 
     def heard(name, tell):
@@ -288,7 +288,7 @@ def test_streams_of_markers_are_marks_at_their_own_time(serve, until):
     lsl = pytest.importorskip("pylsl")
     outlet = lsl.StreamOutlet(lsl.StreamInfo("triggers", "Markers", 1, 0.0, "string", f"test {os.getpid()}"))
     server = serve(lsl_marks=True)
-    assert outlet.wait_for_consumers(20.0)
+    assert outlet.wait_for_consumers(120.0)
     before_s = time.monotonic()
     outlet.push_sample(["stimulus 3"], lsl.local_clock() - 2.0)
     after_s = time.monotonic()

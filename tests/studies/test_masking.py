@@ -48,10 +48,10 @@ masking.close()
 """
     with listening(null_sink) as heard:
         player = subprocess.Popen([sys.executable, "-c", script], stdin=subprocess.PIPE, text=True)
-        until(lambda: np.abs(heard()[-4800:, 3]).max(initial=0.0) > 0.1, "the noise comes")
+        until(lambda: np.abs(heard()[-4800:, 3]).max(initial=0.0) > 0.1, "the noise comes", seen=heard.summary)
         played = heard()[-4800:]
         print(file=player.stdin, flush=True)
-        until(lambda: len(heard()) and np.abs(heard()[-2400:, 3]).max() < 1e-3, "it fades away")
+        until(lambda: len(heard()) and np.abs(heard()[-2400:, 3]).max() < 1e-3, "it fades away", seen=heard.summary)
         player.communicate("\n")
     assert player.returncode == 0
     assert np.abs(played[:, [0, 1, 2]]).max() == 0.0

@@ -28,6 +28,7 @@ from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.studies.equipment import Equipment
+from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
 from underfoot.studies.runner import Phase
 
@@ -315,7 +316,10 @@ def test_a_floor_that_is_unplugged_in_a_presentation_stops_it(until, tmp_path):
     emulator.start()
     try:
         protocol = msgspec.structs.replace(rated("key"), present_s=60.0)
-        with open_session(until, target) as opened, taking_part(opened, protocol, tmp_path / "a", until) as person:
+        with (
+            open_session(until, target) as opened,
+            taking_part(opened, protocol, tmp_path / "a", until, silent_s=SILENT_S) as person,
+        ):
             runner = person.runner
             person.until_phase(Phase.READY)
             runner.start()
@@ -354,9 +358,9 @@ def test_those_who_want_marks_get_them(session, until, tmp_path):
     tty.setraw(slave)
     os.set_blocking(master, False)
     trigger, lsl = SerialTrigger(os.ttyname(slave)), LslMarkers(default_floor(1, 1), 1000.0)
-    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=20.0)
+    (found,) = pylsl.resolve_byprop("source_id", "underfoot-markers", timeout=120.0)
     inlet = pylsl.StreamInlet(found)
-    inlet.open_stream(timeout=20.0)
+    inlet.open_stream(timeout=120.0)
     protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
     with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger, lsl])) as person:
         person.finish_study()

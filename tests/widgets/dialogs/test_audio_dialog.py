@@ -14,7 +14,7 @@ CARDS = [("Eight out", 8, 48_000.0), ("Headphones", 2, 44_100.0)]
 
 def opened(qtbot, cards, device="", rate=48_000, block=128, floor=None):
     let_go = threading.Event()
-    dialog = AudioDialog(lambda: let_go.wait(60) and cards, let_go.set, floor or default_floor())
+    dialog = AudioDialog(lambda: let_go.wait(300) and cards, let_go.set, floor or default_floor())
     qtbot.addWidget(dialog)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     dialog.set_values(device, rate, block)
@@ -94,13 +94,13 @@ def test_closing_waits_for_the_search_and_nothing_is_left_of_it(qtbot):
 
     def find():
         searching.set()
-        assert found.wait(60)
+        assert found.wait(300)
         return CARDS
 
     dialog = AudioDialog(find, lambda: None, default_floor())
     qtbot.addWidget(dialog)
     show(qtbot, dialog)
-    assert searching.wait(60)
+    assert searching.wait(300)
     timer = threading.Timer(0.05, found.set)
     timer.start()
     dialog.reject()

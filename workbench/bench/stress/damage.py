@@ -22,28 +22,35 @@ from underfoot.errors import UnderfootError
 TIMES = 300
 LONGEST_S = 2.0
 """Processor time that a file may take."""
-SHARE = 500
-"""Files that a process tries at a stretch."""
+SHARE = 200
+"""Files of one kind that a process tries at a stretch."""
+_REPORTS = 20
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """A line for each kind; a file that goes wrong is told with how it goes wrong.
 
-    Of more than `SHARE` files every core takes its shares. The kinds have `seconds` between them; a share that is not
-    done by then does not count.
+    Of more than `SHARE` files every core takes shares of the kinds in turn, so that all kinds are tried equally often
+    by the end of `seconds`. A share that is not done by then does not count.
     """
     times = effort.count(TIMES)
-    if times <= SHARE:
-        for name in KINDS:
-            progress(f"stress: damaged files, {name}")
-            yield _line(name, [_damage_and_read(_Share(name, times, (effort.seed, 0)))], progress)
-        return
-    for place, name in enumerate(KINDS):
-        progress(f"stress: damaged files, {name}")
-        began = time.monotonic()
-        end = began + (inf if effort.seconds is None else effort.seconds / len(KINDS))
-        yield _line(name, list(_on_all_cores(name, times, effort.seed, end)), progress)
-        progress(f"stress: {place + 1} of {len(KINDS)} kinds, {time.monotonic() - began:.0f} s")
+    shares = [
+        _Share(name, min(SHARE, times - at), (effort.seed, at // SHARE))
+        for at in range(0, times, SHARE)
+        for name in KINDS
+    ]
+    end = inf if effort.seconds is None else time.monotonic() + effort.seconds
+    results = _on_all_cores(shares, end) if times > SHARE else ((one.name, _damage_and_read(one)) for one in shares)
+    found: dict[str, list[_DamageResult]] = {name: [] for name in KINDS}
+    report_every = max(len(shares) // _REPORTS, 1)
+    for done, (name, result) in enumerate(results, start=1):
+        found[name].append(result)
+        for line in result.lines:
+            progress(f"stress: damaged {name}: {line}")
+        if done % report_every == 0:
+            progress(f"stress: damaged files, {done} of {len(shares)} shares")
+    for name in KINDS:
+        yield _outcome(name, found[name])
 
 
 @dataclass(frozen=True)
@@ -67,26 +74,25 @@ class _DamageResult:
     lines: tuple[str, ...]
 
 
-def _on_all_cores(name: str, times: int, seed: int, end: float) -> Iterator[_DamageResult]:
-    """The result of each share that is done before `end`; one whose process dies is one file gone wrong."""
-    shares = [_Share(name, min(SHARE, times - at), (seed, at // SHARE)) for at in range(0, times, SHARE)]
+def _on_all_cores(shares: Sequence[_Share], end: float) -> Iterator[tuple[str, _DamageResult]]:
+    """Kind and result of each share that is done before `end`; one whose process dies is one file gone wrong."""
     for number, found in in_parallel(_damage_and_read, shares, cores(), is_stopped=lambda: time.monotonic() > end):
+        share = shares[number]
         if isinstance(found, UnderfootError):
-            yield _DamageResult(1, 0, 1, 0.0, 0, (f"{found} (share {number} of seed {seed})",))
-        else:
-            yield found
+            found = _DamageResult(1, 0, 1, 0.0, 0, (f"{found} (share {share.seed})",))
+        yield share.name, found
 
 
-def _line(name: str, found: Sequence[_DamageResult], progress: Progress) -> Outcome:
+def _outcome(name: str, found: Sequence[_DamageResult]) -> Outcome:
+    if not found:
+        return Outcome(name, 0, "no share was done in time; give more --seconds", False)
     times, refused, wrong, left = (
         sum(getattr(one, of) for one in found) for of in ("times", "refused", "wrong", "left")
     )
-    for line in sorted({line for one in found for line in one.lines}):
-        progress(f"stress: damaged {name}: {line}")
-    longest_s = max((one.longest_s for one in found), default=0.0)
+    longest_s = max(one.longest_s for one in found)
     text = f"{refused} refused in one line, {times - refused - wrong} read, {wrong} otherwise; "
     text += f"{longest_s:.2f} s at most, {left} handles left"
-    return Outcome(name, times, text, times > 0 and wrong == 0 and left <= 0)
+    return Outcome(name, times, text, wrong == 0 and left <= 0)
 
 
 def _damage_and_read(share: _Share) -> _DamageResult:

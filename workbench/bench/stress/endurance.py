@@ -23,7 +23,9 @@ from underfoot.patch.patch import Patch
 
 MORE_MB = 8.0
 """What memory may grow by, between the first tenth of a run and its end."""
-_BLOCK, _PARTS, _TILES = 1024, 10, 4
+MOST_N, MOST_OUTPUT = 1e-6, 1e-6
+"""How far force and output, of full scale, may be from those of a loop that began later."""
+_BLOCK, _PARTS, _SETTLED = 1024, 10, 400
 _PPM, _JITTER = 100.0, 0.001
 _CLOCK_DAYS = 1.0
 
@@ -35,28 +37,52 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _walked(seconds: float, progress: Progress) -> Outcome:
-    loop = Loop(
-        Patch.load(preset_files.patches()["gravel"], REGISTRY),
-        REGISTRY,
-        SimulatedFloor(default_floor(2, 2)),
-        LoopOptions(block=_BLOCK),
-    )
-    loop.send(Play(True))
-    memory, opened, finite = [], [], True
-    began = time.process_time()
+    loop = _walk_from(0)
+    memory, opened, force_n, output, finite = [resident_mb()], [open_file_count()], [0.0], [0.0], True
+    spent_s = 0.0
     for part in range(_PARTS):
+        began = time.process_time()
         for _ in range(round(seconds * RATE_HZ / _BLOCK / _PARTS)):
             loop.run(_BLOCK)
             finite = finite and bool(np.isfinite(loop.out).all())
+        spent_s += time.process_time() - began
         memory.append(resident_mb())
         opened.append(open_file_count())
-        progress(f"stress: {(part + 1) * seconds / _PARTS:.0f} s simulated, {memory[-1]:.1f} MB")
-    speed = loop.frame / RATE_HZ / max(time.process_time() - began, 1e-9)
-    grown, left = memory[-1] - memory[0], opened[-1] - opened[0]
-    found = f"{loop.frame / RATE_HZ / 3600.0:.2f} h at {speed:.0f} times real time; memory {memory[-1]:.0f} MB, "
-    found += f"{grown:+.1f} MB; handles {left:+d}"
-    good = finite and grown <= MORE_MB and left <= 0
+        for differences, difference in zip((force_n, output), _drift(loop), strict=True):
+            differences.append(difference)
+        progress(
+            f"stress: {(part + 1) * seconds / _PARTS:.0f} s simulated, {memory[-1]:.1f} MB, {opened[-1]} handles, "
+            f"{force_n[-1]:.3g} N and {output[-1]:.3g} of full scale from a floor that began just now"
+        )
+    speed = loop.frame / RATE_HZ / max(spent_s, 1e-9)
+    grown, left = memory[-1] - memory[1], opened[-1] - opened[1]
+    found = (
+        f"{loop.frame / RATE_HZ / 3600.0:.2f} h at {speed:.0f} times real time; memory {memory[0]:.1f} MB at first, "
+    )
+    found += f"{memory[1]:.1f} after a tenth, {memory[_PARTS // 2]:.1f} half-way, {memory[-1]:.1f} at the end; "
+    found += f"handles {left:+d}; {max(force_n):.3g} N and {max(output):.3g} of full scale from floors that began later"
+    good = finite and grown <= MORE_MB and left <= 0 and max(force_n) < MOST_N and max(output) < MOST_OUTPUT
     return Outcome("a walker on 4 tiles, simulated time", loop.frame, found, good)
+
+
+def _walk_from(frame: int) -> Loop:
+    """Gravel under a walker, from a session frame on."""
+    floor = SimulatedFloor(default_floor(2, 2))
+    floor.skip(frame)
+    patch = Patch.load(preset_files.patches()["gravel"], REGISTRY)
+    loop = Loop(patch, REGISTRY, floor, LoopOptions(block=_BLOCK, frame=frame))
+    loop.send(Play(True))
+    return loop
+
+
+def _drift(loop: Loop) -> tuple[float, float]:
+    """How far force (N) and output of the last block are from those of a loop that began a few seconds before it."""
+    fresh = _walk_from(max(loop.frame - _SETTLED * _BLOCK, 0))
+    while fresh.frame < loop.frame:
+        fresh.run(_BLOCK)
+    pairs = ((loop.intake.signals[0], fresh.intake.signals[0]), (loop.out, fresh.out))
+    force_n, output = (float(np.abs(old - new).max()) for old, new in pairs)
+    return force_n, output
 
 
 def _clock(progress: Progress) -> Outcome:

@@ -2,10 +2,11 @@
 
 import os
 import shutil
+import socket
 import subprocess
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 PROGRAMS = ("pulseaudio", "parec")
@@ -14,7 +15,7 @@ _FIRST_PLACES = (
     *("front-center", "lfe", "side-left", "side-right"),
 )
 """ALSA's order of the first eight channels; others would be mixed."""
-_START_S = 10.0
+_START_S = 60.0
 
 
 class NullSink:
@@ -39,7 +40,7 @@ class NullSink:
         with (self.folder / "pulseaudio.log").open("ab") as log:
             self._server = subprocess.Popen(["pulseaudio", *options, *modules], stdout=log, stderr=log, env=here)
         end = time.monotonic() + _START_S
-        while not self.socket.exists() and self._server.poll() is None and time.monotonic() < end:
+        while not self._answers() and self._server.poll() is None and time.monotonic() < end:
             time.sleep(0.02)
 
     def threads(self) -> list[int]:
@@ -52,6 +53,10 @@ class NullSink:
             self._server.terminate()
             self._server.wait()
         self.socket.unlink(missing_ok=True)
+
+    def _answers(self) -> bool:
+        with closing(socket.socket(socket.AF_UNIX)) as line:
+            return line.connect_ex(str(self.socket)) == 0
 
     @property
     def places(self) -> str:
