@@ -26,9 +26,11 @@ def test_laws_come_though_other_previews_were_asked_for_after_them(window):
     workspace.canvas.patch_scene.select([workspace.patch().nodes[0].id])
     Poll()(_seen(lambda: workspace.preview.laws.isVisible()), "laws are offered", seconds=LONG_MS / 1000)
     workspace.preview.laws.click()
-    assert workspace.preview.law_plots[0].drawing.note == "being made…"
-    plots = workspace.preview.law_plots
-    Poll()(_seen(lambda: plots[0].drawing.series), "the laws are drawn", seconds=LONG_MS / 1000)
+    view = workspace.preview.law_view
+    assert view.text.isVisible()
+    assert view.text.text() == "being made…"
+    Poll()(_seen(lambda: view.plots[0].isVisible()), "the laws are drawn", seconds=LONG_MS / 1000)
+    assert view.plots[0].drawing.series
 
 
 def _seen(holds):
