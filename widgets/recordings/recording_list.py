@@ -294,6 +294,7 @@ def summary_text(summary: Summary) -> str:
 def floor_text(floor: Floor) -> str:
     """A floor in a few signs.
 
+    >>> from underfoot.floor.layout import default_floor
     >>> floor_text(default_floor(2, 3))
     '2 × 3'
     """
