@@ -46,7 +46,13 @@ def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monk
     key(bench, Qt.Key.Key_P)
     qtbot.waitUntil(lambda: any(swap.command.anew for swap in bench.swaps))
     assert shown == [window.listening.tile]
-    window.listening.set_loop_length(0.4)
+    lengths_s = []
+    window.controller.preview_computed.connect(
+        lambda preview, _: lengths_s.append(len(preview.force_n) / preview.rate_hz)
+    )
+    QTest.keyClick(bench.listen_bar.length, Qt.Key.Key_Down)
+    assert bench.listen_bar.seconds == 0.5
+    qtbot.waitUntil(lambda: 0.5 in lengths_s)
     key(bench, Qt.Key.Key_L)
     assert bench.listen_bar.loop.isChecked()
     before = len(bench.swaps)
@@ -56,9 +62,11 @@ def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monk
 
     # A machine under load may build some too late.
     qtbot.waitUntil(lambda: len(asked()) > 2 and any(frame == due for due, frame in asked()))
-    assert {(later[0] - earlier[0]) % (0.4 * 48_000) for earlier, later in pairwise(asked())} == {0.0}
+    assert {(later[0] - earlier[0]) % (0.5 * 48_000) for earlier, later in pairwise(asked())} == {0.0}
     key(bench, Qt.Key.Key_L)
     assert not window.listening.is_looping
+    QTest.keyClick(bench.listen_bar.length, Qt.Key.Key_Up)
+    assert bench.listen_bar.seconds == 0.0
 
 
 def test_from_start_plays_where_it_was_stopped(window, bench, qtbot):
