@@ -1,4 +1,4 @@
-"""How strong a patch is: the peak acceleration of the plate under a footstep, by the thesis's rule (table 6.1)."""
+"""The level of a patch: its peak acceleration on the plate under a footstep, as in table 6.1 of the thesis."""
 
 from collections.abc import Callable
 
@@ -23,10 +23,10 @@ _QUIET_DB = -20.0
 
 
 def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[], bool] = lambda: False) -> float:
-    """The peak on the simulated plate under an adult's step, as table 6.1 takes it: the median over draws.
+    """Return the peak acceleration on the simulated plate under an adult's step, as the median over draws, in m/s^2.
 
-    The first draw is the patch's own, the others are of the seeds behind it. `BadMeasurement` for silence, and where it
-    `is_stopped`, which is asked before each step.
+    The first draw uses the patch's own seed, the others the following seeds. Raises `BadMeasurement` for silence, and
+    when `is_stopped` returns True, which is checked before each step.
     """
     peaks = []
     for seed in range(patch.seed, patch.seed + _DRAWS):

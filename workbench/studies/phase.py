@@ -1,10 +1,10 @@
-"""Where a study stands within a page."""
+"""Phases of a study's page."""
 
 from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """Where a runner stands within a page."""
+    """The state of a runner within a page."""
 
     PREPARING = "preparing"
     """Every patch of the protocol is played once, silently, so that none has to be compiled later."""

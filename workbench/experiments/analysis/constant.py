@@ -26,7 +26,7 @@ _COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
 def judged_more(row: Row) -> bool:
-    """Whether the comparison of a trial was judged greater in its factor.
+    """Return whether the participant judged the comparison of a trial as greater in its factor.
 
     >>> judged_more({"interval": "first", "comparison_at": "second", "judged_more": "not chosen"})
     True

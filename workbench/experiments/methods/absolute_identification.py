@@ -12,10 +12,10 @@ from underfoot.parameters import Choice, Count, Parameter, Text
 
 
 class AbsoluteIdentification(ListedMethod):
-    """Every stimulus `repeats` times in each of `sessions`, in an order of each person's own.
+    """Every stimulus `repeats` times in each of `sessions`, in an order drawn for each participant.
 
-    With `answers` one of them is chosen, and which is right is what the stimulus has as `correct`: several stimuli can
-    have the same. Without, it is the stimulus's number.
+    With `answers`, the participant chooses one of these words, and the right one is the stimulus's `correct`; several
+    stimuli can share a right answer. Without `answers`, the right answer is the number of the stimulus.
     """
 
     kind, name = "absolute-identification", "Absolute identification"
@@ -52,5 +52,5 @@ class AbsoluteIdentification(ListedMethod):
 
     @classmethod
     def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
-        """One of the words; a stimulus without would be in no share."""
+        """Return the words; every stimulus needs one, because rates are shares of right answers."""
         return tuple(given["answers"])
