@@ -16,7 +16,7 @@ Point = tuple[float, float]
 
 
 def is_curve(parameter: Parameter) -> bool:
-    """Whether a parameter's rows are points of a curve: a place along it, and a value."""
+    """Return whether a parameter's rows are points of a curve: a position and a value."""
     return isinstance(parameter, Rows) and [n.split()[-1] for n, _, _ in parameter.columns] == ["%", "value"]
 
 
@@ -40,7 +40,7 @@ class Curve(HandlePad):
         self.update()
 
     def place(self, point: Point) -> QPointF:
-        """Where in the picture a point stands."""
+        """Return the position of a point in the picture, in pixels."""
         area = self.area()
         across = (point[0] - self._left) / (self._right - self._left)
         up = (point[1] - self._low) / (self._high - self._low)
@@ -81,7 +81,7 @@ class Curve(HandlePad):
         self.emit_changed()
 
     def _set(self, index: int, point: Point) -> None:
-        """A point between its neighbours: the order stays."""
+        """Set a point, limited to the range between its neighbours."""
         x, y = self._clamped(point)
         if index > 0:
             x = max(x, self._points[index - 1][0])

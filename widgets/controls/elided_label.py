@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLabel
 
 
 class ElidedLabel(QLabel):
-    """Takes the room that there is; what is cut is in the tooltip."""
+    """A label that uses the available width; the tooltip has the full text if it is elided."""
 
     def __init__(self, role: str = "") -> None:
         super().__init__()

@@ -25,7 +25,7 @@ MAX_ROWS_SHOWN = 8
 
 
 class RowsEditor(ParameterEditor):
-    """Rows of numbers as a table; the last row is new."""
+    """Rows of numbers as a table; the last, empty row adds one."""
 
     TABLE_ROW = 1
     """Where in the grid the table is: heirs put a picture above it."""
@@ -99,7 +99,7 @@ class RowsEditor(ParameterEditor):
 
 
 def heading(name: str) -> str:
-    """A column's name with its unit, which comes last, on a line of its own.
+    """Return a column's name with its unit on a second line.
 
     >>> heading("decay 1/s"), heading("attack")
     ('decay\\n1/s', 'attack\\n')
@@ -109,7 +109,7 @@ def heading(name: str) -> str:
 
 
 class TilesEditor(ParameterEditor):
-    """Which tiles: a button for all, and one for each that is known."""
+    """A choice of tiles: a button for all, and one for each known tile."""
 
     MAX_BUTTONS = 16
 

@@ -23,12 +23,12 @@ _SEMITONE, _DECAY_STEP = 2.0 ** (1.0 / 12.0), 1.1
 
 
 def is_modes(parameter: Parameter) -> bool:
-    """Whether a parameter's rows are modes."""
+    """Return whether a parameter's rows are modes."""
     return isinstance(parameter, Rows) and [n for n, _, _ in parameter.columns[:2]] == ["frequency Hz", "decay 1/s"]
 
 
 def gain_db(mode: Mode) -> float:
-    """How strong a mode is, in dB: of its amplitude, or of shape squared over mass, to 1.
+    """Return the gain of a mode in dB re 1: its amplitude, or its squared mode shape over modal mass.
 
     >>> gain_db((180.0, 90.0, -10.0)), round(gain_db((92.0, 22.0, 0.5, 1.0)), 2)
     (20.0, 6.02)
@@ -38,7 +38,7 @@ def gain_db(mode: Mode) -> float:
 
 
 def with_gain(mode: Mode, db: float) -> Mode:
-    """The mode at another gain: by its amplitude, or by its shape at the struck point.
+    """Return the mode with another gain, by its amplitude, or by its mode shape at the struck point.
 
     >>> with_gain((180.0, 90.0, -1.0), -20.0)
     (180.0, 90.0, -0.1)
@@ -49,7 +49,7 @@ def with_gain(mode: Mode, db: float) -> Mode:
 
 
 class ModesSpectrum(HandlePad):
-    """Frequency from left to right, gain upwards; the wider a partial's peak is, the faster it decays."""
+    """Frequency from left to right, gain upwards; a mode with a wider peak decays faster."""
 
     HEIGHT_PX = 152
 
@@ -73,7 +73,7 @@ class ModesSpectrum(HandlePad):
         self.update()
 
     def place(self, frequency_hz: float, db: float) -> QPointF:
-        """Where in the picture a partial stands."""
+        """Return the position of a mode in the picture, in pixels."""
         area = self.area()
         across = math.log(frequency_hz / LOWEST_HZ) / self._extent
         up = (db - MIN_DB) / (MAX_DB - MIN_DB)
@@ -86,7 +86,7 @@ class ModesSpectrum(HandlePad):
         return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._modes]
 
     def _value_at(self, place: QPointF) -> tuple[float, float]:
-        """Frequency and gain at a place."""
+        """Return frequency in Hz and gain in dB at a position."""
         area = self.area()
         across = min(max((place.x() - area.x()) / area.width(), 0.0), 1.0)
         up = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)
@@ -158,7 +158,7 @@ class ModesSpectrum(HandlePad):
             self._paint_peak(painter, mode, i == self.chosen)
 
     def _paint_peak(self, painter: QPainter, mode: Mode, is_chosen: bool) -> None:
-        """A line down from the partial, as wide at its foot as the resonance is at half its power."""
+        """Paint a peak below the handle, whose base is the half-power bandwidth of the resonance."""
         top = self.place(mode[FREQUENCY], gain_db(mode))
         half = mode[DECAY] / (2.0 * math.pi)
         left = self.place(max(mode[FREQUENCY] - half, LOWEST_HZ), MIN_DB)

@@ -11,7 +11,7 @@ KNOB_PX = 5.0
 
 
 class Slider(QSlider):
-    """A place from 0 to 1. `moved` follows every change made by a person, `drag_began` comes before a new one."""
+    """A position from 0 to 1. `moved` follows every change by the user; `drag_began` precedes a new series."""
 
     moved = Signal(float)
     drag_began = Signal()
@@ -52,7 +52,7 @@ class Slider(QSlider):
         self.update()
 
     def update_colours(self) -> None:
-        """Be filled in what the colour is now."""
+        """Update the fill to the current colours."""
         self._accent = theme.current_colour(self._accent)
 
     def set_range_shown(self, band: tuple[float, float] | None) -> None:
@@ -92,7 +92,7 @@ class Slider(QSlider):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        # Wheeling through a list of sliders must not move the one under the mouse.
+        # Scrolling a list of sliders must not move the one under the mouse.
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -107,7 +107,7 @@ class Slider(QSlider):
         room = self.width() - 2 * KNOB_PX
         value = round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS)
         if not self._is_set and value == self.value():
-            self._changed(value)  # Qt reports only another value
+            self._changed(value)  # Qt reports only changed values
         self.setValue(value)
         event.accept()
 

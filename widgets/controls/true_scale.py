@@ -26,7 +26,8 @@ _DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 @dataclass(frozen=True)
 class Placement:
-    """How a picture lies on the screen: scale, middle in metres right of and above the screen's, degrees turned left.
+    """The placement of a picture on the screen: scale, offset from the screen's centre in metres (right and up),
+    rotation to the left in degrees.
 
     >>> Placement(scale=100.0).limited().scale, Placement(turn_deg=181.0).limited().turn_deg
     (20.0, -179.0)
@@ -43,8 +44,9 @@ class Placement:
 
 
 class TrueScaleWindow(QWidget):
-    """Plus and minus scale what is shown, arrows move it, comma and period turn it, with Ctrl finer; 0 resets, Escape
-    closes."""
+    """A window at true scale. Plus and minus scale, arrows move, comma and period rotate; Ctrl makes steps finer; 0
+    resets, Escape closes.
+    """
 
     adjusted = Signal(object)
     """The new `Placement`."""
@@ -72,16 +74,16 @@ class TrueScaleWindow(QWidget):
         return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.placement.scale
 
     def to_pixels(self) -> QTransform:
-        """From metres around what is in the middle, y upwards, to the view's pixels."""
+        """Return the transform from metres about the centre, y upwards, to pixels of the view."""
         moved = QTransform.fromTranslate(self.width() / 2, self.height() / 2).scale(self.px_per_m, -self.px_per_m)
         return moved.translate(*self.placement.at_m).rotate(self.placement.turn_deg)
 
     def place(self, at_m: tuple[float, float]) -> QPointF:
-        """A place around what is in the middle, y upwards, in the view's pixels."""
+        """Return a point, in metres about the centre with y upwards, in pixels of the view."""
         return self.to_pixels().map(QPointF(*at_m))
 
     def hint(self, more: str) -> str:
-        """How it is scaled, moved and turned, and the keys for that; `more` are keys besides."""
+        """Return scale, offset and rotation as text, with their keys; `more` are further keys."""
         right, up = (quantity(part, "m") if part else "0 mm" for part in self.placement.at_m)
         return (
             f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)      "

@@ -1,4 +1,4 @@
-"""A form of declared fields over the values of a document: a row a field, and every change is written at once."""
+"""A form of declared fields for the values of a document: one row per field; changes are written at once."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -23,10 +23,10 @@ LONG_TEXTS = ("about", "text")
 
 
 class FieldRows(QWidget):
-    """Shows `parameters` with their `values`, and writes what is set into `values`.
+    """Shows `parameters` with their `values`, and writes edits into `values`.
 
-    What cannot be read as what a field wants is written as it was typed: whoever checks the document says why it cannot
-    be. `stimuli` are the names to choose from.
+    Text that is not a valid value is stored as typed; the check of the document reports it. `stimuli` are the names to
+    choose from.
     """
 
     changed = Signal(str)
@@ -130,7 +130,7 @@ class FieldRows(QWidget):
 
 
 def parsed_value(parameter: Parameter, typed: str) -> Any:
-    """What was typed, as the value that a field wants; as text where it cannot be that.
+    """Return the value of typed text, or the text itself if it is not a valid value.
 
     >>> parsed_value(Count(1, 1, 9), "4"), parsed_value(Count(1, 1, 9), "many")
     (4, 'many')
@@ -166,7 +166,7 @@ def parsed_value(parameter: Parameter, typed: str) -> Any:
 
 
 def value_text(parameter: Parameter, value: Any) -> str:
-    """A value as `read` takes it.
+    """Return a value as text that `parsed_value` reads.
 
     >>> value_text(TextLine(), ["yes, always", "no"]), value_text(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
     ('yes, always; no', '1, 2.5; 3, 4')

@@ -21,7 +21,7 @@ _WORDS = {
 
 
 class ExportDialog(QDialog):
-    """Which format, and which vibration where it carries one kind; says what it does not carry."""
+    """Choice of the format, and of the vibration signal if the format has only one; lists what the format omits."""
 
     wanted = Signal(str, str)
     """Suffix, and one of `VIBRATION`."""
@@ -75,7 +75,7 @@ class ExportDialog(QDialog):
 
 
 class Exporting(QWidget):
-    """One export at a time; shows nothing of itself but its dialogs."""
+    """Runs one export at a time; its only display is its dialogs."""
 
     progressed = Signal(str)
     """What is being done, in words; "" for nothing."""
@@ -113,7 +113,7 @@ class Exporting(QWidget):
         self.progressed.emit("Exporting…")
 
     def stop(self) -> None:
-        """Stop what is being written; nothing is left of it."""
+        """Stop the export and delete the partial file."""
         if self._process is not None:
             self._process.send("stop")
             self.progressed.emit("Stopping…")

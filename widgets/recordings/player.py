@@ -19,7 +19,7 @@ from underfoot.widgets.session.open_patch import OpenPatch
 
 
 class RecordingPlayer(QObject):
-    """Takes the controller's target for as long as it plays, and gives it back."""
+    """Replaces the controller's target during playback, and restores it afterwards."""
 
     moved = Signal(float)
     """Seconds of the recording that are played now; NaN when it has ended."""
@@ -37,7 +37,7 @@ class RecordingPlayer(QObject):
 
     @property
     def is_playing(self) -> bool:
-        """Whether a recording is played, or about to be."""
+        """Whether a recording is playing, or about to play."""
         return self._target_before is not None
 
     def play(self, opened: OpenedRecording, begin_s: float, end_s: float, recorded_patch: bool) -> None:
@@ -92,7 +92,7 @@ class RecordingPlayer(QObject):
         return replace(plain, accelerometers=(), round_trip_frames=0, stretch_s=self._stretch_s)
 
     def _note_target(self, target: Target) -> None:
-        """Another target was chosen meanwhile: that one stays."""
+        """Keep a target that the user chose during playback."""
         if self._target_before is not None and (self._target is None or target.source != self._target.source):
             self._target_before = self._target = None
             self._controller.edit(self._open_patch.patch, self._open_patch.folder)

@@ -23,7 +23,7 @@ _FILTERS = ("person", "side", "tile")
 
 
 class RecordedSteps(QWidget):
-    """All steps of a recording. Those that the filters let through are in the table and in the picture."""
+    """All steps of a recording. The table and the picture show those that match the filters."""
 
     chosen = Signal(int)
     """The number of a step in the list that `show_steps` was given."""
@@ -98,7 +98,7 @@ class RecordedSteps(QWidget):
 
     @property
     def every(self) -> int:
-        """How many steps it was given."""
+        """The number of all steps."""
         return len(self._steps)
 
     def choose(self, number: int) -> None:
@@ -111,7 +111,7 @@ class RecordedSteps(QWidget):
         self._draw()
 
     def matching(self, steps: Sequence[Stance]) -> list[int]:
-        """The numbers of those that the filters let through."""
+        """Return the indices of the steps that match the filters."""
         wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
         return [
             number
@@ -120,11 +120,11 @@ class RecordedSteps(QWidget):
         ]
 
     def visible_steps(self) -> list[Step]:
-        """The steps that are shown."""
+        """Return the steps that match the filters."""
         return [self._steps[number].step for number in self._visible]
 
     def copy(self) -> None:
-        """Put the selected steps, or all that are shown, on the clipboard, as CSV."""
+        """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
         steps = self.table.selected_steps() or self.table.steps_in_order()
         QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
         self.notified.emit(f"{len(steps)} steps were copied as CSV.")
@@ -158,7 +158,7 @@ class RecordedSteps(QWidget):
 
 
 def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None) -> Drawing:
-    """Curves of stance over one another, their mean, and a band of one standard deviation about it.
+    """Return a drawing of stance curves, with their mean and a band of one standard deviation.
 
     >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
     ['± 1 SD', 'mean of 2']

@@ -12,7 +12,7 @@ POLL_MS = 100
 
 
 class Surveyor(QObject):
-    """One recording at a time."""
+    """Surveys one recording at a time, in a process."""
 
     progressed = Signal(object)
     """`Progress`."""
@@ -45,7 +45,7 @@ class Surveyor(QObject):
         self._timer.stop()
         process, self._process = self._process, None
         if process is not None:
-            process.kill()  # what it writes is moved into place, or a table that is gone on with
+            process.kill()  # safe to kill: files are moved into place, and tables are resumed
             process.end(0.0)
 
     def _poll(self) -> None:

@@ -36,7 +36,7 @@ _SCROLL_STEPS = 10_000
 
 
 class Axis(QWidget):
-    """The picture of a recording over time, with its cursor and a selected stretch."""
+    """The picture of a recording over time, with its cursor and a selected range."""
 
     cursor_moved = Signal(float)
     """Seconds of the recording."""
@@ -66,7 +66,7 @@ class Axis(QWidget):
         self._drag = ""
         self._from_s = self._from_x = 0.0
 
-    # --- what it shows ---
+    # --- display ---
 
     def show_content(self, content: RecordingContent | None, note: str = "") -> None:
         """Show another recording, from its beginning to its end; `note` says why there is none."""
@@ -77,11 +77,11 @@ class Axis(QWidget):
         self.view_changed.emit()
 
     def update_colours(self) -> None:
-        """Paint all anew."""
+        """Repaint in the current colours."""
         self._picture = None
 
     def redraw(self) -> None:
-        """There is more to be shown than there was."""
+        """Repaint after the recording has grown."""
         self._picture = None
         self.update()
 
@@ -92,7 +92,7 @@ class Axis(QWidget):
 
     @property
     def seconds_per_px(self) -> float:
-        """How long a pixel is."""
+        """Seconds per pixel."""
         return (self.view.end_s - self.view.begin_s) / max(self.width() - GUTTER_PX, 1)
 
     def set_view(self, begin_s: float, end_s: float) -> None:
@@ -118,7 +118,7 @@ class Axis(QWidget):
         self.set_view(0.0, self.length_s)
 
     def scroll(self, share: float) -> None:  # type: ignore[override]
-        """Go on by a share of what is seen."""
+        """Scroll by a share of the visible range."""
         span_s = self.view.end_s - self.view.begin_s
         self.set_view(self.view.begin_s + share * span_s, self.view.end_s + share * span_s)
 
@@ -132,7 +132,7 @@ class Axis(QWidget):
         self.update()
 
     def set_playing(self, time_s: float) -> None:
-        """Show what is being played; NaN for nothing. What is seen goes on with it where it was in sight."""
+        """Show the playback position; NaN for none. The view follows it if it was visible."""
         view, before_s, self.playing_s = self.view, self.playing_s, time_s
         if view.begin_s <= before_s <= view.end_s and (time_s < view.begin_s or time_s > view.end_s):
             self.set_view(time_s, time_s + view.end_s - view.begin_s)
@@ -163,16 +163,16 @@ class Axis(QWidget):
             self.redraw()
             self.view_changed.emit()
 
-    # --- places ---
+    # --- positions ---
 
     def time_at(self, x: float) -> float:
-        """The time under a pixel."""
+        """Return the time at the pixel `x`, in seconds."""
         tracks = self._painter()
         share = (x - tracks.left) / (tracks.right - tracks.left)
         return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
 
     def position_of(self, time_s: float, track: str) -> QPointF:
-        """Where a time is in a lane, in pixels."""
+        """Return the position of a time in a track, in pixels."""
         tracks = self._painter()
         return QPointF(tracks.x(time_s), 0.5 * (tracks.tracks[track].top + tracks.tracks[track].bottom))
 
@@ -194,7 +194,7 @@ class Axis(QWidget):
             in_ruler = at.y() < RULER_PX or bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._drag = "select" if in_ruler else "scrub"
             if self._drag == "scrub" and self._choose_at(at):
-                self._drag = ""  # the cursor is at the step's beginning
+                self._drag = ""  # set the cursor to the step's beginning
             elif self._drag == "scrub":
                 self.set_cursor(self._from_s, follow=False)
 
@@ -260,7 +260,7 @@ class Axis(QWidget):
             )
 
     def handle_key(self, key: Qt.Key, shift: bool = False) -> bool:
-        """Do what a key says; whether it says anything."""
+        """Handle a key; return whether it had an effect."""
         fine_s = 0.001 if shift else 5.0 * self.seconds_per_px
         acts = {
             Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
@@ -286,8 +286,9 @@ class Axis(QWidget):
         return True
 
     def _next_step(self, direction: int) -> None:
-        """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next. What is
-        filtered out is passed over."""
+        """Select the step after the selected one (`direction` 1) or before it (-1). If that one is not at the cursor,
+        start from the cursor. Steps that do not match the filters are skipped.
+        """
         if self.content is None or not self.content.visible_steps:
             return
         numbers = sorted(self.content.visible_steps, key=self._start_s)

@@ -59,7 +59,7 @@ _MARGIN = 0.6
 
 
 class RecordingsWorkspace(Workspace):
-    """Shows recordings; nothing of it waits for a file."""
+    """Shows recordings; it never waits for a file."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
@@ -114,7 +114,7 @@ class RecordingsWorkspace(Workspace):
     # --- the recording ---
 
     def open(self, path: Path) -> None:
-        """Open a recording; what is wrong with it is said."""
+        """Open a recording; show errors."""
         self._close_recording()
         self.axis.show_content(None, f"Opening {path.name}…")
         self.title.setText(path.stem)
@@ -149,7 +149,7 @@ class RecordingsWorkspace(Workspace):
         folder = opened.about.get("target", "")
         length, tiles = time_text(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
-        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
+        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
         self.facts.set_full_text(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.follower.follow(opened.path)
@@ -161,7 +161,7 @@ class RecordingsWorkspace(Workspace):
         self.axis.set_cursor(0.0)
 
     def _show_extended(self, opened: OpenedRecording) -> None:
-        """The recording goes on; what is seen follows it where its end was seen."""
+        """Show a recording that has grown; follow its end if that was visible."""
         content, view = self.content, self.axis.view
         if content is None or content.opened.path != opened.path:
             return
@@ -215,7 +215,7 @@ class RecordingsWorkspace(Workspace):
         if self.content is None:
             self.axis.show_content(None, why)
 
-    # --- what is seen of it ---
+    # --- the visible part ---
 
     def _request_detail(self) -> None:
         content, view = self.content, self.axis.view
@@ -275,7 +275,7 @@ class RecordingsWorkspace(Workspace):
             self.axis.redraw()
 
     def _choose_step(self, number: int) -> None:
-        """A step was chosen, on the axis or in the table: its curve, its time and its tile."""
+        """Show the curve, time and tile of a step selected on the axis or in the table."""
         if self.content is None:
             return
         step = self.content.steps[number].step
@@ -285,7 +285,7 @@ class RecordingsWorkspace(Workspace):
         self.axis.set_cursor(step.start_s)
         self.axis.select(step.start_s, step.start_s + 1e-3 * step.contact_ms)
 
-    # --- what the person does ---
+    # --- actions of the user ---
 
     def mark(self) -> None:
         """Mark the cursor's time, in the recording."""

@@ -61,7 +61,7 @@ def jobs_of(
 
 
 def simulate(job: Job) -> list[EstimateRow]:
-    """Return the estimates of a job's people. It is a module-level function of plain data, so any process can run it."""
+    """Return the estimates of a job's people. A module-level function of plain data, which any process can run."""
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
     how, found = job.conditions, list[EstimateRow]()
     for person in range(job.first, job.end):

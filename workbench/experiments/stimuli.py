@@ -72,7 +72,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return patch.set(node, parameter, now * factor, registry)
 
     def check(self, place: str, registry: Registry, folder: Path | None, limit_m_s2: float) -> None:
-        """Raise `BadValue` if the patch is missing, or a setting or level is invalid; `place` is the stimulus's place."""
+        """Raise `BadValue` if the patch is missing, or a setting or level is invalid. `place` begins the message."""
         for name, value in self.factors.items():
             good = not isinstance(value, float) or math.isfinite(value)
             require(good and bool(name), f"{place}.factors.{name}", value, "text or finite numbers")
@@ -109,7 +109,7 @@ def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) 
 
 
 def usually_scaled(parameters: Container[str]) -> str:
-    """Return the parameter, "node.parameter", to which acceleration is probably proportional; "" for none.
+    """Return the parameter, "node.parameter", to which acceleration is most likely proportional, or "".
 
     >>> usually_scaled({"gain.gain": 1.0, "noise.level": 1.0})
     'gain.gain'

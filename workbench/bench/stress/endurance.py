@@ -29,7 +29,7 @@ _CLOCK_DAYS = 1.0
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A walker on four tiles for `seconds` of the session; a device's clock for a day."""
+    """Yield the results of a walker on four tiles for `seconds` of session time, and of a device's clock for a day."""
     yield _walked(effort.length_s(120.0), progress)
     yield _clock(progress)
 
@@ -60,7 +60,7 @@ def _walked(seconds: float, progress: Progress) -> Outcome:
 
 
 def _clock(progress: Progress) -> Outcome:
-    """A device whose second lasts 100 ppm longer, with 1 ms of jitter on its way, for a day at 1 kHz."""
+    """Test a device whose clock is 100 ppm slow, with 1 ms of jitter, for a day at 1 kHz."""
     clocks = DeviceClocks(1, float(RATE_HZ))
     hours = round(24 * _CLOCK_DAYS)
     drifts, errors_ms = [], []
@@ -79,7 +79,7 @@ def _clock(progress: Progress) -> Outcome:
 
 @kernel
 def _observed(table: NDArray[np.void], first: int, end: int, key: int, rate: float) -> float:
-    """Samples of the device, a millisecond apart; how far from the truth the last one is put, in frames."""
+    """Add the device's samples, 1 ms apart; return the timing error of the last one, in frames."""
     for i in range(first, end):
         sent = 1e-3 * i * (1.0 + _PPM * 1e-6)
         observe(table[0], 0, 1000.0 * i, rate * (sent + _JITTER * uniform(key, i)), rate)
@@ -88,7 +88,7 @@ def _observed(table: NDArray[np.void], first: int, end: int, key: int, rate: flo
 
 
 def resident_mb() -> float:
-    """Memory that this process holds; 0 where the system does not tell."""
+    """Return the resident memory of this process in MB; 0 if the system does not report it."""
     status = Path("/proc/self/status")
     if not status.exists():
         return 0.0

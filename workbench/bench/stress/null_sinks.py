@@ -18,7 +18,7 @@ _START_S = 10.0
 
 
 class NullSink:
-    """A PulseAudio server of its own with a sink that goes nowhere; `module` is what makes the sink."""
+    """A separate PulseAudio server with a null sink; `module` is the module that creates the sink."""
 
     module = "module-null-sink norewinds=1"
 
@@ -43,7 +43,7 @@ class NullSink:
             time.sleep(0.02)
 
     def threads(self) -> list[int]:
-        """The server's threads."""
+        """Return the ids of the server's threads."""
         return [int(name) for name in os.listdir(f"/proc/{self._server.pid}/task")] if self._server is not None else []
 
     def stop(self) -> None:
@@ -60,13 +60,13 @@ class NullSink:
 
 
 def is_possible() -> bool:
-    """Whether PulseAudio is installed."""
+    """Return whether PulseAudio is installed."""
     return all(map(shutil.which, PROGRAMS))
 
 
 @contextmanager
 def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list[NullSink], dict[str, str]]]:
-    """A sink for each name, and the environment in which PortAudio has it; the first is its default device, too."""
+    """Yield a sink per name, and the environment in which PortAudio lists them; the first is the default device."""
     sinks = [NullSink(folder, name, count) for name, count in channels.items()]
     with served(folder, sinks) as environment:
         yield sinks, environment

@@ -27,14 +27,14 @@ _STILL_S = 1.0
 
 @dataclass(frozen=True)
 class OutputAfterKill:
-    """The frames that were written in all, and how long sound went on after a kill."""
+    """The total number of frames written, and the duration of sound after a kill."""
 
     written: int
     played_on_s: float
 
 
 class Program:
-    """A program in a process and session of its own."""
+    """A program in a separate process and process session."""
 
     def __init__(self, command: list[str], folder: Path, tiles: int) -> None:
         self._errors = (folder / "errors.txt").open("w+b")
@@ -49,13 +49,13 @@ class Program:
 
     @staticmethod
     def of_session(record: Path) -> "Program":
-        """A session that plays a tone and records it."""
+        """Return a program that plays a tone and records it."""
         code = f"from underfoot.bench.stress.programs import play; play({str(record)!r})"
         return Program([sys.executable, "-c", code], record.parent, len(FLOOR.tiles))
 
     @staticmethod
     def of_window(folder: Path) -> "Program":
-        """The window, which plays a tone."""
+        """Return a window that plays a tone."""
         tone().save(folder / "tone.json")
         FLOOR.save(folder / "floor.json")
         options = ["--patch", str(folder / "tone.json"), "--floor", str(folder / "floor.json")]
@@ -88,11 +88,11 @@ class Program:
         return OutputAfterKill(before, max(self._sounded() - at, 0) / _RATE)
 
     def left(self, within_s: float) -> list[int]:
-        """Its processes that still live after so long."""
+        """Return the ids of its processes that are still alive after `within_s` seconds."""
         return _waited(self._alive, within_s)
 
     def blocks(self) -> list[str]:
-        """Its blocks of shared memory that are still there after a while."""
+        """Return the names of its shared memory blocks that remain after a wait."""
         return _waited(lambda: [path.name for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*")], 5.0)
 
     def remove_blocks(self) -> None:
@@ -100,12 +100,12 @@ class Program:
         remove_orphans()
 
     def said(self) -> str:
-        """The last line of its errors."""
+        """Return the last line of its standard error."""
         self._errors.seek(0)
         return (self._errors.read().decode(errors="replace").strip().splitlines() or [""])[-1]
 
     def end(self) -> None:
-        """End what is left of it."""
+        """Kill its remaining processes."""
         for pid in self._alive():
             os.kill(pid, signal.SIGKILL)
         self._process.wait()
@@ -113,7 +113,7 @@ class Program:
         self._errors.close()
 
     def _alive(self) -> list[int]:
-        """The processes of its session: nobody else can have this number."""
+        """Return the ids of the processes of its session; the session number is unique."""
         found = []
         for path in Path("/proc").glob("[0-9]*/stat"):
             try:
@@ -134,7 +134,7 @@ class Program:
                 self._rings.append(np.memmap(path, np.uint8, "r"))
 
     def _sounded(self) -> int:
-        """The frame behind the last that was not silent, in any of its rings."""
+        """Return the frame after the last non-silent one in any of its rings."""
         self._find_rings()
         found = 0
         for ring in self._rings:
@@ -147,7 +147,7 @@ class Program:
 
 
 class CpuIdle:
-    """Tells whether processes have waited, without running, for a second of looks: what they had to load is loaded."""
+    """Detects that processes have used no processor time for a second of polls, so that loading is finished."""
 
     def __init__(self) -> None:
         self._seen: dict[int, tuple[int, float]] = {}
@@ -166,7 +166,7 @@ class CpuIdle:
 
 
 def _has_begun(record: Path) -> bool:
-    """Whether the log beside a recording has blocks in it."""
+    """Return whether the log beside a recording contains blocks."""
     log = record.with_name(f"{record.name}-wal")
     return log.exists() and log.stat().st_size > 100_000
 
@@ -176,7 +176,7 @@ def _written(ring: np.memmap) -> int:
 
 
 def _waited(found: Callable[[], list], within_s: float) -> list:
-    """What there is once there is nothing, or after so long."""
+    """Poll `found` until it returns an empty list, or for `within_s` seconds; return the last list."""
     end = time.monotonic() + within_s
     while (now := found()) and time.monotonic() < end:
         time.sleep(0.05)
@@ -190,7 +190,7 @@ def _cache() -> Path:
 
 
 def play(record: str) -> None:
-    """What `Program.of_session` runs: it plays until it is killed."""
+    """Play until killed; the main function of `Program.of_session`."""
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     session.record(record)
     session.start()

@@ -31,15 +31,16 @@ _CONSTANT = Stimulus(patch="stimulus-wc", scaled_by="gain.gain", measured_m_s2=2
 
 @dataclass
 class _Times:
-    """Of each trial, in seconds: from the first force of its step to its first vibration frame, and how long it took
-    to take its answer down until it was on the disk."""
+    """Times of each trial in seconds: from a step's first force to the first vibration frame, and of storing the answer
+    on disk.
+    """
 
     onset_s: list[float] = field(default_factory=list)
     on_disk_s: list[float] = field(default_factory=list)
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A line for onsets, and one for answers."""
+    """Yield a line for onsets, and one for answers."""
     wanted = min(effort.count(30), _MOST_BLOCKS)
     times = _Times()
     with tempfile.TemporaryDirectory() as folder:
@@ -54,7 +55,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
-    """Median, what 95 and 99 of 100 stay below, and the largest."""
+    """Return median, 95th and 99th percentile and maximum as text."""
     there = values_s[np.isfinite(values_s)]
     if not len(there):
         return "never"
