@@ -42,7 +42,7 @@ class CalibrationKind:
 
 
 def by_hand(target: Target) -> bool:
-    """Whether a person presses, because the target is hardware."""
+    """Return whether a person presses the tile, because the target is hardware."""
     return target.kind not in ("simulator", "replay")
 
 

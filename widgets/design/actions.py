@@ -1,4 +1,4 @@
-"""What can be done on the canvas, with its keys; and the menus that offer it. They know of no canvas."""
+"""Actions of the canvas with their keys, and the menus that offer them; independent of the canvas class."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -71,7 +71,7 @@ MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
 
 
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
-    """The actions by name, each with its handler. Their keys work while `canvas` has the focus."""
+    """Return the actions by name, connected to their handlers. Their keys work while `canvas` has the focus."""
     made = {}
     for name, text, keys in ACTIONS:
         action = QAction(text, canvas)
@@ -104,7 +104,7 @@ class Selection(NamedTuple):
 def context_menu(
     canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Selection
 ) -> QMenu:
-    """The menu for what is chosen; it goes away when it is closed. `add` asks for a new node."""
+    """Return the menu for the selection, deleted on closing. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     menu.addAction("Add a node…", add).setShortcut("/")
@@ -142,7 +142,7 @@ def context_menu(
 def connect_menu(
     canvas: QWidget, patch: Patch, registry: Registry, node: str, connect: Callable[[str, str], object]
 ) -> QMenu:
-    """Every input that the outputs of `node` may go to: wiring without a mouse. `connect` takes source and target."""
+    """Return a menu of all inputs that the outputs of `node` can be wired to. `connect` takes source and target."""
     type = registry[patch.node(node).type]
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -18,9 +18,9 @@ ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind 
 
 
 class FirstSteps(QFrame):
-    """A strip with one step at a time, while it is `is_wanted`. `done` when all were, or the person has put it away.
+    """A strip with one step at a time, while it `is_wanted`. `done` is emitted after the last one, or on dismissal.
 
-    It has a place of its own: a card over the canvas hid nodes in a small window.
+    It has its own row, because a card over the canvas hid nodes in a small window.
     """
 
     done = Signal()
@@ -50,11 +50,11 @@ class FirstSteps(QFrame):
 
     @property
     def remaining(self) -> list[str]:
-        """The steps that were not done yet."""
+        """The steps that are not done yet."""
         return [name for name in STEPS if name not in self._done]
 
     def mark_done(self, step: str) -> None:
-        """One of `STEPS` was done."""
+        """Mark one of `STEPS` as done."""
         if step not in self._done:
             self._done.add(step)
             self._show_next()

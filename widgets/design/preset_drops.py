@@ -12,7 +12,7 @@ _DRAGS = (QEvent.Type.DragEnter, QEvent.Type.DragMove, QEvent.Type.Drop)
 
 
 def dragged(path: Path) -> QMimeData:
-    """What is dragged of a preset.
+    """Return the drag data of a preset.
 
     >>> dragged(Path("ice.json")).data(MIME).data()
     b'ice.json'
@@ -30,7 +30,7 @@ class PresetDrops(QObject):
         self._takers: dict[QObject, Callable[[Path], object]] = {}
 
     def accept_on(self, widget: QWidget, take: Callable[[Path], object]) -> None:
-        """A preset that is dropped on this widget goes to `take`."""
+        """Pass a preset that is dropped on this widget to `take`."""
         self._takers[widget] = take
         widget.setAcceptDrops(True)
         widget.installEventFilter(self)

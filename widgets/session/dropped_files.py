@@ -58,5 +58,5 @@ class DroppedFiles(QObject):
 
 
 def local_files(data: QMimeData) -> list[Path]:
-    """The files of this computer that are dragged, or were copied in a file manager."""
+    """Return the local files that are dragged, or were copied in a file manager."""
     return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]

@@ -42,7 +42,7 @@ class SettingsFile(QObject):
         self._writer.shutdown()
 
     def _write_changes(self) -> None:
-        """In a thread, because disks can be slow. What cannot be written is said when the window closes."""
+        """Write changes, in a thread because disks can be slow; an error is reported when the window closes."""
         if self._written != (encoded := self.settings.encoded()):
             self._written = encoded
             self._writer.submit(Settings.write, encoded, self._folder)

@@ -109,7 +109,7 @@ class Recorder:
     """
 
     def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
-        """`rings` has the names of the recording's tables as keys."""
+        """Create the recorder; the keys of `rings` are the names of the recording's tables."""
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
@@ -162,7 +162,7 @@ class Recorder:
         return lines
 
     def death(self) -> str | None:
-        """None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
+        """Return None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
         if self._process.is_alive:
             return None
         failed = self._process.has_failed

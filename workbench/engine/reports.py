@@ -1,4 +1,4 @@
-"""Reports to whoever opened a session: from the engine, the compiler and the supervisor. Plain frozen data."""
+"""Reports from the engine, the compiler and the supervisor to the user of a session. Plain frozen data."""
 
 from dataclasses import dataclass, field
 
@@ -14,11 +14,7 @@ SOUND_CARD = "sound card"
 
 @dataclass(frozen=True)
 class Started:
-    """The engine runs: what it plays on, in words, and why it is not what was asked for, if so.
-
-    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it. The engine
-    begins with `level_db` and `playing`.
-    """
+    """The engine has started: the output in words, and the reason if it is not the requested one."""
 
     where: str
     notice: str = ""
@@ -30,7 +26,7 @@ class Started:
 
 @dataclass(frozen=True)
 class CommandApplied:
-    """A command took effect at this session frame: with the force samples, all that a replay needs."""
+    """A command took effect at this session frame. With the force samples, this suffices for a replay."""
 
     frame: int
     command: Command
@@ -47,7 +43,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Costs:
-    """What each node costs (share of the time a block may take) and for how many tiles it is awake, twice a second."""
+    """Each node's cost (share of the block time) and number of awake tiles, twice a second."""
 
     share: dict[str, float]
     awake: dict[str, int]
@@ -80,10 +76,7 @@ class PatchRefused(Notice):
 
 @dataclass(frozen=True)
 class OutputChanged(Notice):
-    """A sound card went away or came back, or cannot be opened again after a panic.
-
-    `where` is what plays now, as in `Started`; `silence` says why not all that was asked for is heard, "" if it is.
-    """
+    """A sound card has disappeared or returned, or cannot be reopened after a panic."""
 
     where: str
     silence: str = ""
@@ -115,7 +108,7 @@ COMMANDED = "commanded"
 
 @dataclass(frozen=True)
 class Preview:
-    """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""
+    """The response of a patch to one step on one tile: force in N, and the frames of each requested output."""
 
     ticket: int
     rate_hz: float
@@ -129,11 +122,7 @@ class Preview:
 
 @dataclass(frozen=True)
 class Outlines:
-    """What several nodes do for one step on one tile, in few points; by "node.port".
-
-    Of a signal the least and the largest value of each of at most 256 stretches, one after the other; of events rows of
-    (time as a share of the whole, strength), the strongest of each stretch. A node that cannot be rendered is left out.
-    """
+    """The responses of several nodes to one step on one tile, in few points, by "node.port"."""
 
     ticket: int
     signals: dict[str, NDArray[np.floating]]
@@ -151,11 +140,7 @@ class Distributions:
 
 @dataclass(frozen=True)
 class ErrorCurveDrawn:
-    """Run time over error of a node, as far as it is measured.
-
-    `description` says where the node stands, and `left` how many points are still to come. `error` says why there is
-    none.
-    """
+    """Run time as a function of error of a node, as far as it has been measured."""
 
     ticket: int
     drawing: Drawing
@@ -182,7 +167,7 @@ Report = (
 
 @dataclass(frozen=True)
 class Health:
-    """How the engine is, read at any time."""
+    """The state of the engine, which can be read at any time."""
 
     running: bool
     load: float

@@ -1,4 +1,4 @@
-"""What the supervisor asks of the engine and of the compiler. Plain frozen data."""
+"""Requests of the supervisor to the engine and the compiler. Plain frozen data."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,7 @@ from underfoot.floor.simulated_plates import PlateOutput
 
 @dataclass(frozen=True)
 class Setup:
-    """All that the engine's process is given: target, patch, where the shared memory is, and where to go on from.
-
-    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
-    """
+    """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from."""
 
     target: Target
     patch: bytes
@@ -49,7 +46,7 @@ class CompileRequest:
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`, and with `Distributions` where these are wanted."""
+    """Render a node's response to one step; answered by `Preview`, and on request by `Distributions`."""
 
     ticket: int
     patch: bytes

@@ -156,7 +156,7 @@ def _require_one_unit(sensors: list[tuple[Values, Values]]) -> None:
             order = np.argsort(x, kind="stable")
             known[j] = (x[order] - x.min(), force[order])
     tops = {j: float(x[-1]) for j, (x, _) in known.items()}
-    # A sensor that hardly responds is a weak one, whatever the unit.
+    # A sensor that hardly responds is weak, regardless of its unit.
     known = {j: pair for j, pair in known.items() if tops[j] >= _WEAK * float(np.median(list(tops.values())))}
     if len(known) < 2:
         return
