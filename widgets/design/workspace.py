@@ -344,9 +344,7 @@ class DesignWorkspace(Workspace):
         self.preview.laws_requested.connect(self._tile_changed)
         self.small_plots.timed_out.connect(self._idle_timer.start)
         self.small_plots.signal_ranges_changed.connect(self.inspector.show_signal_ranges)
-        self.inspector.errors_toggled.connect(
-            self._request_previewed
-        )  # which stops the measurement, or begins one
+        self.inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_requested.connect(self.preview.set_overlay)
 

@@ -35,8 +35,7 @@ def previewed(
     measures: bool = False,
     equalisers: tuple[TileEqualiser, ...] = (),
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
-    """Return the step's force in N (frames,), and `seconds` of the signals and the events of each scope ("node.port").
-    """
+    """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port")."""
     ends_by_itself = seconds == 0.0
     force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
     options = LoopOptions(

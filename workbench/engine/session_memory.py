@@ -115,7 +115,7 @@ class ResponseReader:
             first, rows = reader.read()
             begin, waiting = self._waiting[which]
             if len(rows):
-                follows = len(waiting) and begin + len(waiting) == first  # usually there is no backlog, and nothing is copied
+                follows = len(waiting) and begin + len(waiting) == first  # usually no backlog and no copy
                 self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
         (one, commanded_rows), (other, measured_rows) = self._waiting
         first = max(one, other)

@@ -288,8 +288,7 @@ def _contact(time_s: Values, force: Values) -> slice | None:
 
 
 def _footstep(position: float, force: Values, displacement: Values) -> "Footstep":
-    """Return a footstep with its regression line; raise `BadMeasurement` if the load or the displacement is too small.
-    """
+    """Return a footstep with its regression line; raise `BadMeasurement` if load or displacement is too small."""
     from underfoot.calibration.science.plate_stiffness import line_of
 
     if force.max() < _LEAST_PEAK_N:
