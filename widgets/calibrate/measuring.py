@@ -60,7 +60,7 @@ class Measurement(QObject):
     changed = Signal()
     """There is a new `snapshot`."""
     failed = Signal(str)
-    """It cannot begin or continue: the reason in one line."""
+    """The measurement cannot begin or continue; carries the reason in one line."""
     ended = Signal()
     """The rig is released; the last signal."""
 

@@ -18,7 +18,7 @@ class ParameterEditor(QWidget):
     """
 
     can_reset = True
-    """Whether there is a way back to the default."""
+    """Whether the control has a button to reset to the default."""
 
     value_changed = Signal(object)
     edit_began = Signal()

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from underfoot.widgets import theme
 
 NEAR_PX = 9.0
-"""How far beside a handle the mouse still means it."""
+"""Distance from a handle within which the mouse hits it, in pixels."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),

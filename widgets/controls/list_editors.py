@@ -28,7 +28,7 @@ class RowsEditor(ParameterEditor):
     """Rows of numbers as a table; the last, empty row adds one."""
 
     TABLE_ROW = 1
-    """Where in the grid the table is: heirs put a picture above it."""
+    """The table's row in the grid; subclasses put a picture above it."""
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)

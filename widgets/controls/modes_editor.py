@@ -16,7 +16,7 @@ from underfoot.widgets.controls.list_editors import RowsEditor
 Mode = tuple[float, ...]
 """Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
 LOWEST_HZ, DEFAULT_HIGH_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
-"""The ends of the picture: it goes to the highest where a mode lies beyond what is usual."""
+"""The ends of the frequency axis; its upper end is the highest only if a mode lies above the default."""
 MIN_DB, MAX_DB = -40.0, 20.0
 FREQUENCY, DECAY = 0, 1
 _SEMITONE, _DECAY_STEP = 2.0 ** (1.0 / 12.0), 1.1

@@ -67,7 +67,7 @@ SIDES = tuple(
     | (Qt.AlignmentFlag.AlignLeft if column.name in TEXT_COLUMNS else Qt.AlignmentFlag.AlignRight)
     for column in COLUMNS
 )
-"""Where the text of each column stands in its cells."""
+"""Alignment of each column's text."""
 
 UNKNOWN = "–"
 
@@ -75,14 +75,14 @@ SORT_ROLE = Qt.ItemDataRole.UserRole
 """The role of a cell's value, by which rows are put in order."""
 
 MAX_STEPS = 10_000
-"""So many steps are kept."""
+"""Number of steps that are kept."""
 
 _SPIKE = " !"
 _LOADING = [column.name for column in COLUMNS].index("loading_kn_s")
 _MARGIN_PX = 4
 _MAX_PICTURES = 200
 _WIDEST_NUMBER = 9999.0
-"""What a column has room for, unless somebody makes it wider."""
+"""The text that a column fits, unless the user widens it."""
 _Index = QModelIndex | QPersistentModelIndex
 
 
@@ -93,7 +93,7 @@ class StepModel(QAbstractTableModel):
         super().__init__()
         self.steps: list[Step] = []
         self.texts: list[tuple[str, ...]] = []
-        """What is shown of each step, by column."""
+        """The displayed text of each step, by column."""
         self._max_steps = max_steps
 
     def add(self, steps: Sequence[Step]) -> None:

@@ -67,7 +67,7 @@ ACTIONS = (
 
 
 MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
-"""What of nodes is heard: `underfoot.widgets.design.mark_actions` adds these."""
+"""Actions on how nodes are heard, which `underfoot.widgets.design.mark_actions` adds."""
 
 
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
@@ -86,19 +86,19 @@ def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) 
 
 
 class Selection(NamedTuple):
-    """What a menu is asked for."""
+    """The properties of the selection on which a menu depends."""
 
     selected: int
-    """So many things are selected."""
+    """Number of selected items."""
     is_node: bool
-    """The one that is selected is a node."""
+    """Whether the only selected item is a node."""
     is_group: bool
-    """A group, or what is in one, is selected."""
+    """Whether a group, or a member of one, is selected."""
     is_sub_patch: bool
-    """The one that is selected is a sub-patch."""
+    """Whether the only selected item is a sub-patch."""
     has_wire: bool
     inside: bool
-    """One looks into a sub-patch."""
+    """Whether a sub-patch is open."""
 
 
 def context_menu(

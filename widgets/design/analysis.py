@@ -10,7 +10,7 @@ from underfoot.drawing.axes import scaled
 
 LOWEST_HZ, HIGHEST_HZ = 20.0, 2000.0
 HEARD_HZ = 20_000.0
-"""Where a picture of what is for ears ends."""
+"""Upper frequency limit of pictures of audio signals."""
 WINDOW_S = 0.04
 """A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
 COLUMNS = 360
@@ -25,7 +25,7 @@ class Scale:
     low_hz: float = LOWEST_HZ
     high_hz: float = HIGHEST_HZ
     is_felt: bool = True
-    """Whether the band that the sole feels is marked."""
+    """Whether the frequency band that the sole is sensitive to is marked."""
 
     @staticmethod
     def of_sound(log: bool, rate_hz: float) -> "Scale":
@@ -132,7 +132,7 @@ def _top_bin(scale: Scale, per_hz: float) -> int:
 
 
 def _decimation_factor(scale: Scale, rate_hz: float) -> int:
-    """Return the decimation factor for which twice the shown band remains below the Nyquist frequency."""
+    """Return the decimation factor that leaves the Nyquist frequency at twice the scale's upper end, at least 1."""
     return max(int(rate_hz / (scale.high_hz * 4.0)), 1)
 
 

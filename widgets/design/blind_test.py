@@ -27,7 +27,7 @@ from underfoot.widgets.session.listening import Listening, gain_text
 from underfoot.widgets.session.open_patch import SLOTS
 
 TRIALS = 16
-"""With so many, twelve right answers are no chance: p = 0.038."""
+"""Number of trials; of 16, twelve right answers have p = 0.038 by chance."""
 
 
 class BlindTest(QWidget):

@@ -54,7 +54,7 @@ class NodeRequest(NamedTuple):
     into: Wire | None = None
     """The wire that the node is put into."""
     replaces: bool = False
-    """It takes the place of the selected node."""
+    """Whether the node replaces the selected one."""
 
 
 class Canvas(EditableView):

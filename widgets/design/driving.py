@@ -15,7 +15,7 @@ from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
 DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
-"""What may be put beside a parameter to drive it."""
+"""Node types offered as drivers of a parameter."""
 DRIVER_SHARE = 0.1
 """A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
 _WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0

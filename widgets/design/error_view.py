@@ -16,7 +16,7 @@ class ErrorView(QWidget):
     """The curve, a button that opens and closes it, and a line of text on the node's present point."""
 
     toggled = Signal()
-    """It was opened, and something is to be measured; or closed, and nothing is any more."""
+    """The view was opened and needs a measurement, or closed and needs none any more."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

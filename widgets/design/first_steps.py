@@ -13,7 +13,7 @@ STEPS = {
     "press": "Click on the tile at the lower right to strike it; drag on it to press it.",
     "turn": "Select a node, and drag one of its numbers at the right: it is heard at once.",
 }
-"""What is to be done, in this order; each is over when it was done."""
+"""The steps in order; each ends when the user has done it."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."
 
 

@@ -10,7 +10,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import NodeDescription, PortRow, display_name
 
 _OPEN, _OUTSIDE = "", "."
-"""What a group's members are at a level, when they are not drawn as a block; no id has a dot."""
+"""Representations of a group's members that are not drawn as a block; no node id contains a dot."""
 
 COLOURS = {
     "grey": "muted",
@@ -28,7 +28,7 @@ class GroupView:
     """The visible nodes and wires in an open group, or in the whole patch."""
 
     shown_as: Mapping[str, str]
-    """For each node and note that is seen: itself, or the collapsed group that stands for it."""
+    """For each visible node and note: itself, or the collapsed group that contains it."""
     collapsed: tuple[Group, ...]
     """Collapsed groups that are drawn as one node."""
     opened: tuple[Group, ...]

@@ -34,7 +34,7 @@ from underfoot.widgets.design.shared_parameters import shared_parameters, shown_
 from underfoot.widgets.plots.plot import Plot
 
 INTERVAL_NODES = ("poisson", "texture")
-"""Nodes that begin anew at random moments: the inspector shows their intervals. Others' laws take too long for that."""
+"""Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
 LAW_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
@@ -51,7 +51,7 @@ PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale":
 MINIMUM_PX = 272
 
 _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
-"""Within a paragraph, which is wrapped anew."""
+"""Line break within a paragraph, which is wrapped again."""
 
 
 class Inspector(QScrollArea):

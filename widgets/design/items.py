@@ -318,7 +318,7 @@ class WireItem(QGraphicsItem):
         self.is_highlighted = False
         self.is_in_picture = False
         self.about_to_move: Callable[[WireItem], None] | None = None
-        """Told before it goes elsewhere."""
+        """The scene is notified before the wire moves."""
         self._hovered = False
         self._path = QPainterPath()
         self._outline: QPainterPath | None = None

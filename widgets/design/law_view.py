@@ -10,7 +10,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
 LAWS_PAGE = 3
-"""How many laws of a node are drawn."""
+"""Number of a node's distributions that are drawn."""
 
 
 class LawView(QStackedWidget):

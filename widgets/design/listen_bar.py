@@ -11,7 +11,7 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""How long a preview may last; 0 for as long as the patch."""
+"""Durations of a preview in seconds; 0 for the patch's own."""
 
 
 class ListenBar(QWidget):
@@ -22,12 +22,12 @@ class ListenBar(QWidget):
     length_chosen = Signal()
     switch_requested = Signal()
     copy_requested = Signal()
-    """The slot that waits is to have what is in the one that is edited."""
+    """Copy the edited slot to the other slot."""
     match_requested = Signal(bool)
     overlay_requested = Signal(bool)
     blind_requested = Signal()
     whole_patch_requested = Signal()
-    """All of the patch is to be heard again."""
+    """Play the whole patch again."""
 
     def __init__(self, around: QWidget) -> None:
         super().__init__(around)

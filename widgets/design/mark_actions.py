@@ -13,7 +13,7 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
 
 MARK_NAMES = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
-"""What setting a mark is called, and taking it away."""
+"""The names of setting and of removing each mark."""
 
 
 class MarkActions(QObject):

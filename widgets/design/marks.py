@@ -8,7 +8,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import NodeGeometry
 
 MARK_LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
-"""How each mark is written, and the name of its colour."""
+"""The letter of each mark, and the name of its colour."""
 CHIP_PX, BUTTON_PX, GAP_PX = 16.0, 18.0, 3.0
 
 

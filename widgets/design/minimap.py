@@ -20,7 +20,7 @@ class MiniMap(QWidget):
         self._extent = QRectF()
         self._picture = QPixmap()
         self._drawn: tuple[object, ...] = ()
-        """What the picture of the nodes was drawn from."""
+        """The key of the cached picture of the nodes."""
         scene.selectionChanged.connect(self.update_colours)
         self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()

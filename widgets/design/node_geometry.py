@@ -17,7 +17,7 @@ COST_ROOM = 48.0
 WIDEST_TITLE = 240.0
 """A longer name is cut short."""
 REACH = 12.0
-"""How far beside a port the mouse still means it."""
+"""Distance around a port within which the mouse hits it, in pixels."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class NodeGeometry:
     height: float
     ports: tuple[PlacedPort, ...]
     more: QPointF | None
-    """The dot that stands for the parameters that could be ports and are not shown."""
+    """The dot for parameters that could be ports and are not shown."""
     plot: QRectF
 
     @property

@@ -24,7 +24,7 @@ from underfoot.widgets.escape import is_escape_override
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
-"""What is chosen where a list offers something else than nodes."""
+"""The choice in a list that is not a node."""
 FAMILIES = (
     *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
     *("Modulation", "Outputs"),

@@ -17,7 +17,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 
 _HEADROOM = 1.25
-"""An axis is so much longer than what it shows."""
+"""The ratio of an axis' length to its largest value."""
 
 
 class NodePicture(HandlePad):
@@ -107,7 +107,7 @@ class EnvelopePicture(NodePicture):
         return [self.place(attack, height), self.place(duration - decay, height), self.place(duration, 0.0)]
 
     def _fitted(self) -> tuple[float, float, float]:
-        """Return attack, sustain and decay as played, shortened to fit."""
+        """Return attack, decay and duration in seconds; attack and decay are shortened to fit, as in playback."""
         attack, decay, duration = (self.value(name) for name in self.NAMES)
         fit = min(1.0, duration / (attack + decay))
         return attack * fit, decay * fit, duration

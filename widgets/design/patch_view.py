@@ -25,7 +25,7 @@ class PatchView(QGraphicsView):
     """Shows the document's patch, or the content of one of its groups."""
 
     refused = Signal(str)
-    """Why a wire was not made, or a paste not taken: what the canvas also shows itself."""
+    """Carries the reason why a wire or a paste was refused, which the canvas shows as well."""
 
     view_moved = Signal()
     """Another part of the patch, or another zoom, is seen."""

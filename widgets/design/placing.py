@@ -11,13 +11,13 @@ Box = tuple[float, float, float, float]
 """Left, top, width, height."""
 
 GAP = 2.0 * GRID
-"""Between a node and one that is put beside it."""
+"""Distance between a node and a node placed beside it, in pixels."""
 
 COLUMN_GAP = 8.0 * GRID
 SWEEPS = 8
 
 NEAR_STEPS, FAR_STEPS, GRID_STEP = 24, 96, 2
-"""How far, and in which steps, room is looked for: in units of the grid."""
+"""Search range for a free place, near and far, and its step, in units of the grid."""
 
 
 def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:

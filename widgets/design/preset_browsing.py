@@ -26,7 +26,7 @@ class PresetBrowsing(QObject):
     """Connects the preset panel with the open patch and its playback. `folder` is that of the user's presets."""
 
     inserted = Signal(object, str)
-    """A patch that is to be put into the one that is open, and its title."""
+    """Carries a patch to insert into the open one, and its title."""
 
     def __init__(self, side: SidePanel, context: WorkspaceContext, folder: Path) -> None:
         super().__init__(side)

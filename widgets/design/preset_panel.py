@@ -32,7 +32,7 @@ class PresetPanel(QWidget):
     audition_changed = Signal(object)
     notified = Signal(str)
     escaped = Signal()
-    """Escape was pressed: whoever has nothing more to do here goes on elsewhere."""
+    """Escape was pressed; the focus can go elsewhere."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -49,9 +49,9 @@ SIDE_PX, LEAST_SIDE_PX = 176, 112
 LATE_AFTER_MS = 400
 """A preview that takes longer says that it is being made."""
 NARROW_PX, LOW_PX = 680, 240
-"""In a panel that is smaller the name stands before the figures, and the spectrogram has no words in it."""
+"""Sizes below which the name precedes the figures, and the spectrogram has no text."""
 SILENT_DB = -120.0
-"""The levels of what is no louder are drawn on an axis that ends at 0 dB."""
+"""Signals up to this level are drawn on an axis that ends at 0 dB."""
 
 
 class PreviewPanel(QWidget):

@@ -24,9 +24,9 @@ NO_FREQUENCIES = Margins(8.0, 4.0, 8.0)
 _TIME = "time, ms"
 _NO_TIME_MS = (0.0, 900.0)
 SILENT = 1e-9
-"""What is smaller is drawn as silence, on an axis up to 1."""
+"""Smaller signals are drawn as silence, on an axis up to 1."""
 _HEADROOM = 0.06
-"""What the vertical axis shows beyond its largest values, as a share of them."""
+"""Margin of the vertical axis beyond the largest values, as a share of them."""
 _CAPTION = (FELT[0], ReferenceLine("y", FELT_HZ[1], dashed=True, name="felt by the sole: 40 to 1\u202f000 Hz"))
 
 

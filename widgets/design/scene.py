@@ -25,7 +25,7 @@ SCENE_SIZE = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""
 
 MIN_CHANGE = 0.15
-"""A node's cost is written anew when it has changed by this share."""
+"""Smallest relative change of a node's cost that is displayed."""
 
 
 class PatchScene(QGraphicsScene):

@@ -6,7 +6,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 ASLEEP_REPORTS = 8
-"""So many reports of costs in a row, two a second, in which every node sleeps."""
+"""Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
 _ALONE = {"begin": "at once", "pace": "at its frequency"}
 """Choices by which a node needs no events to run."""
 

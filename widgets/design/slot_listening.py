@@ -23,7 +23,7 @@ from underfoot.widgets.session.open_patch import SLOTS, other_slot
 from underfoot.widgets.workspace import WorkspaceContext
 
 OTHER_PREFIX = "/"
-"""What the name of a preview begins with that is of the other slot; no node's id has it."""
+"""Prefix of the names of the other slot's previews; no node's id has it."""
 
 
 class SlotListening(QObject):

@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from underfoot.widgets.design.canvas import Canvas
 
 TIMEOUT_MS = 5000
-"""What has not come by then is asked for again: whoever renders it may not have been there yet."""
+"""Time after which a missing answer is requested again, because the compiler may not have been running."""
 
 
 class SmallPlots(QObject):
     """Requests the outdated small plots of all visible nodes together, and shows the results."""
 
     outlines_requested = Signal(list)
-    """What these nodes do in one step should be rendered, and handed to `show_outlines`."""
+    """Requests the responses of these nodes to one step, for `show_outlines`."""
 
     signal_ranges_changed = Signal(dict)
     """Least and largest value of signals, by "node.port"."""
 
     timed_out = Signal()
-    """What was asked for did not come."""
+    """No answer came to the request."""
 
     def __init__(self, canvas: "Canvas") -> None:
         super().__init__(canvas)

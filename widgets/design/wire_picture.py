@@ -12,9 +12,9 @@ from underfoot.widgets.design.items import WireItem
 STILL_MS = 250
 """A wire that has not moved for so long is drawn into the picture."""
 MAX_AREAS = 12
-"""With more changed wires than these, all is drawn anew: that is quicker than a region of many rectangles."""
+"""Number of changed wires above which everything is redrawn, which is faster than a region of many rectangles."""
 EDGE_PX = 2
-"""How far antialiasing reaches beyond a wire's bounds."""
+"""Margin for antialiasing around a wire's bounds, in pixels."""
 
 
 class WirePicture(QGraphicsItem):

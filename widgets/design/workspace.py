@@ -38,10 +38,10 @@ _NATIVE = QKeySequence.SequenceFormat.NativeText
 PREVIEW_DELAY_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
 IDLE_MS = 150
-"""When nothing was edited for so long, the small plots of the other nodes are renewed."""
+"""Time without edits after which the small plots of the other nodes are updated."""
 UNDO_FILE = "undo.json"
 TIMEOUT_MS = 5000
-"""A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
+"""Time after which a missing preview is requested again, because the compiler may not have been running."""
 
 
 class DesignWorkspace(Workspace):

@@ -16,7 +16,7 @@ from underfoot.widgets.controls.slider import Slider
 
 TEXT_PX, BUTTON_LINES = 20, 2.6
 MAX_BUTTONS = 12
-"""Whole numbers of up to so many are buttons; of more, a line."""
+"""Integer questions with up to this many values have buttons; others have a text field."""
 _KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 

@@ -31,7 +31,7 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 LIST_PX = 40 * theme.GRID
 LOW_PX = 84 * theme.GRID
-"""In a page that is lower, drawings and figures have no room below one another."""
+"""Height below which drawings and tables are side by side."""
 FOUND_SIZES = (400, 200)
 
 

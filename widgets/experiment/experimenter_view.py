@@ -18,7 +18,7 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
-"""What was measured is told of so long."""
+"""Display time of measured values, in seconds."""
 _WORDS = {
     "consent": "the participant is asked to agree",
     "questions": "questions are answered",
@@ -35,7 +35,7 @@ class ExperimenterView(QWidget):
 
     next_requested = Signal()
     end_pause_requested = Signal()
-    """By the button alone: a key is too easily hit."""
+    """Emitted only by the button, because a key is hit accidentally too easily."""
     stop_requested = Signal()
     continue_requested = Signal()
     spoil_requested = Signal(str)

@@ -17,7 +17,7 @@ from underfoot.widgets import theme
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
 LEAST_CONTROL_PX, NARROW_PX = 12 * theme.GRID, 76 * theme.GRID
-"""In a form that is narrower controls give way, and what is said of a field stands under it."""
+"""Smallest width of a control, and the width of a form below which help texts are placed below the controls."""
 LONG_TEXTS = ("about", "text")
 """Fields with several lines."""
 
@@ -39,7 +39,7 @@ class FieldRows(QWidget):
         self._values, self._stimuli = values, stimuli
         self.controls: dict[str, QWidget] = {}
         self._lines: list[tuple[int, QWidget, QLabel]] = []
-        """Rows of the grid that have a control, and beside or below it what is said of it."""
+        """Rows of the grid with a control, and its help beside or below it."""
         self._is_narrow = False
         self._grid = grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)

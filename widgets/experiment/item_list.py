@@ -28,7 +28,7 @@ class ItemList(QWidget):
     copy_requested = Signal(int)
     remove_requested = Signal(int)
     move_requested = Signal(int, int)
-    """From a place, by so many (-1 or 1)."""
+    """Carries the index, and the shift (-1 or 1)."""
 
     def __init__(self, what: str) -> None:
         super().__init__()

@@ -31,7 +31,7 @@ from underfoot.widgets.experiment.stimulus_page import AskToRun, StimulusPage, a
 
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
-"""On which page a mistake is, by the first word of its place."""
+"""The page of a mistake, by the first word of its place."""
 _FIELDS = ("title", "about", "seed", "limit_m_s2", "present_s")
 _CHECK_DELAY_MS = 150
 

@@ -25,7 +25,7 @@ from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
 
 MIN_ANSWERS = 4
-"""From so many trials on what they say is drawn while a study runs."""
+"""Smallest number of trials for a drawing of the results during a study."""
 
 
 class RunningStudy(QObject):
@@ -33,7 +33,7 @@ class RunningStudy(QObject):
 
     notified = Signal(str)
     ended = Signal(str)
-    """It was ended for now: the participant who has come to the end of the study, or ""."""
+    """The session has ended; carries the id of a participant who has finished the study, or ""."""
 
     def __init__(self, experimenter: ExperimenterView, background: BackgroundWorker) -> None:
         super().__init__(experimenter)

@@ -115,7 +115,7 @@ class StageForm(QWidget):
     changed = Signal()
     rebuilt = Signal()
     renamed = Signal(str, str)
-    """The id that it had, and the one that it has."""
+    """Carries the old and the new id."""
 
     def __init__(self, stage: dict[str, Any], stimuli: Mapping[str, Any], others: Sequence[str]) -> None:
         """Build the form; `others` are the ids of the other stages."""

@@ -206,7 +206,7 @@ class StimulusForm(QWidget):
     changed = Signal()
     renamed = Signal(str)
     rebuilt = Signal()
-    """What can be set has changed: the form is to be made anew."""
+    """The available settings have changed, so the form must be rebuilt."""
     notified = Signal(str)
     patch_requested = Signal(object)
     """The `Path` of a patch was chosen."""

@@ -21,7 +21,7 @@ class StudyFile:
     path: Path
     protocol: Protocol
     is_own: bool = False
-    """Whether it is a person's own, which can be edited and deleted."""
+    """Whether it is the user's own study, which can be edited and deleted."""
     is_pilot: bool = False
 
     @property

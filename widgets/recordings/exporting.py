@@ -78,7 +78,7 @@ class Exporting(QWidget):
     """Runs one export at a time; its only display is its dialogs."""
 
     progressed = Signal(str)
-    """What is being done, in words; "" for nothing."""
+    """Carries the current action in words; "" for none."""
     notified = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:

@@ -20,9 +20,9 @@ from underfoot.records.recording import Gap, Mark, Recording
 from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
 
 LEVELS = (1, 4, 16, 64)
-"""How many blocks are in a bin of each level that is kept in memory."""
+"""Number of blocks in a bin of each level that is kept in memory."""
 RAW_S, FINE_S = 0.004, 0.1
-"""Where a pixel is shorter than this, samples are read; where it is shorter than that, fine bins."""
+"""Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
 """Vibration at the cursor is that of so long about it."""
 
@@ -42,7 +42,7 @@ class OpenedRecording:
     gaps: list[Gap]
     survey: Survey | None
     is_drawn: bool
-    """Whether its envelopes are whole."""
+    """Whether the envelopes are complete."""
 
     @property
     def length_s(self) -> float:
@@ -105,7 +105,7 @@ class RecordingReader(QObject):
     opened = Signal(object)
     """`OpenedRecording`."""
     extended = Signal(object)
-    """`OpenedRecording` anew: there is more of it now."""
+    """Carries a new `OpenedRecording`, because the recording has grown."""
     overview_read = Signal(object)
     """`OverviewEnvelopes`: once it is opened, and after each `reread`."""
     detail_read = Signal(object)
@@ -113,7 +113,7 @@ class RecordingReader(QObject):
     cursor_values_read = Signal(object)
     """`CursorValues`."""
     marked = Signal(list)
-    """All marks of the recording, when they have changed."""
+    """Carries all marks of the recording after a change."""
     failed = Signal(str)
     """Why something could not be done, in a line."""
 

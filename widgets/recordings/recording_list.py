@@ -90,7 +90,7 @@ class RecordingList(QWidget):
     """The `Path` of the recording to be opened."""
     notified = Signal(str)
     deleted = Signal(object)
-    """The `Path` of one that is about to be deleted: whoever has it open lets go of it."""
+    """Carries the `Path` of a recording that is about to be deleted, and must be closed."""
 
     def __init__(self, folder: Callable[[], Path], added: list[str]) -> None:
         """Create the list. `folder` returns the program's folder of recordings.

@@ -18,7 +18,7 @@ from underfoot.widgets.plots.plot import Plot
 
 ALL = "all"
 MAX_CURVES = 80
-"""So many curves are drawn one by one; mean and band are of all."""
+"""Number of single curves that are drawn; mean and band include all."""
 _FILTERS = ("person", "side", "tile")
 
 

@@ -17,7 +17,7 @@ class Surveyor(QObject):
     progressed = Signal(object)
     """`Progress`."""
     found = Signal(object)
-    """`Survey`: all that was found so far."""
+    """Carries the `Survey` so far."""
     failed = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -286,8 +286,8 @@ class Axis(QWidget):
         return True
 
     def _next_step(self, direction: int) -> None:
-        """Select the step after the selected one (`direction` 1) or before it (-1). If that one is not at the cursor,
-        start from the cursor. Steps that do not match the filters are skipped.
+        """Select the step after the selected one (`direction` 1) or before it (-1). If the cursor is not at the
+        selected step, start from the cursor. Steps that do not match the filters are skipped.
         """
         if self.content is None or not self.content.visible_steps:
             return

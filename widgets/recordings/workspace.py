@@ -55,7 +55,7 @@ NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 180
 """The name of a recording has so much room, whatever stands beside it."""
 _MARGIN = 0.6
-"""So many times what is seen is read on either side of it, so that scrolling finds it there."""
+"""Read-ahead on each side, as a multiple of the visible range, for scrolling."""
 
 
 class RecordingsWorkspace(Workspace):

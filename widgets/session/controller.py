@@ -57,7 +57,7 @@ class SessionController(QObject):
     outlines_computed = Signal(object)
     """The last `Outlines` requested."""
     equaliser_changed = Signal(str)
-    """The tile whose calibrated vibration is used from now on: what it does of a signal is another."""
+    """Carries the tile whose calibration has changed, and with it the tile's response."""
     _session_closed = Signal()
     _session_made = Signal(object)
     _session_failed = Signal(str)

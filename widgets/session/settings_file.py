@@ -10,7 +10,7 @@ from underfoot.errors import UnderfootError
 from underfoot.widgets.session.settings import Settings
 
 LOOK_MS = 2000
-"""How often changes are looked for: so much is lost at most if the window is killed."""
+"""Interval between checks for changes: the most that is lost if the window is killed."""
 
 
 class SettingsFile(QObject):

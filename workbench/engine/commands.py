@@ -167,7 +167,7 @@ class Strike(Command):
     delay_s: float = 0.0
 
     def check(self, floor: Floor) -> None:
-        """Also raise `BadValue` for a delay outside 0 to `MOST_DELAY_S`."""
+        """Check the tile, and raise `BadValue` for a delay outside 0 to `MOST_DELAY_S`."""
         super().check(floor)
         require(0.0 <= self.delay_s <= MOST_DELAY_S, "delay_s", self.delay_s, f"0 to {MOST_DELAY_S:g} s")
 
@@ -288,7 +288,7 @@ class TileEqualiser(Command, kind="Correct"):
         return TileEqualiser(tile, response.acceleration_per_unit, response.equaliser, response.rate_hz)
 
     def check(self, floor: Floor) -> None:
-        """Also raise `BadValue` for sections that are not stable, or a scale that is not above 0."""
+        """Check the tile, and raise `BadValue` for unstable sections, or a scale that is not above 0."""
         super().check(floor)
         scale = self.acceleration_per_unit
         require(scale > 0.0, "acceleration_per_unit", scale, "above 0")

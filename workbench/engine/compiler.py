@@ -25,11 +25,7 @@ from underfoot.patch.patch import Patch
 
 
 def run(connection: Connection) -> None:
-    """The process's main function; returns when the connection ends.
-
-    What is compiled comes first, then pictures, of which the newest counts, then laws, which take long, and last what
-    takes until something else is asked for.
-    """
+    """Run the compiler's process until the connection ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     picture: PreviewRequest | OutlinesRequest | None = None
     laws: PreviewRequest | None = None

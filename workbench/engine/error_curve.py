@@ -141,8 +141,8 @@ def _least_s(work: Callable[[], Any]) -> float:
 
 
 def _name(functions: Sequence[Any], values: Mapping[str, Any]) -> str:
-    """Return a digest of what is measured: the code of the functions and of their callees, the values and the
-    processor's name.
+    """Return a digest of all that determines a measurement: the functions' code, callees included, values and
+    processor.
     """
     code = [digest(function) for function in functions]
     text = json.dumps([code, dict(values), binding.get_host_cpu_name()], sort_keys=True, default=str)

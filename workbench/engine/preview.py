@@ -16,10 +16,10 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 WHOLE_STEP_S = 0.9
-"""A step, with what rings on after it: the least that a preview lasts which has no length of its own."""
+"""Duration of a step and its decay: the shortest preview of a patch without a duration of its own."""
 LONGEST_S = 10.0
 _RINGING_S = 1.0
-"""How long a patch may ring on after the last of its notes."""
+"""Decay time after the last note of a patch, in seconds."""
 DRIVE = "drive"
 _BLOCK = 480  # the strike falls between two blocks
 

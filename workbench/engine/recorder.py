@@ -23,7 +23,7 @@ from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
 
 COMMIT_S = 0.05
-"""Interval in seconds between commits: half of what a kill may cost, since a busy machine is late."""
+"""Interval in seconds between commits: half of the allowed loss at a kill, because a busy machine is late."""
 _LOOK_S, _SEEN_S = 0.02, 0.001
 
 

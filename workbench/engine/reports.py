@@ -9,7 +9,7 @@ from underfoot.drawing import Drawing
 from underfoot.engine.commands import Command
 
 SOUND_CARD = "sound card"
-"""What `Started` says where a sound card plays."""
+"""The output in `Started` if a sound card plays."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +99,11 @@ class Compiled:
 
 
 MEASURED = "measured"
-"""Under this name a preview of an output has, among its signals, what the tile does, m/s^2."""
+"""The name of the tile's response, m/s^2, among the signals of an output's preview."""
 
 
 COMMANDED = "commanded"
-"""Under this name a preview of what a tile plays has all that the patch asks of it, m/s^2."""
+"""The name of the whole commanded acceleration, m/s^2, among the signals of a tile output's preview."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Preview:
     error: str = ""
     events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     headroom_db: float | None = None
-    """How far what drives the tile stays below the limiter at full level, where the node plays and is not silent."""
+    """Margin of the tile's drive below the limiter at full level, in dB, if the node plays and is not silent."""
 
 
 @dataclass(frozen=True)
@@ -178,11 +178,11 @@ class Health:
     lost: int
     """Force samples that did not arrive."""
     latency_s: float
-    """From a force sample's arrival to the first output frame that it can change: the block, and the hold."""
+    """From a force sample's arrival to the first output frame that depends on it: the block, and the hold."""
     hold_s: float
-    """By how much of that samples of hardware are set back because some of them are late."""
+    """The part of it by which samples of hardware are delayed because some arrive late."""
     stream_latency_s: float
-    """What the output stream adds: by the card's clock, else half of a measured round trip, else as it was asked."""
+    """Latency of the output stream: by the card's clock, else half of a measured round trip, else as requested."""
     round_trip_s: float
     """The round trip of the card, as calibration or its own inputs measured it; 0 where it is not known."""
     frame: int
@@ -192,12 +192,12 @@ class Health:
     awake: int
     """Tiles for which something is awake."""
     cards_delay_s: float = 0.0
-    """By how much further sound cards play later than the first; 0 without any."""
+    """Delay of further sound cards re the first; 0 without any."""
     cards_offset_s: float = 0.0
-    """How far the worst of them is from that now."""
+    """The largest current deviation from that delay."""
     cards_drift_ppm: float = 0.0
-    """How much faster its clock goes than the first card's."""
+    """Deviation of that card's clock rate from the first card's."""
     jumps: int = 0
-    """How often the card's inputs went on at another distance from its outputs: frames were lost without a word."""
+    """Number of changes of delay between the card's inputs and outputs, which show that frames were lost silently."""
     clock_trip_s: float = 0.0
     """The round trip by the card's clock, which stamps blocks as they come in and leave; 0 where it does not."""

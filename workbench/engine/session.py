@@ -59,10 +59,11 @@ FIRST_LEVEL_DB = -20.0
 MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
 STANDBY_AFTER_S = 3.0
-"""How long after the first engine's start another is loaded that stands by, and the compiler is started, unless it is
-needed sooner: until then the processor is for what the person waits for."""
+"""Time after the first engine's start at which a standby engine and the compiler are started, unless needed sooner.
+Until then, the processor is free for what the user waits for.
+"""
 RECORDER_END_S = 120.0
-"""How long the recorder may take to close its file: one that died on a busy machine is loaded again before that."""
+"""Time limit for the recorder to close its file; a recorder that died on a busy machine restarts within it."""
 
 _SHARED = -1  # the ticket of requests for a starting engine, whose answers are not used
 

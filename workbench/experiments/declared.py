@@ -11,7 +11,7 @@ from underfoot.experiments.questions import ask
 from underfoot.parameters import Choice, Count, Number, Parameter, Text
 
 _UNITS = {"_m_s2": "m/s^2", "_n_mm": "N/mm", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_s": "s", "_n": "N", "_m": "m"}
-"""What a name ends in that says its unit, the longest first."""
+"""Suffixes of field names that give the unit, longest first."""
 _LONGEST = 20_000
 
 

@@ -38,7 +38,7 @@ _NEW: Mapping[str, Any] = {
         }
     ],
 }
-"""What a new protocol begins as: two trials, which can be run as they are."""
+"""The content of a new protocol: two trials, which can be run unchanged."""
 
 
 class Draft:
@@ -148,7 +148,7 @@ class Draft:
 
 
 def unused_path(title: str, folder: Path, sessions: Path) -> Path:
-    """Return an unused file path for a new protocol of this title, in `folder` and in `sessions`.
+    """Return the path of a new protocol in `folder`, with a name that no preset, protocol or folder in `sessions` has.
 
     >>> unused_path("Thin ice?", Path("nowhere"), Path("nowhere")).as_posix()
     'nowhere/thin-ice.json'

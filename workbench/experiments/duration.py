@@ -8,7 +8,7 @@ from underfoot.experiments.protocol import Protocol, Stage
 
 _PAGE_S, _QUESTION_S, _ANSWER_S = 15.0, 8.0, 2.5
 _BY_FOOT_S: Mapping[str, float] = {"step": 3.0, "crossings": 8.0}
-"""How long a presentation lasts that a foot begins."""
+"""Usual duration of a presentation started by foot, in seconds."""
 
 
 def usual_trials(protocol: Protocol, stage: Stage) -> tuple[int, int]:

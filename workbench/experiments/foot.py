@@ -9,7 +9,7 @@ from underfoot.errors import BadValue, require
 from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter
 
 MOST_FIELDS = 12
-"""Of a slider: it takes as many values as there are tiles, at most so many."""
+"""Largest number of fields of a slider, which otherwise has one per tile."""
 
 
 class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

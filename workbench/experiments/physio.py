@@ -23,9 +23,9 @@ _KINDS = {
     "vibration": ("commanded", "stim", "m/s^2", "Acceleration that was commanded of the tile {}, after all limits."),
     "measured": ("measured", "stim", "m/s^2", "Acceleration of the tile {} that its accelerometer measured."),
 }
-"""What a stretch is called in BIDS, its suffix there, its unit, and what a column is."""
+"""For each kind of excerpt: its name in BIDS, its suffix there, its unit, and the meaning of a column."""
 _FASTEST = 1
-"""Of gzip: a recording at audio rate is large."""
+"""The fastest level of gzip, because recordings at audio rate are large."""
 
 
 def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]:

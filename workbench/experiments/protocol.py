@@ -38,7 +38,7 @@ def _described(text: str, label: str = "") -> msgspec.Meta:
 
 _PILOT_TRIALS, _PILOT_PAUSE_S = 2, 5.0
 END = "end"
-"""What `Stage.next` says where the study ends behind a stage."""
+"""The value of `Stage.next` for the end of the study."""
 
 
 class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -86,7 +86,7 @@ class SessionFile:
         self._packer = ThreadPoolExecutor(1, "packing")
         self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
-        """What the disk has refused, to be written before anything else: when, and what."""
+        """Writes that the disk has refused, with their times, to be written before anything else."""
 
     @staticmethod
     def create(

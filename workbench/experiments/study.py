@@ -27,7 +27,7 @@ PARTICIPANT = "participant"
 AGREED = "agreed"
 GAIN_DB = "gain_db"
 LEVEL_RANGE_DB = (-40.0, 0.0)
-"""How far a participant can be below the protocol's levels; never above."""
+"""Range of a participant's gain re the protocol's levels, in dB; never above 0."""
 
 
 class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -9,10 +9,10 @@ from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
 
 Row = Mapping[str, Any]
-"""One trial: values by the names of columns. What a trial does not have is not in its row."""
+"""One trial: values by column name; missing values are not in the row."""
 
 OF_PERSON = "participant."
-"""What the columns begin with in which a participant's own answers are."""
+"""Prefix of the columns with participants' answers about themselves."""
 FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
 
 
@@ -137,7 +137,7 @@ NOT_FACTORS = frozenset(
         *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
     )
 )
-"""Columns that are no factors of stimuli: what a trial is, what was answered, and what was measured."""
+"""Columns that are not factors of stimuli: identification, answers and measurements of a trial."""
 
 
 def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import msgspec
 
 Answers = Mapping[str, int | float | str | bool]
-"""What was answered, by the name of what was asked."""
+"""Answers by the name of the question."""
 NOTHING = ""
 """The stimulus of an interval in which nothing is presented."""
 

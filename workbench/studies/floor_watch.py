@@ -17,7 +17,7 @@ LEFT_S = 0.4
 SILENT_S = 1.0
 """A floor of which nothing has come for so long is unplugged; samples come a few milliseconds apart."""
 _KEPT_S = 60.0
-"""Samples older than this are let go of, whatever nobody asked for."""
+"""Samples older than this are discarded, even if they were never read."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class FloorWatch:
         self._kept: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
         self._last_on = -math.inf
         self.visits: list[Visit] = []
-        """All times on the floor so far, the present one last."""
+        """All visits to the floor so far, the current one last."""
         self.now_s = 0.0
         """The time of the latest sample, in seconds of the session."""
         self._read_at = time.monotonic()

@@ -101,7 +101,7 @@ class FootAnswers:
         self.on: FootField | None = None
         """The field that is stepped on."""
         self.share = 0.0
-        """How much of the time that a foot has to stay has gone by, 0 to 1."""
+        """Elapsed share of the dwell time, 0 to 1."""
 
     @property
     def facts(self) -> dict[str, Any]:

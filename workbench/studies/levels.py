@@ -16,10 +16,11 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 _DRAWS = 25
-"""From draw to draw the peak of the thesis's textures varies with a deviation of 1.2 to 2.3 dB, the median of so many
-with a third to a half."""
+"""Number of draws. The peak of the thesis's textures varies between draws with a standard deviation of 1.2 to 2.3 dB;
+the median over these draws has a third to a half of that.
+"""
 _QUIET_DB = -20.0
-"""What is limited at its own level is measured at this one, and scaled back."""
+"""Level at which a patch is measured that is limited at its own level; the result is scaled back."""
 
 
 def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[], bool] = lambda: False) -> float:

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
 BEGIN, ONSET, END, ANSWER, STOP = "begin", "onset", "end", "answer", "stop"
 BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
-"""What a serial trigger sends: of a presentation its beginning (a key, or the first force), the onset of vibration and
-its end; an answer; a stop."""
+"""Bytes of a serial trigger: the beginning of a presentation (a key, or the first force), the onset of vibration, and
+the end of a presentation; an answer; a stop.
+"""
 BAUD = 115_200
 
 

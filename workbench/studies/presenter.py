@@ -16,10 +16,9 @@ from underfoot.patch.patch import Patch
 
 IDLE = Patch(title="between stimuli")
 AUDIBLE = 1e-5
-"""Of full scale: more is vibration. A fade of 480 frames begins below it."""
+"""Threshold of vibration, as a share of full scale. A fade of 480 frames begins below it."""
 PRESENTED_S, WAITED_S = 60.0, 10.0
-"""So much is kept of what was played while something is presented, and while nothing is: a second of 36 tiles is
-14 MB."""
+"""Length of the played signal that is kept during a presentation, and otherwise; one second of 36 tiles takes 14 MB."""
 
 
 class Presenter:
@@ -40,7 +39,7 @@ class Presenter:
                 for tile in session.target.floor.tiles
             ]
         )
-        """What full scale of each tile is, m/s^2."""
+        """The acceleration at full scale of each tile, m/s^2."""
         self._requested: Patch = session.patch
         self.since_frame: int | None = 0
         """The frame from which the wanted patch plays; None until it does."""
@@ -49,7 +48,7 @@ class Presenter:
         self._silence = ""
 
     def begin(self) -> None:
-        """Set the output gain so that stimuli play at their own levels."""
+        """Set the session's level to 0 dB and start playback, so that stimuli play at their own levels."""
         self.session.send(Level(0.0))
         self.session.play()
 

@@ -17,7 +17,7 @@ from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
 from underfoot.records.recording import is_recording
 
 FORMS = ("CSV", "BIDS", "report")
-"""As what the trials of sessions can be written."""
+"""Formats in which trials of sessions can be written."""
 
 
 @dataclass(frozen=True)

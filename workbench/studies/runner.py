@@ -38,7 +38,7 @@ from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 
 CROSSINGS = 2
 SETTLED_S = 0.3
-"""Before a presentation nothing has played for so long, so that what is kept of it has nothing of the one before."""
+"""Silence before a presentation, so that its excerpt contains nothing of the previous one."""
 
 
 class Runner:
@@ -68,9 +68,9 @@ class Runner:
         )
         self.phase = Phase.PREPARING
         self.hint = ""
-        """What is waited for, in a sentence for the participant."""
+        """An instruction for the participant, in one sentence."""
         self.messages: list[str] = []
-        """What the experimenter should know, the newest last."""
+        """Messages for the experimenter, newest last."""
         self._before = (session.patch, session.level_db, session.playing)
         self._unprepared = self._stimuli.kinds()
         self._interval, self._due = 0, 0.0
@@ -81,7 +81,7 @@ class Runner:
         self._floor_target: FloorTarget | None = None
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self.foot: FootAnswers | None = None
-        """The fields on the floor that answer what is asked now."""
+        """The fields on the floor for the current question; None if it has no answer by foot."""
         self._resumed = Phase.PAGE
         session.stop()  # silence while patches are compiled
 

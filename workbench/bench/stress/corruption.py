@@ -13,7 +13,7 @@ ODD_VALUES: tuple[Any, ...] = (
     None, True, 0, -1, 1e308, -1e308, 5e-324, float("nan"), float("inf"), 10**400, 2**63, 2**31, "", "nan", "-1",
     "\ud800", "\0", "é" * 300, "../../etc/passwd", "/dev/zero", [], {}, [[]], [1.0] * 1000, {"a": {"a": {}}},
 )  # fmt: skip
-"""What is put in the place of a value of a document."""
+"""Replacements for values of a document."""
 _CELLS = (
     "",
     "nan",

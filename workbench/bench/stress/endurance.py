@@ -22,7 +22,7 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 MORE_MB = 8.0
-"""What memory may grow by, between the first tenth of a run and its end."""
+"""Allowed growth of memory, in MB, from the first tenth of a run to its end."""
 _BLOCK, _PARTS, _TILES = 1024, 10, 4
 _PPM, _JITTER = 100.0, 0.001
 _CLOCK_DAYS = 1.0

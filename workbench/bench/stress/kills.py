@@ -26,11 +26,11 @@ from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Recording
 
 BACK_S, SILENT_S, LOST_S = 1.0, 0.5, 0.1
-"""How long the sound may be away, and go on, and how much a recording may lose."""
+"""Allowed time until recovery, duration of sound after a kill, and loss of a recording, in seconds."""
 _RATE = 48_000
 _START_S = 300.0
 _LOUDER = 1.05
-"""What may be above the level before: a tone that begins passes a DC block, which lets it swing 3 % higher at first."""
+"""Allowed ratio to the previous level; the start of a tone overshoots by 3 % in the DC block."""
 _APART_S = WITHIN_S / MOST_DEATHS + 0.5
 
 

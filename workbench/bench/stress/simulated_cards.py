@@ -12,7 +12,7 @@ from underfoot.engine.further_card import FurtherCard
 
 BLOCK, AT_ONCE = 128, 4
 LATEST_S = 0.004
-"""Both ask for `AT_ONCE` blocks at a time, up to so late."""
+"""Both request `AT_ONCE` blocks at a time, with delays up to this."""
 HUM_HZ, STEADY = 200.0, 0.5
 
 

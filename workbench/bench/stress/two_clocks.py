@@ -31,8 +31,9 @@ from underfoot.nodes import REGISTRY
 
 USUAL_S, PPM, CHANNELS = 600.0, 200.0, 18
 MOST_OFF_S, MOST_WRONG_PPM, LEAST_JUDGED = 1e-3, 20.0, 0.5
-"""The second card stays so near to its delay, as is told and as is heard; its clock is told so well; and this is judged
-in so much of the time."""
+"""Allowed error of the second card's delay, both reported and measured; allowed error of the reported clock rate; and
+the smallest share of the time that must be tested.
+"""
 TONE_HZ, STRETCH_S, SETTLED_S, BUFFER_S = 20.0, 0.5, 20.0, 0.04
 _TICK_S, _WAIT_S = 0.05, 120.0
 

@@ -219,7 +219,7 @@ KINDS: dict[str, Kind] = {
     "trials CSV": Kind(_write_trials, read_csv, corruption.corrupt_table),
     "sound file": Kind(_write_sound, _read_sound, corruption.corrupt_head),
 }
-"""All kinds, by their names."""
+"""All kinds, by name."""
 
 
 def read_error(kind: Kind, path: Path) -> str | None:

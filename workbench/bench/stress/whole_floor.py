@@ -33,8 +33,9 @@ from underfoot.records.recording import Recording
 PEOPLE, PATCH, CARDS = "people=4", "material-gravel-coarse", {"left": 18, "right": 18}
 USUAL_S = 600.0
 FAIR_TICK_MS, MOST_LOST, MORE_MB = 50.0, 1e-3, 100.0
-"""What is asked: 99 of 100 of the window's ticks are at most so far apart; the share of force samples that is lost;
-and what memory may grow by in the second half, while the Monitor gathers its last ten minutes."""
+"""Limits: the 99th percentile of the interval between the window's ticks; the share of lost force samples; and the
+growth of memory in the second half, during which the Monitor fills its ten-minute history.
+"""
 _START_S, _SETTLED = 300.0, 10
 _PORT = 9871
 

@@ -140,7 +140,7 @@ def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
 
 
 def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
-    """Return where a load is held, relative to the usual force, so that one that is ten times too large is ignored."""
+    """Return the ranges of constant load. Forces are relative to the usual one, so a tenfold outlier is ignored."""
     usual = max(float(np.quantile(force_n, 0.75)), 1e-9)
     held = directions(smoothed(force_n, time_s), time_s, usual) == HELD
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))

@@ -11,7 +11,7 @@ from underfoot.experiments.table import Row, grouped
 
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
 _COUNTED = "counted"
-"""Whether a trial's comparison was judged more; `constant` adds it to the rows."""
+"""Column: whether a trial's comparison was judged greater; `constant` adds it to the rows."""
 
 
 def share_estimates(rows: Sequence[Row]) -> list[Estimate]:

@@ -35,7 +35,7 @@ class Staircase:
 
 
 _TRIALS_OF_REVERSAL = 1.6
-"""From one reversal to the next, on average over simulated people, one answer a step."""
+"""Mean number of trials between reversals, over simulated people, with one answer per step."""
 
 
 class Staircases(Method):
