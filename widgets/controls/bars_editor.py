@@ -1,4 +1,4 @@
-"""A list of numbers as bars: the amplitudes of harmonics, the values of a sequence."""
+"""A list of numbers as bars, such as amplitudes of harmonics or values of a sequence."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ class Bars(HandlePad):
         return list(self._values)
 
     def set_values(self, values: Sequence[float]) -> None:
-        """Show these numbers, without saying that they changed."""
+        """Show these numbers, without emitting a change."""
         self._values = list(values)
         self.chosen = min(self.chosen, len(self._values) - 1)
         self._fit()
@@ -130,7 +130,7 @@ class Bars(HandlePad):
 
 
 class BarsEditor(NumbersEditor):
-    """Bars above the line in which the same numbers are typed."""
+    """Bars above a text field with the same numbers."""
 
     def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
         self.bars = Bars(parameter)

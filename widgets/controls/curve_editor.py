@@ -1,4 +1,4 @@
-"""A curve of straight lines as a picture: its points are dragged."""
+"""Editor of a piecewise linear curve with points to drag."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ def is_curve(parameter: Parameter) -> bool:
 
 
 class Curve(HandlePad):
-    """Points from left to right, with straight lines between; level before the first and after the last."""
+    """Points from left to right with linear segments between, constant before the first and after the last."""
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -34,7 +34,7 @@ class Curve(HandlePad):
         return list(self._points)
 
     def set_points(self, points: Sequence[Sequence[float]]) -> None:
-        """Show these points, without saying that they changed."""
+        """Show these points, without emitting a change."""
         self._points = [(float(x), float(y)) for x, y in points]
         self.chosen = min(self.chosen, len(self._points) - 1)
         self.update()

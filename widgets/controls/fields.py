@@ -54,7 +54,7 @@ class ParameterEditor(QWidget):
         return self._value
 
     def set_value(self, value: Any) -> None:
-        """Show a value, without saying that it changed."""
+        """Show a value, without emitting a change."""
         self._value = self.parameter.check(value)
         self._show_reset()
         self._show()
@@ -73,11 +73,11 @@ class ParameterEditor(QWidget):
         self._show()
 
     def _show(self) -> None:
-        """Let the control show `_value`: each kind of control has its own way."""
+        """Show `_value` in the control; implemented by each kind of control."""
         raise AssertionError(f"{type(self).__name__} shows nothing")
 
     def _commit(self, value: Any) -> None:
-        """Take a person's change and tell of it; `BadValue` where it is not allowed."""
+        """Commit a change by the user and emit it; raise `BadValue` if it is not allowed."""
         checked = self.parameter.check(value)
         if checked != self._value or self._mixed:
             self._value = checked
@@ -136,12 +136,12 @@ class Field(QLineEdit):
             super().keyPressEvent(event)
 
     def commit(self) -> None:
-        """Give what was typed, if anything was, as leaving does."""
+        """Commit the typed text, if any, as on leaving."""
         if self.isModified():
             self._commit_text()
 
     def show_error(self, reason: str) -> None:
-        """Show that what was typed is not allowed, and why; an empty reason takes that back."""
+        """Show that the typed text is invalid, with the reason; "" clears that."""
         theme.set_role(self, "bad" if reason else "value")
         self.setProperty("reason", reason)
         if reason:

@@ -1,4 +1,4 @@
-"""A small picture with handles that are dragged, or moved by keys: what editors of modes, bars and curves share."""
+"""A small picture with handles to drag or move by keys, the base class of editors of modes, bars and curves."""
 
 from collections.abc import Sequence
 
@@ -50,7 +50,7 @@ class HandlePad(QWidget):
         raise AssertionError(f"{type(self).__name__} has no handles")
 
     def drag(self, index: int, place: QPointF) -> None:
-        """Take a handle to a place."""
+        """Move a handle to a position."""
 
     def nudge(self, index: int, steps_right: float, steps_up: float) -> None:
         """Take a handle some steps across and up: 1 for an arrow key, 0.1 with Shift."""

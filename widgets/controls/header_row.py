@@ -1,4 +1,4 @@
-"""The line of widgets over a panel's body, in which some give way where it is narrow."""
+"""The row of widgets above a panel's body, some of which shrink if space is short."""
 
 from collections.abc import Sequence
 

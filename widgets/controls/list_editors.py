@@ -1,4 +1,4 @@
-"""The controls of parameters that hold several things: rows of a table, and tiles."""
+"""Controls of list parameters: rows of a table, and tiles."""
 
 from collections.abc import Callable, Sequence
 
@@ -130,7 +130,7 @@ class TilesEditor(ParameterEditor):
         self.set_value(parameter.default)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
-        """Offer these tiles; many, or none, are typed instead."""
+        """Offer these tiles; for many, or none, offer a text field instead."""
         self._tile_ids = tuple(ids)
         for button in self.buttons.values():
             button.deleteLater()

@@ -1,4 +1,4 @@
-"""The modes of an object as a spectrum: partials are dragged by frequency and gain, and decay by the wheel."""
+"""The modes of an object as a spectrum: a drag sets frequency and gain, the wheel sets the decay."""
 
 import math
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ class ModesSpectrum(HandlePad):
         return list(self._modes)
 
     def set_modes(self, modes: Sequence[Sequence[float]]) -> None:
-        """Show these modes, without saying that they changed."""
+        """Show these modes, without emitting a change."""
         self._modes = [tuple(mode) for mode in modes]
         self.chosen = min(self.chosen, len(self._modes) - 1)
         if not self.is_dragged:

@@ -1,4 +1,4 @@
-"""The control of a number: a slider, and a field that is typed into."""
+"""The control of a number: a slider and a text field."""
 
 import math
 
@@ -88,9 +88,9 @@ class NumberEditor(ParameterEditor):
         self._rewrite()
 
     def set_driven(self, by: str, colour: str = "", signal_range: tuple[float, float] | None = None) -> None:
-        """Show that a wire gives the value, and from where to where it goes if that is known.
+        """Show that a wire drives the value, with its range if known.
 
-        An empty `by` takes that back.
+        An empty `by` ends that.
         """
         self.slider.setEnabled(not by)
         self.inverted.setEnabled(not by)
@@ -149,7 +149,7 @@ class NumberEditor(ParameterEditor):
         self._rewrite()
 
     def _rewrite(self) -> None:
-        """Show in the field what another control has set, also while the field has the focus."""
+        """Show the value set by another control, even if the field has the focus."""
         with QSignalBlocker(self.field):
             self.field.setText(self._value_text(4))
 

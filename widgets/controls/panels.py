@@ -71,7 +71,7 @@ class ColourBar(QWidget):
             layout.addWidget(widget)
 
     def update_colours(self) -> None:
-        """Have the colours of the spectrogram that are in use."""
+        """Update the bar to the spectrogram's current colours."""
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"
             for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])

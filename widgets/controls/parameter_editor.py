@@ -90,7 +90,7 @@ class TextEditor(ParameterEditor):
 
 
 class NumbersEditor(TextEditor):
-    """A list of numbers, typed with spaces or commas between them."""
+    """A list of numbers in a text field, separated by spaces or commas."""
 
     def _as_text(self, value: Sequence[float]) -> str:
         return ", ".join(f"{item:.6g}" for item in value)
@@ -130,7 +130,7 @@ class FileEditor(TextEditor):
         dialog.open()
 
     def choose(self, path: str) -> None:
-        """Take this file, as a person's change."""
+        """Use this file, as a change by the user."""
         if self._folder is not None and Path(path).is_relative_to(self._folder):
             path = str(Path(path).relative_to(self._folder))
         self._typed(path)

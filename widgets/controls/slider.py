@@ -1,4 +1,4 @@
-"""A thin slider that goes where it is clicked, and is filled from its zero."""
+"""A thin slider that moves to a click, and is filled from its zero."""
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
@@ -35,7 +35,7 @@ class Slider(QSlider):
         return self._position
 
     def set_position(self, position: float) -> None:
-        """Go to a place without saying so."""
+        """Set the position, without emitting a change."""
         self._is_set = True
         self._position = min(max(position, 0.0), 1.0)
         self._is_silent = True
@@ -44,7 +44,7 @@ class Slider(QSlider):
         self.update()
 
     def set_zero(self, zero: float) -> None:
-        """Fill from this place."""
+        """Set the position from which the slider is filled."""
         self._zero = min(max(zero, 0.0), 1.0)
 
     def set_accent(self, colour: str) -> None:
@@ -56,13 +56,13 @@ class Slider(QSlider):
         self._accent = theme.current_colour(self._accent)
 
     def set_range_shown(self, band: tuple[float, float] | None) -> None:
-        """Show where between two places it is moved to and fro, instead of the one place."""
+        """Show a range in which a signal moves the value, instead of one position."""
         if band != self._range_shown:
             self._range_shown = band
             self.update()
 
     def clear(self) -> None:
-        """Show no place until a person moves it."""
+        """Show no position until the user moves the slider."""
         self._is_set = False
         self.update()
 

@@ -1,4 +1,4 @@
-"""The table of footsteps, which fills as they happen."""
+"""The table of footsteps, filled as they occur."""
 
 import math
 from collections.abc import Sequence
@@ -204,7 +204,7 @@ class StepTable(QTableView):
         return [self._step_at(row) for row in sorted({i.row() for i in self.selectionModel().selectedRows()})]
 
     def select_step(self, step: Step) -> None:
-        """Select the row of a step, and bring it into sight."""
+        """Select the row of a step, and scroll to it."""
         number = next((k for k, one in enumerate(self.steps.steps) if one is step), None)
         if number is not None:
             index = self._sorted.mapFromSource(self.steps.index(number, 0))
@@ -220,7 +220,7 @@ class StepTable(QTableView):
             write(self.steps.steps)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw rows from pictures: each step moves all of them, and cells take long to be painted one by one."""
+        """Paint rows from cached pictures, because each step moves all rows, and painting cells is slow."""
         painter = QPainter(self.viewport())
         first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
         for row in range(max(first, 0), (last if last >= 0 else self._sorted.rowCount() - 1) + 1):

@@ -1,4 +1,4 @@
-"""A window that fills a screen with the floor at its true size: for a projector above it."""
+"""A full-screen window with the floor at true scale, for a projector above it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class Placement:
     turn_deg: float = 0.0
 
     def limited(self) -> "Placement":
-        """Return it with the nearest allowed scale, turned by at most half a turn."""
+        """Return the placement with the scale limited to its range, and the rotation to half a turn."""
         scale, turn_deg = min(max(self.scale, MIN_SCALE), MAX_SCALE), math.remainder(self.turn_deg, 360.0)
         return replace(self, scale=scale, turn_deg=round(turn_deg, 3))
 
@@ -68,7 +68,7 @@ class TrueScaleWindow(QWidget):
 
     @property
     def px_per_m(self) -> float:
-        """Pixels a metre of the floor, from the size that the screen says it has, and the scale."""
+        """Pixels per metre of the floor, from the screen's reported size and the scale."""
         screen = self.screen()
         per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width() if screen.physicalSize().width() else 0
         return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.placement.scale

@@ -1,4 +1,4 @@
-"""Exporting a recording from the window: a file is asked for, a process writes it, with progress and a stop."""
+"""Export of a recording from the window: file dialog, export in a process, progress, and stop."""
 
 from pathlib import Path
 
@@ -96,7 +96,7 @@ class Exporting(QWidget):
         return self._process is not None
 
     def ask(self, source: Path) -> None:
-        """Ask for format and file, and export the recording `source` there."""
+        """Ask for format and file, and export the recording `source`."""
         if self.is_busy:
             self.notified.emit("An export is being written; stop it, or wait until it is done.")
             return
@@ -106,7 +106,7 @@ class Exporting(QWidget):
         dialog.open()
 
     def begin(self, source: Path, path: Path, vibration: str) -> None:
-        """Export a recording to a file, in a process."""
+        """Export the recording `source` to the file `path`, in a process."""
         request = ExportRequest(str(source), str(path), vibration)
         self._process = ChildProcess("export", "underfoot.engine.export_process", request)
         self._timer.start()
@@ -119,7 +119,7 @@ class Exporting(QWidget):
             self.progressed.emit("Stopping…")
 
     def close_down(self) -> None:
-        """Stop, and wait until the process is gone."""
+        """Stop the export, and wait for the process to end."""
         process, self._process = self._process, None
         self._timer.stop()
         if process is not None:

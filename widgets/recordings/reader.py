@@ -46,7 +46,7 @@ class OpenedRecording:
 
     @property
     def length_s(self) -> float:
-        """The seconds that were recorded."""
+        """Duration of the recording in seconds."""
         return (self.end - self.first) / self.rate
 
 
@@ -145,15 +145,15 @@ class RecordingReader(QObject):
         self._enqueue("grown", self._read_new)
 
     def request_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
-        """Read a stretch of session frames for pixels that are `frames` long."""
+        """Request envelopes from frame `begin` to `end`, with `frames` per pixel."""
         self._enqueue("strip", partial(self._read_detail, begin, end, frames, tile))
 
     def request_cursor_values(self, frame: float, tile: int) -> None:
-        """Read what there is at a session frame."""
+        """Request the values at a session frame."""
         self._enqueue("moment", partial(self._read_cursor_values, frame, tile))
 
     def change_marks(self, change: Callable[[Recording], object]) -> None:
-        """Do something to the recording's marks."""
+        """Apply an edit to the recording's marks."""
         self._enqueue(f"mark {id(change)}", partial(self._change_marks, change))
 
     def close_file(self) -> None:

@@ -26,7 +26,7 @@ class RecordingFollower(QObject):
         self._timer.timeout.connect(self._poll)
 
     def attach(self, controller: SessionController) -> None:
-        """Follow what this controller records."""
+        """Follow the recordings of this controller."""
         self._controller = controller
 
     def is_written(self, path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""The list of recordings: those of the program's folder, and files and folders that were added."""
+"""The list of recordings: those in the program's folder, and added files and folders."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ class Summaries(QObject):
         self._is_closed = False
 
     def read(self, paths: Sequence[Path]) -> None:
-        """Read these instead of those that were asked for before; nothing once it is closed."""
+        """Read these recordings instead of the previous request; do nothing after `close`."""
         self._stop_event.set()
         if self._is_closed:
             return
@@ -61,7 +61,7 @@ class Summaries(QObject):
         self._thread.start()
 
     def stop(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         self._stop_event.set()
         if self._thread is not None:
             self._thread.join()
@@ -123,7 +123,7 @@ class RecordingList(QWidget):
         self._connect()
 
     def refresh(self) -> None:
-        """Look what there is now."""
+        """Update the list from the folders."""
         paths = self._paths()
         chosen = self.chosen_path()
         self.list.blockSignals(True)
@@ -152,7 +152,7 @@ class RecordingList(QWidget):
         self.refresh()
 
     def mark(self, path: Path) -> None:
-        """Mark the recording that is open."""
+        """Mark the open recording."""
         for item in self._items():
             if item.data(_PATH) == path.absolute():
                 self.list.blockSignals(True)
@@ -166,7 +166,7 @@ class RecordingList(QWidget):
         return item.data(_PATH) if item is not None else None
 
     def ask_to_delete(self) -> None:
-        """Delete the chosen recording when the person has said so."""
+        """Delete the selected recording, after a question."""
         path = self.chosen_path()
         if path is not None:
             text = f"Move “{path.stem}” to the trash?"

@@ -1,4 +1,4 @@
-"""The steps of a recording: their table, sorted and filtered, and their curves over 0 to 100 % of stance."""
+"""The steps of a recording: a table with sorting and filters, and curves over 0 to 100 % of stance."""
 
 from collections.abc import Sequence
 
@@ -75,7 +75,7 @@ class RecordedSteps(QWidget):
         self.show_steps(())
 
     def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
-        """Show these steps instead of those before; filters stay where they can."""
+        """Replace the steps; filters are kept if possible."""
         self._steps, self._choice = steps, choice
         place = self.table.verticalScrollBar().value()
         values = {
@@ -102,7 +102,7 @@ class RecordedSteps(QWidget):
         return len(self._steps)
 
     def choose(self, number: int) -> None:
-        """Mark a step of the list, in table and picture."""
+        """Select a step in table and picture."""
         self._choice = number
         if number in self._visible:
             self.table.select_step(self._steps[number].step)

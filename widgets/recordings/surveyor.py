@@ -1,4 +1,4 @@
-"""Surveys the recording that is open in a process, and gathers what that finds."""
+"""Surveys the open recording in a process, and collects the results."""
 
 from pathlib import Path
 
@@ -34,14 +34,14 @@ class Surveyor(QObject):
         return self._process is not None
 
     def begin(self, path: Path) -> None:
-        """Survey this one instead of the one before."""
+        """Survey this recording instead of the previous one."""
         self.stop()
         self._survey = Survey()
         self._process = ChildProcess("survey", "underfoot.engine.survey_process", str(path))
         self._timer.start()
 
     def stop(self) -> None:
-        """Go no further; what was found stays."""
+        """Stop the survey; its results are kept."""
         self._timer.stop()
         process, self._process = self._process, None
         if process is not None:

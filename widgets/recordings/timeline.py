@@ -1,4 +1,4 @@
-"""The time axis of a recording: scrolled, zoomed, scrubbed and selected with mouse and keys."""
+"""The time axis of a recording: scrolling, zooming, scrubbing and selection with mouse and keys."""
 
 import math
 from bisect import bisect_left
@@ -96,7 +96,7 @@ class Axis(QWidget):
         return (self.view.end_s - self.view.begin_s) / max(self.width() - GUTTER_PX, 1)
 
     def set_view(self, begin_s: float, end_s: float) -> None:
-        """Show this stretch, or as much of it as there is."""
+        """Show this time range in seconds, limited to the recording."""
         whole_s = max(self.length_s, MIN_VIEW_S)
         span_s = min(max(end_s - begin_s, MIN_VIEW_S), whole_s)
         begin_s = min(max(begin_s, 0.0), whole_s - span_s)
@@ -106,7 +106,7 @@ class Axis(QWidget):
             self.view_changed.emit()
 
     def zoom(self, factor: float, about_s: float | None = None) -> None:
-        """Show `factor` times less, about a time or the cursor."""
+        """Zoom by `factor` about a time in seconds, or the cursor."""
         view = self.view
         at = about_s if about_s is not None else self.cursor_s
         if not view.begin_s <= at <= view.end_s:
@@ -123,7 +123,7 @@ class Axis(QWidget):
         self.set_view(self.view.begin_s + share * span_s, self.view.end_s + share * span_s)
 
     def set_cursor(self, time_s: float, follow: bool = True) -> None:
-        """Put the cursor here, and scroll there where `follow`."""
+        """Set the cursor, and with `follow` scroll to it."""
         self.cursor_s = min(max(time_s, 0.0), self.length_s)
         span_s = self.view.end_s - self.view.begin_s
         if follow and not self.view.begin_s <= self.cursor_s <= self.view.end_s:
@@ -139,14 +139,14 @@ class Axis(QWidget):
         self.update()
 
     def select(self, begin_s: float, end_s: float) -> None:
-        """Select a stretch; none where it is no longer than a pixel."""
+        """Select a time range; a range of at most one pixel clears the selection."""
         begin_s, end_s = max(min(begin_s, end_s), 0.0), min(max(begin_s, end_s), self.length_s)
         self.selection = (begin_s, end_s) if end_s - begin_s > self.seconds_per_px else None
         self.selected.emit()
         self.update()
 
     def choose_step(self, number: int) -> None:
-        """Mark a step, and bring it into sight."""
+        """Select a step, and scroll to it."""
         self.view.step = number
         if self.content is not None and number >= 0:
             step = self.content.steps[number].step
@@ -157,7 +157,7 @@ class Axis(QWidget):
         self.redraw()
 
     def choose_tile(self, tile: int) -> None:
-        """Show the vibration of this row of the floor."""
+        """Show the vibration of a tile, by its row of the floor."""
         if tile != self.view.tile:
             self.view.tile = tile
             self.redraw()
@@ -216,7 +216,7 @@ class Axis(QWidget):
         self._drag = ""
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Show a contact large."""
+        """Zoom to the contact under the mouse."""
         for contact, bar in self._painter().bars() if self.content is not None else ():
             if bar.adjusted(-2, 0, 2, 0).contains(event.position()):
                 length_s = contact.end_s - contact.start_s
@@ -233,7 +233,7 @@ class Axis(QWidget):
         event.accept()
 
     def _choose_at(self, at: QPointF) -> bool:
-        """Choose the step or the tile under the mouse; whether there was a step."""
+        """Select the step or the tile under the mouse; return whether there was a step."""
         tracks = self._painter()
         assert self.content is not None
         tiles = tracks.tracks["tiles"]
@@ -253,7 +253,7 @@ class Axis(QWidget):
             super().keyPressEvent(event)
 
     def forward_keys_of(self, widget: QWidget) -> None:
-        """Act on signs that are typed while `widget` has the focus, too."""
+        """Handle characters that are typed while `widget` has the focus."""
         for key in _SHARED_KEYS:
             QShortcut(key, widget, partial(self.handle_key, key)).setContext(
                 Qt.ShortcutContext.WidgetWithChildrenShortcut
@@ -350,7 +350,7 @@ class Axis(QWidget):
 
 
 class Timeline(QWidget):
-    """The axis, and a scroll bar under it."""
+    """The axis with a scroll bar."""
 
     def __init__(self) -> None:
         super().__init__()

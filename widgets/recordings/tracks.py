@@ -82,7 +82,7 @@ class RecordingContent:
 
 @dataclass(frozen=True)
 class Track:
-    """A band of the picture from `top` to `bottom`, in pixels."""
+    """A horizontal band of the picture from `top` to `bottom`, in pixels."""
 
     name: str
     top: float
@@ -127,7 +127,7 @@ class TrackPainter:
         return self.left + share * (self.right - self.left)
 
     def paint(self, painter: QPainter) -> None:
-        """Paint all but what moves: cursor and selection."""
+        """Paint everything except cursor and selection, which move."""
         painter.setFont(theme.font(theme.SMALL_PX))
         self._paint_ruler(painter)
         for track in self.tracks.values():

@@ -1,4 +1,4 @@
-"""The Recordings workspace: a list, the recording that is open on its time axis, its steps, and the floor."""
+"""The Recordings workspace: the list, the open recording on its time axis, its steps, and the floor."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -91,7 +91,7 @@ class RecordingsWorkspace(Workspace):
         context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.refresh))
 
     def open_file(self, path: Path) -> None:
-        """Open a recording, and put it on the list."""
+        """Open a recording, and add it to the list."""
         self.recordings.add(path)
         self.open(path)
 
@@ -292,7 +292,7 @@ class RecordingsWorkspace(Workspace):
         self._mark("")
 
     def ask_mark(self) -> None:
-        """Mark the cursor's time with a text."""
+        """Add a mark with a text at the cursor's time."""
         if self.content is None:
             return
         dialog = QInputDialog(self)
@@ -308,7 +308,7 @@ class RecordingsWorkspace(Workspace):
             self._change(lambda recording: recording.add_mark(frame, text))
 
     def remove_mark(self) -> None:
-        """Take away the mark that is nearest to the cursor, within a few pixels."""
+        """Remove the mark nearest to the cursor, within a few pixels."""
         if self.content is None:
             return
         opened = self.content.opened
@@ -321,7 +321,7 @@ class RecordingsWorkspace(Workspace):
         self.reader.change_marks(change)
 
     def play_or_stop(self) -> None:
-        """Play the selected stretch, or from the cursor on; or stop."""
+        """Play the selected range, or from the cursor on; stop if playing."""
         player, content = self.player, self.content
         if player is None or content is None:
             self._enable()
@@ -336,7 +336,7 @@ class RecordingsWorkspace(Workspace):
         self._show_play()
 
     def export(self) -> bool:
-        """Ask for a file, and write the recording into it."""
+        """Ask for a file, and export the recording to it."""
         if self.content is not None:
             self.exporting.ask(self.content.opened.path)
         else:

@@ -31,7 +31,7 @@ Table = Mapping[str, Sequence[Outcome]]
 
 
 def run(row: str = "", effort: Effort = _USUAL, progress: Progress = lambda line: None) -> dict[str, list[Outcome]]:
-    """Try one row, or all of them: lines by the names of rows."""
+    """Run one row of the table, or all of them; return outcomes by the names of rows."""
     require(row in ("", *ROWS), "stress", row, ", ".join(ROWS))
     found = {}
     for name in [row] if row else ROWS:

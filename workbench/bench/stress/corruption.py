@@ -1,4 +1,4 @@
-"""Damage to bytes: what disks, editors, scripts and people who mean harm do to a file."""
+"""Damage to bytes as caused by disks, editors, scripts and attackers."""
 
 import json
 import sqlite3

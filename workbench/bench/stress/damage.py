@@ -1,4 +1,4 @@
-"""Damaged files of every kind: read, or refused in one line, soon, and with nothing left open."""
+"""Damaged files of every kind: each must be read, or refused quickly in one line, with no file left open."""
 
 import gc
 import os

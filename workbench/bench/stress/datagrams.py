@@ -1,4 +1,4 @@
-"""Datagrams that no tile of the floor has sent: forged, out of order in time, too many, and noise."""
+"""Datagrams that no tile of the floor has sent: forged, with wrong times, too many, and noise."""
 
 import socket
 import time
@@ -152,7 +152,7 @@ def _clocks(seed: int) -> Outcome:
         rows = [[tile, number & 0xFFFF, time_us & 0xFFFF_FFFF, 100, 100, 100, 100] for tile in (0, 1)]
         source.receive(parser.feed(encode(rows)), began_s + 1e-3 * number)
         if number % 4 == 3:
-            time.sleep(max(began_s + 1e-3 * number - time.monotonic(), 0.0))  # the session's clock is the real one
+            time.sleep(max(began_s + 1e-3 * number - time.monotonic(), 0.0))  # the session uses the real clock
             count = source.pull(round(number * RATE_HZ / 1000))
             stamps += source.stamps[:count].tolist()
     back = int((np.diff(stamps) < 0.0).sum())

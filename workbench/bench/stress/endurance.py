@@ -1,4 +1,4 @@
-"""Long runs in short time: memory, handles and clocks after hours of session frames."""
+"""Long runs in a short time: memory, file handles and clocks after hours of session frames."""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""A disk that is full while something is written: one line, the old file whole, and the program goes on."""
+"""A disk that is full during a write: one error line, the old file complete, and the program continues."""
 
 import subprocess
 import tempfile
@@ -42,8 +42,9 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 @contextmanager
 def small_disk(folder: Path) -> Iterator[str]:
-    """Let files in a folder have no more room than 16 MB: by a disk in memory where that may be mounted, else by the
-    limit of this process to the size of a file. Says which of the two.
+    """Limit the files in a folder to 16 MB; yield the method in words.
+
+    The method is a RAM disk if mounting is permitted, else this process's limit on file sizes.
     """
     command = ["mount", "-t", "tmpfs", "-o", f"size={_ROOM}", "none", str(folder)]
     try:

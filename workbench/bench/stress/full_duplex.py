@@ -54,7 +54,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _played(path: Path, seconds: float, progress: Progress) -> Health:
-    """Let a session play and record; how it was in the end."""
+    """Run a session that plays and records; return its final state."""
     floor = default_floor()
     inputs = tuple(Accelerometer(name, k, _FULL_SCALE_M_S2) for k, name in enumerate(floor.ids))
     target = Target(floor, sound="", latency_s=_BUFFER_S, accelerometers=inputs, simulation=PEOPLE)

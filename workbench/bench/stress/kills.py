@@ -92,7 +92,7 @@ class _OutputMonitor:
 
 
 def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: Path, progress: Progress) -> Outcome:
-    """Kill one process of a session again and again, each time once another engine is ready to take over."""
+    """Kill one process of a session repeatedly, each time once a standby engine is ready."""
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     output, idle = _OutputMonitor(session), CpuIdle()
     away_s, wrong = [], []

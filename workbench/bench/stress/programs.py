@@ -1,4 +1,4 @@
-"""Whole programs, started in sessions of their own to be killed, and what shared memory says of what they play."""
+"""Whole programs in separate process sessions, to be killed, and their output as seen in shared memory."""
 
 import os
 import signal
@@ -62,7 +62,9 @@ class Program:
         return Program([sys.executable, "-m", "underfoot", *options], folder, len(FLOOR.tiles))
 
     def plays(self, within_s: float, record: Path | None = None) -> bool:
-        """Wait until it has played something, and until the recorder, which starts at the same time, keeps it."""
+        """Wait until the program has played something, and the recorder, if any, has written it; return whether both
+        happened.
+        """
         end = time.monotonic() + within_s
         while time.monotonic() < end and self._process.poll() is None:
             if self._sounded() > 0 and (record is None or _has_begun(record)):
@@ -71,7 +73,7 @@ class Program:
         return False
 
     def kill(self, group: bool) -> OutputAfterKill:
-        """Kill its first process, or all of them at once, and wait until it plays nothing more."""
+        """Kill the first process, or all at once; wait until the output ends."""
         self._find_rings()
         at = max((_written(ring) for ring in self._rings), default=0)
         if group:
@@ -96,7 +98,7 @@ class Program:
         return _waited(lambda: [path.name for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*")], 5.0)
 
     def remove_blocks(self) -> None:
-        """Remove what killed programs left behind."""
+        """Remove the shared memory that killed programs left behind."""
         remove_orphans()
 
     def said(self) -> str:
@@ -125,7 +127,7 @@ class Program:
         return found
 
     def _find_rings(self) -> None:
-        """Map its rings of vibration, read only: they can be read when they have no name any more."""
+        """Map the vibration rings, read only; mapped rings stay readable after their names are removed."""
         if self._rings:
             return
         size = _HEADER_BYTES + 4 * _RATE * self._tiles * 4
@@ -154,7 +156,7 @@ class CpuIdle:
         """The processor time that each had taken, and since when it is that."""
 
     def of(self, pid: int) -> bool:
-        """Look at one."""
+        """Poll the processor time of one process."""
         try:
             found = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:

@@ -1,4 +1,4 @@
-"""An engine and a further sound card in simulated time: no machine is too busy for them."""
+"""An engine and a further sound card in simulated time, independent of the machine's load."""
 
 import ctypes
 from collections import deque

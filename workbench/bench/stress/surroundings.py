@@ -1,4 +1,4 @@
-"""Surroundings that no developer has: no home, no cache, several programs at once, another locale, strange names."""
+"""Unusual environments: no home, no cache, several programs at once, another locale, special characters in names."""
 
 import hashlib
 import os

@@ -1,7 +1,7 @@
-"""Sound cards that are not there, with clocks of their own: sinks of PulseAudio into pipes, read at a set rate.
+"""Simulated sound cards with their own clocks: PulseAudio pipe sinks, read at a set rate.
 
-A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock. A card waits
-for no processor: where the system grants it, server and reader run before all else.
+A pipe sink plays as fast as its pipe is read, so its reader acts as the card's clock. Real cards need no processor
+time, so server and reader run at real-time priority if the system permits.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""A study of many trials on a simulated tile: how soon after its step a trial vibrates, its answer is on the disk."""
+"""A study of many trials on a simulated tile: times from step to vibration, and from answer to disk."""
 
 import tempfile
 import time
@@ -64,7 +64,7 @@ def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
 
 
 def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
-    """Take part in all trials; how many the file has in the end."""
+    """Answer all trials; return the number of trials in the file."""
     stage = Stage(id="main", kind="trials", start="step", method=MethodUse("rating", {"blocks": trials}))
     protocol = Protocol(stimuli={"WC": _CONSTANT}, stages=(stage,)).check(REGISTRY, path.parent)
     session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
@@ -87,7 +87,7 @@ def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
 
 
 def _one_trial(runner: Runner, times: _Times) -> None:
-    """Step on the tile when that is waited for, leave it, and answer."""
+    """Step on the tile when the runner waits for it, leave, and answer."""
     _until(runner, lambda: runner.phase is Phase.READY)
     tile = runner.session.target.floor.tiles[0].id
     runner.session.send(PressTile(tile, 0.0, 0.0, _FOOT_N))

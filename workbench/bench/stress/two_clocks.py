@@ -67,8 +67,9 @@ def simulated(seconds: float) -> Outcome:
 
 
 def _played(seconds: float, progress: Progress) -> list[tuple[float, Health]]:
-    """Let a session play a tone on 36 tiles; how it was, twenty times a second of the system's clock, once both cards'
-    clocks have settled."""
+    """Run a session that plays a tone on 36 tiles; return its state at 20 Hz of the system's clock, once the clocks
+    have settled.
+    """
     sound = "; ".join(f"{name}={CHANNELS}" for name in ("left", "right"))
     target = Target(default_floor(6, 6), sound=sound, block=256, latency_s=BUFFER_S)
     session, found = Session(target, tone(TONE_HZ), REGISTRY), list[tuple[float, Health]]()

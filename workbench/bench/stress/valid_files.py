@@ -1,4 +1,4 @@
-"""A whole file of every kind that is read, and how it is read to its end."""
+"""A valid file of every kind that the program reads, and its reader."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
