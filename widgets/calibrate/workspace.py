@@ -109,7 +109,7 @@ class CalibrateWorkspace(Workspace):
         self.wizard.ask_to_leave(then)
 
     def close_down(self) -> None:
-        """Stop what runs, and wait for it and for pending writes."""
+        """Stop the measurement, and wait for it and for pending writes."""
         self.wizard.end()
         if self.projection is not None:
             self.projection.close()

@@ -18,7 +18,7 @@ _KEY = QKeySequence.StandardKey
 
 
 class CanvasAction(NamedTuple):
-    """An action by the name that code calls it, its text, and its keys."""
+    """An action: its name in code, its text, and its keys."""
 
     name: str
     text: str

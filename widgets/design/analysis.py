@@ -1,4 +1,4 @@
-"""Spectrum and spectrogram of a preview, in levels that a screen can show. numpy only."""
+"""Spectrum and spectrogram of a preview, at the resolution of the screen. numpy only."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class Scale:
 
     @property
     def range_hz(self) -> Range:
-        """The ends of the axis, Hz."""
+        """The ends of the axis, in Hz."""
         return self.low_hz, self.high_hz
 
     def rows_hz(self, rows: int) -> NDArray[np.float64]:

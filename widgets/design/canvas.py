@@ -130,7 +130,7 @@ class Canvas(EditableView):
             self._open_list(place, NodeRequest(at), None)
 
     def open_replacements(self) -> None:
-        """Ask for the type of node that the selected one is to be changed into."""
+        """Open the list of types by which the selected node can be replaced."""
         ids = self.patch_scene.selected()
         if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
             self.show_message("Select one node to replace")

@@ -142,7 +142,7 @@ class WireDrag:
         return self._verdicts[wire]
 
     def _open(self, over: NodeItem | None) -> None:
-        """Show the parameters of the node under the mouse as ports, while it is there."""
+        """Show all parameters of the node under the mouse as ports, during the drag."""
         if over is self._opened:
             return
         if self._opened is not None:

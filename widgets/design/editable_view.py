@@ -27,7 +27,7 @@ GAP_BESIDE = 24.0
 
 
 class EditableView(PatchView):
-    """A view whose patch can be edited."""
+    """The base class of a view whose patch can be edited."""
 
     selected = Signal(list)
     """The ids of the selected nodes."""
@@ -384,7 +384,7 @@ class EditableView(PatchView):
         groups = tuple(msgspec.structs.replace(g, **changes) if g.id == id else g for g in patch.groups)
         return msgspec.structs.replace(patch, groups=groups).check(self.registry)
 
-    # --- words ---
+    # --- texts ---
 
     def _name(self, id: str) -> str:
         node = self.document.patch.node(id)

@@ -1,4 +1,4 @@
-"""The list of node types by family, narrowed by typing: in the palette, and on the canvas where a node is added."""
+"""The list of node types by family, with a search field, for the palette and the canvas."""
 
 from collections.abc import Collection
 

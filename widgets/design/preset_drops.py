@@ -1,4 +1,4 @@
-"""Presets that are dragged from their list, and what they can be dropped on."""
+"""Drag and drop of presets from their list."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +23,7 @@ def dragged(path: Path) -> QMimeData:
 
 
 class PresetDrops(QObject):
-    """Lets widgets take presets."""
+    """Lets widgets accept dropped presets."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)

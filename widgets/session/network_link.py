@@ -70,7 +70,7 @@ class NetworkLink(QObject):
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:
-        """Serve a session that was opened, and report what leaves this computer."""
+        """Serve a newly opened session, and report which data leave this computer."""
         try:
             plan = NetworkPlan.chosen(
                 {**DEFAULT_ADDRESSES, **self._settings.network_addresses}, self._settings.network_on

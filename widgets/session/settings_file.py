@@ -14,7 +14,7 @@ LOOK_MS = 2000
 
 
 class SettingsFile(QObject):
-    """Loads the `settings` in `folder`, and writes them when they have changed; `notify` gets what prevents that."""
+    """Loads the `settings` in `folder`, and writes them after changes; `notify` receives errors."""
 
     def __init__(self, folder: Path, notify: Callable[[str], None], parent: QObject) -> None:
         super().__init__(parent)

@@ -136,7 +136,7 @@ class Start(Swap):
 
 @dataclass(frozen=True)
 class CancelStart(Command):
-    """Cancel a waiting start. Not recorded: what did not begin is not recorded, either."""
+    """Cancel a waiting start. Not recorded, because a start is recorded only when it begins."""
 
     def reported(self) -> None:  # type: ignore[override]
         return None

@@ -1,4 +1,4 @@
-"""Progress of two processes that compile the same kernels, each from another end of the list."""
+"""Progress of two processes that compile the same kernels, from opposite ends of the list."""
 
 from dataclasses import dataclass, field
 

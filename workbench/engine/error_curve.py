@@ -1,8 +1,4 @@
-"""Run time against error of one node: what its requested error costs.
-
-Points are cached on disk under a digest of the measured code and the node's values: a change of either measures them
-again.
-"""
+"""Run time of one node as a function of its error."""
 
 import hashlib
 import json

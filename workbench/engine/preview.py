@@ -1,4 +1,4 @@
-"""Previews: one step on one tile, and a strike as the foot comes down, through a patch; what each node makes of it."""
+"""Previews: the response of a patch's nodes to one step on one tile, with a strike at the foot's contact."""
 
 from pathlib import Path
 

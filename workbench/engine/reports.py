@@ -66,7 +66,7 @@ class Notice:
 
 @dataclass(frozen=True)
 class PatchRefused(Notice):
-    """A patch cannot be played; what was played before goes on."""
+    """A patch cannot be played; the previous one continues."""
 
     @classmethod
     def because(cls, error: Exception | str) -> "PatchRefused":

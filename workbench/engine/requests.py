@@ -24,17 +24,14 @@ class Setup:
 
 @dataclass(frozen=True)
 class StandBy:
-    """Load the kernels of what another engine plays, so that it can be taken over at once."""
+    """Load the kernels of the other engine's program, for an immediate takeover."""
 
     setup: Setup
 
 
 @dataclass(frozen=True)
 class CompileRequest:
-    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
-
-    `plates` are as in `LoopOptions`. `from_end` is for a process that shares this with another one.
-    """
+    """Compile all kernels of a patch, and of the target's force source, into the cache; answered by `Compiled`."""
 
     ticket: int
     patch: bytes
@@ -61,7 +58,7 @@ class PreviewRequest:
 
 @dataclass(frozen=True)
 class OutlinesRequest:
-    """Render what several nodes do in one step, for small pictures; answered with `Outlines`."""
+    """Render several nodes' responses to one step, for small pictures; answered by `Outlines`."""
 
     ticket: int
     patch: bytes

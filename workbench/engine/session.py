@@ -224,7 +224,7 @@ class Session:
         return can_start
 
     def play(self) -> None:
-        """Let sound out, also after a panic."""
+        """Open the output, also after a panic."""
         self.memory.status.panic = False
         self.send(Play(True))
 
@@ -260,9 +260,8 @@ class Session:
         return self._ticket
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
-        """Ask what nodes do in one step, in few points: `Outlines` of this ticket follow, unless a preview is wanted.
-
-        `seconds` as in `preview`.
+        """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
+        request cancels it.
         """
         self._ticket += 1
         wanted = patch.dumps(), tuple(nodes), tile or self.target.floor.tiles[0].id, seconds
@@ -314,10 +313,7 @@ class Session:
             self._ending_recorders.pop().has_ended(RECORDER_END_S)
 
     def end_recording(self) -> None:
-        """Close the recording; the file is whole some 0.2 s later, for which nobody waits.
-
-        It ends where the engine last reported all commands: some 20 ms ago.
-        """
+        """Close the recording; the file is complete about 0.2 s later, without blocking."""
         if self._recorder is not None:
             reported = int(self.memory.status.get(Field.REPORTED))
             self._handle_engine_reports()
@@ -414,7 +410,7 @@ class Session:
         self._engine.send(self._setup)
 
     def _catch_up(self, setup: Setup, started: Started) -> None:
-        """Send the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
+        """Send the engine the changes made while it loaded, during which nothing could be sent."""
         self._started = True
         self._compile_progress.clear()
         if self.level_db != started.level_db:

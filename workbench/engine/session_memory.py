@@ -44,7 +44,7 @@ class SessionMemory:
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """Create memory for this number of tiles, and remove what killed programs left."""
+        """Create memory for this number of tiles, and remove blocks left by killed programs."""
         remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))

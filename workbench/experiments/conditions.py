@@ -56,7 +56,7 @@ def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
     if not any(given):
         raise BadFile(f"{path} has no conditions; allowed: a header, and a line for each condition")
     limit = draft.raw.get("limit_m_s2")
-    limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # of which the draft has its own line
+    limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # the draft reports a wrong limit
     found: dict[str, dict[str, Any]] = {}
     for number, cells in enumerate(given, 2):
         if not cells:
@@ -95,7 +95,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
     settings = {column: value_of(cell) for column, cell in given.items() if "." in column}
     factors = {column: _fact(cell) for column, cell in given.items() if column not in _COLUMNS and "." not in column}
     if settings or "patch" in given:
-        made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # they were those of other settings
+        made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # measured with other settings
     for column in _FIELDS:
         if column in given:
             made[column] = given[column] if column in _WORDS else value_of(given[column])

@@ -33,7 +33,7 @@ class BooleanField(Parameter):
 
 @dataclass(frozen=True)
 class TextLine(Parameter):
-    """Several short texts, each once, in an order that counts."""
+    """Several distinct short texts, in a meaningful order."""
 
     default: tuple[str, ...] = ()
     kind: ClassVar[str] = "words"

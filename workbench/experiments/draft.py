@@ -79,7 +79,7 @@ class Draft:
         return ""
 
     def save(self, path: Path) -> Protocol:
-        """Write the protocol, which must be without mistakes, to a file in `folder`."""
+        """Write the protocol to a file in `folder`, and return it; raise `BadFile` for a mistake in it."""
         protocol = self.checked()
         make_folder(path.parent)
         protocol.save(path)
@@ -107,7 +107,7 @@ class Draft:
         raise BadFile(f"{path} cannot be copied to {self.folder / PATCHES}: a thousand of this name are there")
 
     def take_patches(self, folder: Path) -> None:
-        """Copy the patches of all stimuli that lie in `folder` beside this protocol."""
+        """Copy the patches of all stimuli from `folder` to the folder of this protocol."""
         presets = preset_files.patches()
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")

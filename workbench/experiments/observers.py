@@ -129,13 +129,13 @@ class Detector(Observer):
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
             return {"felt": YES if yes else NO}
-        if self.given.get("intervals") == "two":  # the stimulus or nothing: who feels nothing guesses
+        if self.given.get("intervals") == "two":  # one interval has no stimulus; an undetected stimulus is guessed
             yes = yes or random.random() < 0.5
         comparison_first = trial.facts["comparison_at"] == FIRST
         return {"interval": FIRST if yes == comparison_first else SECOND}
 
     def truths(self) -> dict[str, float]:
-        # Guesses and lapses move where the share of yes is a half, unless they are alike.
+        # Unequal rates of guesses and lapses shift the level at which half of the answers are yes.
         guesses, lapses = self.truth["guesses"], self.truth["lapses"]
         share = (0.5 - guesses) / (1.0 - guesses - lapses)
         shift = self._spread_db * _normal_inverse(share)
@@ -217,7 +217,7 @@ class Discriminator(Observer):
         levels = sorted({float(factors.get(_LEVEL, 0.0)) for factors in stimuli})
         for level in levels[:1] if self._judges_level else levels:
             pse, slope = self._at(level)
-            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # as the analysis names it
+            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # the analysis's name
             found |= {f"pse{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
@@ -246,7 +246,7 @@ class Discriminator(Observer):
 
 
 class Rater(Observer):
-    """Puts the slider at a place that rises with the logarithm of the level, with a spread."""
+    """Sets the slider to a value that increases with the logarithm of the level, with a spread."""
 
     methods = ("rating",)
     without = Number(25.0, 0.0, 100.0, doc="Where a plate that does not vibrate is put.")
@@ -267,7 +267,7 @@ class Rater(Observer):
 
 
 class Labeller(Observer):
-    """Gives a label of the first sort at a rate that depends on the set, and of the last one otherwise."""
+    """Gives a label of the first sort at a rate that depends on the set, and otherwise of the last sort."""
 
     methods = ("free-labels",)
     impact_share_it = Number(thesis.IMPACT_LABELS["IT"], 0.0, 1.0, doc="Share of impact labels for the set IT.")

@@ -153,7 +153,7 @@ class SessionFile:
             unless_opened.pop_all()
         return SessionFile(path, base)
 
-    # --- what is in it ---
+    # --- reading ---
 
     @property
     def about(self) -> dict[str, str]:
@@ -220,7 +220,7 @@ class SessionFile:
                 found.append(Excerpt(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
         return found
 
-    # --- what is put in ---
+    # --- writing ---
 
     def begin_packing(self, excerpts: Iterable[Excerpt]) -> None:
         """Begin to compress excerpts in a thread, before `add` needs them.

@@ -170,7 +170,7 @@ class Study:
         changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
-    # --- how it goes on ---
+    # --- transitions ---
 
     def _begin(self) -> None:
         self._at, self._attempt, self._answered, self._gain_db = 0, 1, 0, 0.0

@@ -1,7 +1,7 @@
-"""Marks for other recorders: LSL streams, and a trigger over a serial line, to align EEG or motion capture.
+"""Markers for other recorders, for synchronisation with EEG or motion capture: LSL streams, and a serial trigger.
 
-LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): a stream of markers in words, and one of forces. A
-serial trigger sends one byte for each mark.
+LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of text markers, and one of forces. A serial
+trigger sends one byte for each marker.
 """
 
 from typing import TYPE_CHECKING, Any, Protocol

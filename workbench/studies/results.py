@@ -1,4 +1,4 @@
-"""The trials of sessions and tables: read for the analysis, and written for other programs."""
+"""The trials of sessions and tables: import for the analysis, and export to other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -85,7 +85,7 @@ class Runner:
         self._resumed = Phase.PAGE
         session.stop()  # silence while patches are compiled
 
-    # --- what is shown ---
+    # --- display ---
 
     @property
     def page(self) -> Page:
@@ -127,7 +127,7 @@ class Runner:
         target, until = self._selected
         return target if self.phase is Phase.WAITING and self._clock() < until else None
 
-    # --- what is done ---
+    # --- actions ---
 
     def poll(self, reports: Iterable[Report]) -> None:
         """Advance the study, with the session's reports since the last call."""
@@ -423,7 +423,7 @@ class Runner:
         self._presented.complete(self.presenter)
         self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 
-    # --- what is kept ---
+    # --- storing ---
 
     def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
         """Store an answer with the facts of its trial and the response time."""

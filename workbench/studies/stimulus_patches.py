@@ -1,4 +1,4 @@
-"""The patches of a study's stimuli, as they are played to one participant."""
+"""The patches of a study's stimuli at one participant's levels."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Absolute identification: one stimulus at a time, answered by its number (thesis 3.4), or by one of some words."""
+"""Absolute identification: one stimulus at a time, answered with its number (thesis 3.4), or one of several words."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -47,7 +47,7 @@ class AbsoluteIdentification(ListedMethod):
 
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
-        """Raise `BadValue` for a single answer, which would be no choice."""
+        """Raise `BadValue` for a single answer, which leaves no choice."""
         require(len(given["answers"]) != 1, "answers", list(given["answers"]), "two or more, or none")
 
     @classmethod
