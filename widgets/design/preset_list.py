@@ -57,9 +57,9 @@ class PresetList(QListWidget):
     def show_presets(
         self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str], headed: bool
     ) -> None:
-        """Show these presets; `headed` groups them by family, else they are sorted by title.
+        """Show these presets by name under headings of their families, or, if not `headed`, by title.
 
-        With families, the current preset stays current if it is still listed. Otherwise none is current, and Enter
+        With headings, the current preset stays current if it is still listed. Otherwise none is current, and Enter
         opens the first.
         """
         before = self.current() if headed else None
