@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from underfoot.floor.simulated_tile import SimulatedTile
 
 MakeProcedure = Callable[[Target, Tile, Profile, str], tuple[Procedure, Rig]]
-"""From target, tile, its profile, and the reference that was entered."""
+"""Makes a procedure from target, tile, its profile, and the reference that was entered."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class CalibrationKind:
 
 
 def by_hand(target: Target) -> bool:
-    """Whether a person presses, because the target is hardware."""
+    """Return whether a person presses the tile, because the target is hardware."""
     return target.kind not in ("simulator", "replay")
 
 

@@ -88,7 +88,7 @@ class ChoicePanel(QWidget):
         self.setFocusProxy(self.map)
 
     def _lay_out(self, inside: QWidget) -> None:
-        """The choice scrolls where the window is too low for it; the button below stays."""
+        """Lay out the page: the choice scrolls if the window is too low; the button below stays visible."""
         area = QScrollArea()
         area.setWidget(inside)
         area.setWidgetResizable(True)

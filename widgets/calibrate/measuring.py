@@ -1,4 +1,4 @@
-"""Runs a procedure on a rig in a thread of its own; the window receives snapshots."""
+"""Runs a procedure on a rig in a separate thread; the window receives snapshots."""
 
 import queue
 import threading
@@ -60,7 +60,7 @@ class Measurement(QObject):
     changed = Signal()
     """There is a new `snapshot`."""
     failed = Signal(str)
-    """It cannot begin or continue: the reason in one line."""
+    """The measurement cannot begin or continue; carries the reason in one line."""
     ended = Signal()
     """The rig is released; the last signal."""
 
@@ -89,13 +89,13 @@ class Measurement(QObject):
         self._orders.put(lambda worker: worker.proceed(values, page))
 
     def run_automatically(self, on: bool, values: Mapping[str, Any] | None = None) -> None:
-        """On a simulator: run automatically, with `values` as the answer to the present page; or pause."""
+        """Run automatically on a simulator, with `values` as the answer to the present page; or pause."""
         if on:
             self._allow_sound()
         self._orders.put(lambda worker: worker.set_automatic(on, values or {}))
 
     def skip(self) -> None:
-        """Skip what the page measures."""
+        """Skip the measurement of the page."""
         self._orders.put(lambda worker: worker.change_page(worker.procedure.skip))
 
     def back(self) -> None:
@@ -103,12 +103,12 @@ class Measurement(QObject):
         self._orders.put(lambda worker: worker.change_page(worker.procedure.back))
 
     def _allow_sound(self) -> None:
-        """At once, not queued: a panic after the click must take precedence."""
+        """Allow sound at once, not by a queued call, so that a panic after the click takes precedence."""
         if self._worker is not None:
             self._worker.rig.allow()
 
     def silence(self) -> None:
-        """Panic: stop the automatic run, and what is playing."""
+        """Stop the automatic run and the sound (panic)."""
         self.run_automatically(False)
         if self._worker is not None:
             self._worker.rig.silence()
@@ -157,7 +157,7 @@ class Measurement(QObject):
 
 
 class _Worker:
-    """The thread's side: executes orders, does what the page wants, and sends snapshots."""
+    """The thread's side: executes orders, performs the page's requests, and sends snapshots."""
 
     def __init__(
         self,
@@ -228,7 +228,7 @@ class _Worker:
         return order
 
     def _pause_s(self) -> float | None:
-        """Return how long to wait for an order before doing what the page wants; None if it wants nothing."""
+        """Return the time to wait for an order before the page's next request, in seconds; None if there is none."""
         if not self._has_work():
             return _IDLE_READ_S if self._by_hand and not self.procedure.page.last else None
         begins_s = (
@@ -237,13 +237,13 @@ class _Worker:
         return max(begins_s - time.monotonic(), 0.0)
 
     def _has_work(self) -> bool:
-        """Whether there is something to do without a request."""
+        """Return whether there is work without an order."""
         page = self.procedure.page
         wants_press = page.press is not None and not page.questions
         return not page.last and (self._is_requested or self._is_automatic or (self._by_hand and wants_press))
 
     def _advance(self) -> None:
-        """Do what the page wants, once."""
+        """Perform the page's request once."""
         self.busy_since = time.monotonic()
         if not self._has_work():
             self.rig.read()  # discard readings between pages

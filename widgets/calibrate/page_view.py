@@ -180,7 +180,7 @@ class _ScrolledForm(QScrollArea):
 
 
 def plays_sound(page: Page) -> bool:
-    """Whether the page's sound is audible: silence is only recorded."""
+    """Return whether the page's sound is audible; silence is only recorded."""
     return page.sound is not None and bool(page.sound.signal.any())
 
 

@@ -120,7 +120,7 @@ class PlatePage(QWidget):
         self._show_found()
 
     def write_report(self, folder: Path) -> str:
-        """Write a report of what is shown, and return a line with its path."""
+        """Write a report of the visible results, and return a line with its path."""
         assert self.found is not None
         write([self.found], folder)
         return f"The report is in {folder / 'index.html'}"

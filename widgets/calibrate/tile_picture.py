@@ -23,7 +23,7 @@ _NEAR_M = 1e-6
 
 
 class TilePicture(QWidget):
-    """Shows where to press, or what stands on the tile while a sound is played."""
+    """Shows where to press, or the load on the tile during a sound."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -180,7 +180,7 @@ class Wizard(QWidget):
 
     @property
     def would_lose(self) -> bool:
-        """Whether much has been done by hand that leaving would lose."""
+        """Whether leaving would lose much manual work."""
         measurement, snapshot = self.measurement, self.snapshot
         is_much = snapshot is not None and snapshot.page.share > WORTH and not self._is_saved
         return measurement is not None and measurement.by_hand and is_much
@@ -374,7 +374,7 @@ class Wizard(QWidget):
 
 
 def continue_text(page: Page, by_hand: bool, is_waiting: bool) -> str:
-    """Return the label of Continue on a page: what it does there."""
+    """Return the label of Continue for a page's action."""
     if page.press is not None and not page.questions:
         if page.press.position is not None:
             return "Move" if is_waiting and not by_hand else "Moving…"

@@ -101,7 +101,7 @@ class CalibrateWorkspace(Workspace):
 
     @property
     def would_lose(self) -> bool:
-        """Whether what is being measured by hand would be lost."""
+        """Whether leaving would lose manual measurements."""
         return self.wizard.would_lose
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
@@ -109,7 +109,7 @@ class CalibrateWorkspace(Workspace):
         self.wizard.ask_to_leave(then)
 
     def close_down(self) -> None:
-        """Stop what runs, and wait for it and for pending writes."""
+        """Stop the measurement, and wait for it and for pending writes."""
         self.wizard.end()
         if self.projection is not None:
             self.projection.close()
@@ -286,7 +286,7 @@ class CalibrateWorkspace(Workspace):
         self._ask_folder("plates", lambda folder: self.profiles.do(lambda: self.plates.write_report(folder)))
 
     def _ask_folder(self, subject: str, then: Callable[[Path], None]) -> None:
-        """Ask for a folder with a name of its own, and continue with it."""
+        """Ask for a folder, with `subject` in its suggested name, and pass it to `then`."""
         dialog = file_dialog(self, "A folder for the report", self._settings.folder)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)  # a folder that does not exist yet can be named
         dialog.setOption(QFileDialog.Option.DontConfirmOverwrite)  # the folder's content stays

@@ -1,1 +1,1 @@
-"""Controls made from a parameter's declaration; each edits a value and knows nothing of where it goes."""
+"""Controls made from the declaration of a parameter; each edits a value, independent of its use."""

@@ -1,4 +1,4 @@
-"""A list of numbers as bars: the amplitudes of harmonics, the values of a sequence."""
+"""A list of numbers as bars, such as amplitudes of harmonics or values of a sequence."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from underfoot.widgets.controls.parameter_editor import NumbersEditor
 
 
 class Bars(HandlePad):
-    """One bar a number. A drag across draws over several; the scale follows when the mouse is let go."""
+    """A bar for each number. A drag across draws several bars; the scale adapts when the mouse is released."""
 
     HEIGHT_PX = 120
 
@@ -29,20 +29,20 @@ class Bars(HandlePad):
         return list(self._values)
 
     def set_values(self, values: Sequence[float]) -> None:
-        """Show these numbers, without saying that they changed."""
+        """Show these numbers, without emitting a change."""
         self._values = list(values)
         self.chosen = min(self.chosen, len(self._values) - 1)
         self._fit()
         self.update()
 
     def _fit(self) -> None:
-        """Ends of the scale: at least 0 to 1, with room above what there is, within what is allowed."""
+        """Fit the ends of the scale: at least 0 to 1, with a margin above the values, within the allowed range."""
         if not self.is_dragged:
             self._high = min(max(1.0, 1.25 * max(self._values, default=0.0)), self._parameter.high)
             self._low = max(min(0.0, 1.25 * min(self._values, default=0.0)), self._parameter.low)
 
     def _scaled(self) -> QRectF:
-        """From the lowest to the highest value; above it is room for half a handle."""
+        """Return the rectangle from the lowest to the highest value; half a handle fits above it."""
         return self.area().adjusted(0.0, 6.0, 0.0, 0.0)
 
     def _y(self, value: float) -> float:
@@ -59,14 +59,14 @@ class Bars(HandlePad):
         return [QPointF(self._bar(i).center().x(), self._y(v)) for i, v in enumerate(self._values)]
 
     def _handle_at(self, place: QPointF) -> int:
-        """The bar of this column, however far the mouse is from its top."""
+        """Return the index of the bar in this column, at any distance from its top."""
         area = self.area()
         at = int((place.x() - area.x()) / area.width() * len(self._values))
         return at if self._values and area.adjusted(0, -4, 0, 4).contains(place) and at < len(self._values) else -1
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)
-        self.mouseMoveEvent(event)  # a bar goes to where it is clicked
+        self.mouseMoveEvent(event)  # a click sets the bar's value
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
@@ -81,7 +81,7 @@ class Bars(HandlePad):
         self._set(at, value)
 
     def begin_edit(self, edit_name: str) -> None:
-        super().begin_edit("drag" if edit_name.startswith("drag") else edit_name)  # over several bars it is one change
+        super().begin_edit("drag" if edit_name.startswith("drag") else edit_name)  # a drag over bars is one edit
 
     def nudge(self, index: int, across: float, up: float) -> None:
         if across:
@@ -130,7 +130,7 @@ class Bars(HandlePad):
 
 
 class BarsEditor(NumbersEditor):
-    """Bars above the line in which the same numbers are typed."""
+    """Bars above a text field with the same numbers."""
 
     def __init__(self, parameter: Numbers, parent: QWidget | None = None) -> None:
         self.bars = Bars(parameter)

@@ -1,4 +1,4 @@
-"""A curve of straight lines as a picture: its points are dragged."""
+"""Editor of a piecewise linear curve with points to drag."""
 
 from collections.abc import Sequence
 
@@ -16,12 +16,12 @@ Point = tuple[float, float]
 
 
 def is_curve(parameter: Parameter) -> bool:
-    """Whether a parameter's rows are points of a curve: a place along it, and a value."""
+    """Return whether a parameter's rows are points of a curve: a position and a value."""
     return isinstance(parameter, Rows) and [n.split()[-1] for n, _, _ in parameter.columns] == ["%", "value"]
 
 
 class Curve(HandlePad):
-    """Points from left to right, with straight lines between; level before the first and after the last."""
+    """Points from left to right with linear segments between, constant before the first and after the last."""
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -34,13 +34,13 @@ class Curve(HandlePad):
         return list(self._points)
 
     def set_points(self, points: Sequence[Sequence[float]]) -> None:
-        """Show these points, without saying that they changed."""
+        """Show these points, without emitting a change."""
         self._points = [(float(x), float(y)) for x, y in points]
         self.chosen = min(self.chosen, len(self._points) - 1)
         self.update()
 
     def place(self, point: Point) -> QPointF:
-        """Where in the picture a point stands."""
+        """Return the position of a point in the picture, in pixels."""
         area = self.area()
         across = (point[0] - self._left) / (self._right - self._left)
         up = (point[1] - self._low) / (self._high - self._low)
@@ -81,7 +81,7 @@ class Curve(HandlePad):
         self.emit_changed()
 
     def _set(self, index: int, point: Point) -> None:
-        """A point between its neighbours: the order stays."""
+        """Set a point, limited to the range between its neighbours."""
         x, y = self._clamped(point)
         if index > 0:
             x = max(x, self._points[index - 1][0])

@@ -1,4 +1,4 @@
-"""A line of text that ends in dots where there is no room for all of it."""
+"""A line of text that ends in an ellipsis if space is short."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLabel
 
 
 class ElidedLabel(QLabel):
-    """Takes the room that there is; what is cut is in the tooltip."""
+    """A label that uses the available width; the tooltip has the full text if it is elided."""
 
     def __init__(self, role: str = "") -> None:
         super().__init__()
@@ -15,7 +15,7 @@ class ElidedLabel(QLabel):
             self.setProperty("role", role)
 
     def set_full_text(self, text: str) -> None:
-        """Show as much of this as there is room for."""
+        """Set the text, elided to the available width."""
         self.full_text = text
         self.updateGeometry()
         self._fit()

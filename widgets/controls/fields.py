@@ -1,4 +1,4 @@
-"""What every parameter's control has: a label, a way back to the default, a line to type in, and words of help."""
+"""Common parts of parameter editors: a label, a reset to the default, a text field, and help."""
 
 from typing import Any
 
@@ -13,11 +13,12 @@ from underfoot.widgets.escape import is_escape_override
 
 
 class ParameterEditor(QWidget):
-    """A labelled control. `value_changed` follows every change made by a person; `began` comes before a new one, so
-    that whoever keeps an undo list knows which changes are one."""
+    """A labelled control. `value_changed` follows every change by the user. `began` precedes a new series of changes,
+    which an undo list stores as one.
+    """
 
     can_reset = True
-    """Whether there is a way back to the default."""
+    """Whether the control has a button to reset to the default."""
 
     value_changed = Signal(object)
     edit_began = Signal()
@@ -49,34 +50,34 @@ class ParameterEditor(QWidget):
         self.setToolTip(help_text(parameter))
 
     def value(self) -> Any:
-        """The value as the parameter's `check` gives it."""
+        """Return the value, as checked by the parameter."""
         return self._value
 
     def set_value(self, value: Any) -> None:
-        """Show a value, without saying that it changed."""
+        """Show a value, without emitting a change."""
         self._value = self.parameter.check(value)
         self._show_reset()
         self._show()
 
     def set_mixed(self, values: str) -> None:
-        """Show that what is edited has several values, in words; an empty text takes that back."""
+        """Show that the edited nodes have several values, given as text; "" ends that."""
         if values != self._mixed:
             self._mixed = values
             self.label.setText(f"{self.parameter.label}: {values}" if values else self.parameter.label)
             theme.set_role(self.label, "force" if values else "muted")
 
     def reset(self) -> None:
-        """Back to the initial value, as a person's change."""
+        """Reset to the default, as a change by the user."""
         self.edit_began.emit()
         self._commit(self.parameter.initial)
         self._show()
 
     def _show(self) -> None:
-        """Let the control show `_value`: each kind of control has its own way."""
+        """Show `_value` in the control; implemented by each kind of control."""
         raise AssertionError(f"{type(self).__name__} shows nothing")
 
     def _commit(self, value: Any) -> None:
-        """Take a person's change and tell of it; `BadValue` where it is not allowed."""
+        """Commit a change by the user and emit it; raise `BadValue` if it is not allowed."""
         checked = self.parameter.check(value)
         if checked != self._value or self._mixed:
             self._value = checked
@@ -87,14 +88,14 @@ class ParameterEditor(QWidget):
         self.reset_button.setVisible(self.can_reset and self._value != self.parameter.check(self.parameter.initial))
 
     def _place_control(self, widget: QWidget) -> None:
-        """The control proper, under the label, and known to people who hear the screen."""
+        """Place the control under the label, and set its accessible name."""
         widget.setAccessibleName(self.parameter.label)
         widget.setToolTip(help_text(self.parameter))
         self.grid.addWidget(widget, 1, 0, 1, 3)
 
 
 class Field(QLineEdit):
-    """A line for a value that is typed: Enter or leaving gives it, Escape takes the old one back."""
+    """A text field for a value: Enter or leaving commits, Escape restores the old value."""
 
     committed = Signal(str)
     focus_lost = Signal()
@@ -120,7 +121,7 @@ class Field(QLineEdit):
             self.focus_lost.emit()
 
     def event(self, event: QEvent) -> bool:
-        # While something is being typed Escape belongs to the field, whatever else it does in the window.
+        # During typing, Escape goes to the field, not to a shortcut of the window.
         if is_escape_override(event) and self.text() != self._text_before:
             event.accept()
             return True
@@ -135,12 +136,12 @@ class Field(QLineEdit):
             super().keyPressEvent(event)
 
     def commit(self) -> None:
-        """Give what was typed, if anything was, as leaving does."""
+        """Commit the typed text, if any, as on leaving."""
         if self.isModified():
             self._commit_text()
 
     def show_error(self, reason: str) -> None:
-        """Show that what was typed is not allowed, and why; an empty reason takes that back."""
+        """Show that the typed text is invalid, with the reason; "" clears that."""
         theme.set_role(self, "bad" if reason else "value")
         self.setProperty("reason", reason)
         if reason:
@@ -154,7 +155,7 @@ class Field(QLineEdit):
 
 
 class ElidedButton(QPushButton):
-    """A flat button whose text gives way at its end when there is no room."""
+    """A flat button whose text is elided at its end if space is short."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -163,7 +164,7 @@ class ElidedButton(QPushButton):
         self._text, self._tail = "", ""
 
     def set_full_text(self, text: str, tail: str = "") -> None:
-        """What is written; `tail` stays whole."""
+        """Set the text; `tail` is never elided."""
         self._text, self._tail = text, tail
         self._fit()
 
@@ -181,7 +182,7 @@ class ElidedButton(QPushButton):
 
 
 def value_text(parameter: Parameter, value: Any) -> str:
-    """A value of a parameter, short.
+    """Return a short text of a parameter's value.
 
     >>> value_text(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
     '820 µm'
@@ -194,7 +195,7 @@ def value_text(parameter: Parameter, value: Any) -> str:
 
 
 def help_text(parameter: Parameter) -> str:
-    """What a parameter means and may be: the tooltip."""
+    """Return the tooltip of a parameter: its meaning and allowed values."""
     if isinstance(parameter, Number | Count):
         unit = parameter.unit
         allowed = f"{quantity(parameter.low, unit)} to {quantity(parameter.high, unit)}"

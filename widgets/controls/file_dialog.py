@@ -1,4 +1,4 @@
-"""Dialogs that ask for a file. Where the desktop has none of its own, Qt's is shown, with buttons like all others."""
+"""File dialogs: the desktop's own, or Qt's with the program's buttons if there is none."""
 
 from PySide6.QtWidgets import QFileDialog, QSplitter, QToolButton, QWidget
 
@@ -16,14 +16,14 @@ _BUTTON_ICONS = {
 
 
 def file_dialog(parent: QWidget, title: str, folder: str = "", filter: str = "") -> QFileDialog:
-    """A dialog that begins in this folder, and shows files that the filter names."""
+    """Return a dialog that begins in `folder` and shows the files that match `filter`."""
     dialog = QFileDialog(parent, title, folder, filter)
     for name, icon in _BUTTON_ICONS.items():
         button = dialog.findChild(QToolButton, name)
         if isinstance(button, QToolButton):
             button.setIcon(theme.icon(icon, theme.TEXT))
     splitter = dialog.findChild(QSplitter, "splitter")
-    if isinstance(splitter, QSplitter):  # places and dates can be read
+    if isinstance(splitter, QSplitter):  # wide enough for folders and dates
         dialog.resize(100 * theme.GRID, 60 * theme.GRID)
         splitter.setSizes([18 * theme.GRID, 80 * theme.GRID])
     return dialog

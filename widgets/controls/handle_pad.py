@@ -1,4 +1,4 @@
-"""A small picture with handles that are dragged, or moved by keys: what editors of modes, bars and curves share."""
+"""A small picture with handles to drag or move by keys, the base class of editors of modes, bars and curves."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from underfoot.widgets import theme
 
 NEAR_PX = 9.0
-"""How far beside a handle the mouse still means it."""
+"""Distance from a handle within which the mouse hits it, in pixels."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
@@ -19,10 +19,11 @@ _ARROWS = {
 
 
 class HandlePad(QWidget):
-    """Handles on a picture. What they mean, and how they are drawn, is its heirs'.
+    """Handles on a picture. Subclasses define their meaning and drawing.
 
-    Mouse: a drag moves a handle, a double click adds one, the wheel turns the chosen one, a right click takes it away.
-    Keys: N and P choose, arrows move, with Shift finely, Page Up and Down turn, Enter adds, Delete takes away.
+    Mouse: a drag moves a handle, a double click adds one, the wheel changes the selected one, a right click removes
+    one. Keys: N and P select, arrows move (with Shift in fine steps), Page Up and Down act as the wheel, Enter adds,
+    Delete removes.
     """
 
     edit_began = Signal()
@@ -42,58 +43,58 @@ class HandlePad(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
-    # --- what heirs say ---
+    # --- overridden by subclasses ---
 
     def handles(self) -> Sequence[QPointF]:
-        """Where the handles are, in pixels."""
+        """Return the positions of the handles, in pixels."""
         raise AssertionError(f"{type(self).__name__} has no handles")
 
     def drag(self, index: int, place: QPointF) -> None:
-        """Take a handle to a place."""
+        """Move a handle to a position."""
 
     def nudge(self, index: int, steps_right: float, steps_up: float) -> None:
         """Take a handle some steps across and up: 1 for an arrow key, 0.1 with Shift."""
 
     def turn_wheel(self, index: int, steps: float) -> None:
-        """What the wheel does to a handle."""
+        """Change a handle by wheel steps."""
 
     def add(self, place: QPointF | None) -> None:
-        """A new handle here, or where there is room; it becomes the chosen one."""
+        """Add a handle at `place`, or in a free place, and select it."""
 
     def remove(self, index: int) -> None:
-        """Without this handle."""
+        """Remove a handle."""
 
     def caption(self) -> str:
-        """What is said above the picture."""
+        """Return the text above the picture."""
         return ""
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
-        """All but frame, words and handles."""
+        """Paint everything except frame, text and handles."""
 
-    # --- what they may use ---
+    # --- used by subclasses ---
 
     @property
     def is_dragged(self) -> bool:
-        """Whether a handle is being dragged: no time to change the axes."""
+        """Whether a handle is being dragged; the axes must not change during a drag."""
         return self._dragged
 
     def area(self) -> QRectF:
-        """The picture, in pixels."""
+        """Return the picture's rectangle, in pixels."""
         return QRectF(self.rect()).adjusted(1.0, self.HEAD_PX, -1.0, -self.FOOT_PX)
 
     def begin_edit(self, edit_name: str) -> None:
-        """Before a change: those in a row that do the same are one."""
+        """Begin a change; consecutive changes with the same name are one undo step."""
         if edit_name != self._edit_name:
             self._edit_name = edit_name
             self.edit_began.emit()
 
     def emit_changed(self) -> None:
-        """After a change."""
+        """Emit `changed` after a change."""
         self.changed.emit()
         self.update()
 
     def draw_axis_line(self, painter: QPainter, x: float, text: str) -> None:
-        """A line at a place of the horizontal axis, and what it means."""
+        """Draw a line at `x` of the horizontal axis, with its label."""
         area = self.area()
         painter.setPen(QPen(QColor(theme.LINE), 1.0))
         painter.drawLine(QPointF(round(x) + 0.5, area.top()), QPointF(round(x) + 0.5, area.bottom()))
@@ -112,7 +113,7 @@ class HandlePad(QWidget):
     # --- mouse ---
 
     def _handle_at(self, place: QPointF) -> int:
-        """The handle that is meant: the nearest that is near."""
+        """Return the index of the nearest handle within reach; -1 if there is none."""
         away = [(QPointF(place - at).manhattanLength(), i) for i, at in enumerate(self.handles())]
         near = [(far, i) for far, i in away if far <= NEAR_PX]
         return min(near)[1] if near else -1
@@ -146,7 +147,7 @@ class HandlePad(QWidget):
             self._edit_name = ""
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        # Wheeling through the inspector must change nothing on its way.
+        # Scrolling the inspector with the wheel must not change values.
         if self.hasFocus() and 0 <= self.chosen < len(self.handles()):
             self.begin_edit(f"turn {self.chosen}")
             self.turn_wheel(self.chosen, event.angleDelta().y() / 120.0)

@@ -1,4 +1,4 @@
-"""The line of widgets over a panel's body, in which some give way where it is narrow."""
+"""The row of widgets above a panel's body, some of which shrink if space is short."""
 
 from collections.abc import Sequence
 
@@ -14,8 +14,8 @@ _WITH_TEXT, _ICON_ONLY = Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolBut
 
 
 class HeaderRow(QWidget):
-    """Widgets beside one another; None is a stretch. Where there is no room for all, those of `shrinking` give way, the
-    first group of them first: a button with a picture goes without its words, anything else is hidden.
+    """Widgets in a row; None is a stretch. If space is short, the groups of `shrinking` shrink in order: a button with
+    an icon loses its text, other widgets are hidden.
     """
 
     def __init__(self, widgets: Sequence[QWidget | None], shrinking: Sequence[Sequence[QWidget]] = ()) -> None:
@@ -68,7 +68,7 @@ class HeaderRow(QWidget):
                     widget.setHidden(shrinks)
 
     def _full_width_px(self, widget: QWidget) -> int:
-        """How wide a widget is with all its words; one that shows what there is room for asks for none."""
+        """Return a widget's width with its full text, in pixels; 0 for one that elides its text."""
         if widget.sizePolicy().horizontalPolicy() == QSizePolicy.Policy.Ignored:
             return 0
         if (

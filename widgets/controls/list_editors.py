@@ -1,4 +1,4 @@
-"""The controls of parameters that hold several things: rows of a table, and tiles."""
+"""Controls of list parameters: rows of a table, and tiles."""
 
 from collections.abc import Callable, Sequence
 
@@ -25,10 +25,10 @@ MAX_ROWS_SHOWN = 8
 
 
 class RowsEditor(ParameterEditor):
-    """Rows of numbers as a table; the last row is new."""
+    """Rows of numbers as a table; the last, empty row adds one."""
 
     TABLE_ROW = 1
-    """Where in the grid the table is: heirs put a picture above it."""
+    """The table's row in the grid; subclasses put a picture above it."""
 
     def __init__(self, parameter: Rows, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -99,7 +99,7 @@ class RowsEditor(ParameterEditor):
 
 
 def heading(name: str) -> str:
-    """A column's name with its unit, which comes last, on a line of its own.
+    """Return a column's name with its unit on a second line.
 
     >>> heading("decay 1/s"), heading("attack")
     ('decay\\n1/s', 'attack\\n')
@@ -109,7 +109,7 @@ def heading(name: str) -> str:
 
 
 class TilesEditor(ParameterEditor):
-    """Which tiles: a button for all, and one for each that is known."""
+    """A choice of tiles: a button for all, and one for each known tile."""
 
     MAX_BUTTONS = 16
 
@@ -130,7 +130,7 @@ class TilesEditor(ParameterEditor):
         self.set_value(parameter.default)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
-        """Offer these tiles; many, or none, are typed instead."""
+        """Offer these tiles; for many, or none, offer a text field instead."""
         self._tile_ids = tuple(ids)
         for button in self.buttons.values():
             button.deleteLater()

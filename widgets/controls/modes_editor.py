@@ -1,4 +1,4 @@
-"""The modes of an object as a spectrum: partials are dragged by frequency and gain, and decay by the wheel."""
+"""The modes of an object as a spectrum: a drag sets frequency and gain, the wheel sets the decay."""
 
 import math
 from collections.abc import Sequence
@@ -16,19 +16,19 @@ from underfoot.widgets.controls.list_editors import RowsEditor
 Mode = tuple[float, ...]
 """Frequency (Hz), decay (1/s), then an amplitude, or modal mass (kg) and shape."""
 LOWEST_HZ, DEFAULT_HIGH_HZ, HIGHEST_HZ = 20.0, 4000.0, 20_000.0
-"""The ends of the picture: it goes to the highest where a mode lies beyond what is usual."""
+"""The ends of the frequency axis; its upper end is the highest only if a mode lies above the default."""
 MIN_DB, MAX_DB = -40.0, 20.0
 FREQUENCY, DECAY = 0, 1
 _SEMITONE, _DECAY_STEP = 2.0 ** (1.0 / 12.0), 1.1
 
 
 def is_modes(parameter: Parameter) -> bool:
-    """Whether a parameter's rows are modes."""
+    """Return whether a parameter's rows are modes."""
     return isinstance(parameter, Rows) and [n for n, _, _ in parameter.columns[:2]] == ["frequency Hz", "decay 1/s"]
 
 
 def gain_db(mode: Mode) -> float:
-    """How strong a mode is, in dB: of its amplitude, or of shape squared over mass, to 1.
+    """Return the gain of a mode in dB re 1: its amplitude, or its squared mode shape over modal mass.
 
     >>> gain_db((180.0, 90.0, -10.0)), round(gain_db((92.0, 22.0, 0.5, 1.0)), 2)
     (20.0, 6.02)
@@ -38,7 +38,7 @@ def gain_db(mode: Mode) -> float:
 
 
 def with_gain(mode: Mode, db: float) -> Mode:
-    """The mode at another gain: by its amplitude, or by its shape at the struck point.
+    """Return the mode with another gain, by its amplitude, or by its mode shape at the struck point.
 
     >>> with_gain((180.0, 90.0, -1.0), -20.0)
     (180.0, 90.0, -0.1)
@@ -49,7 +49,7 @@ def with_gain(mode: Mode, db: float) -> Mode:
 
 
 class ModesSpectrum(HandlePad):
-    """Frequency from left to right, gain upwards; the wider a partial's peak is, the faster it decays."""
+    """Frequency from left to right, gain upwards; a mode with a wider peak decays faster."""
 
     HEIGHT_PX = 152
 
@@ -64,7 +64,7 @@ class ModesSpectrum(HandlePad):
         return list(self._modes)
 
     def set_modes(self, modes: Sequence[Sequence[float]]) -> None:
-        """Show these modes, without saying that they changed."""
+        """Show these modes, without emitting a change."""
         self._modes = [tuple(mode) for mode in modes]
         self.chosen = min(self.chosen, len(self._modes) - 1)
         if not self.is_dragged:
@@ -73,7 +73,7 @@ class ModesSpectrum(HandlePad):
         self.update()
 
     def place(self, frequency_hz: float, db: float) -> QPointF:
-        """Where in the picture a partial stands."""
+        """Return the position of a mode in the picture, in pixels."""
         area = self.area()
         across = math.log(frequency_hz / LOWEST_HZ) / self._extent
         up = (db - MIN_DB) / (MAX_DB - MIN_DB)
@@ -86,7 +86,7 @@ class ModesSpectrum(HandlePad):
         return [self.place(mode[FREQUENCY], gain_db(mode)) for mode in self._modes]
 
     def _value_at(self, place: QPointF) -> tuple[float, float]:
-        """Frequency and gain at a place."""
+        """Return frequency in Hz and gain in dB at a position."""
         area = self.area()
         across = min(max((place.x() - area.x()) / area.width(), 0.0), 1.0)
         up = min(max((area.bottom() - place.y()) / area.height(), 0.0), 1.0)
@@ -158,7 +158,7 @@ class ModesSpectrum(HandlePad):
             self._paint_peak(painter, mode, i == self.chosen)
 
     def _paint_peak(self, painter: QPainter, mode: Mode, is_chosen: bool) -> None:
-        """A line down from the partial, as wide at its foot as the resonance is at half its power."""
+        """Paint a peak below the handle, whose base is the half-power bandwidth of the resonance."""
         top = self.place(mode[FREQUENCY], gain_db(mode))
         half = mode[DECAY] / (2.0 * math.pi)
         left = self.place(max(mode[FREQUENCY] - half, LOWEST_HZ), MIN_DB)

@@ -1,4 +1,4 @@
-"""The control of a number: a slider, and a field that is typed into."""
+"""The control of a number: a slider and a text field."""
 
 import math
 
@@ -25,7 +25,7 @@ MAX_LINEAR_SPAN = 100_000.0
 
 
 class NumberEditor(ParameterEditor):
-    """A slider, and a field that takes a number with or without its unit. Whole numbers too."""
+    """A slider, and a field for a number with or without unit; also for integers."""
 
     disconnect_requested = Signal()
     """The wire that drives the value is to go."""
@@ -59,7 +59,7 @@ class NumberEditor(ParameterEditor):
             self.slider.set_zero(self._position(0.0))
         self.can_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
         if self.can_be_driven:
-            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has one
+            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has a label
             self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
         self.slider.drag_began.connect(self.edit_began)
         self.slider.moved.connect(self._slider_moved)
@@ -69,7 +69,10 @@ class NumberEditor(ParameterEditor):
         self.set_value(parameter.initial)
 
     def _add_inversion(self) -> None:
-        """A button beside the slider for the sign: the slider sets a size, and no drag passes through silence."""
+        """Add a button for the sign: the slider sets the magnitude, so a drag cannot cross zero.
+
+        An empty `by` removes the button.
+        """
         self.inverted.setText(INVERTED)
         self.inverted.setCheckable(True)
         self.inverted.setProperty("role", "chip")
@@ -85,9 +88,9 @@ class NumberEditor(ParameterEditor):
         self._rewrite()
 
     def set_driven(self, by: str, colour: str = "", signal_range: tuple[float, float] | None = None) -> None:
-        """Show that a wire gives the value, and from where to where it goes if that is known.
+        """Show that a wire drives the value, with its range if known.
 
-        An empty `by` takes that back.
+        An empty `by` ends that.
         """
         self.slider.setEnabled(not by)
         self.inverted.setEnabled(not by)
@@ -113,7 +116,7 @@ class NumberEditor(ParameterEditor):
         self.driver.setStyleSheet(f"color: {colour}; text-align: right;")
 
     def _range_text(self, low: float, high: float) -> str:
-        """A range in words: as one value where nothing moves."""
+        """Return a range as text; as one value if its ends are equal."""
         ends = [gain(end) if self._is_gain else quantity(end, self._unit) for end in (low, high)]
         if ends[0] == ends[1]:
             return ends[0]
@@ -146,7 +149,7 @@ class NumberEditor(ParameterEditor):
         self._rewrite()
 
     def _rewrite(self) -> None:
-        """Show in the field what another control has set, also while the field has the focus."""
+        """Show the value set by another control, even if the field has the focus."""
         with QSignalBlocker(self.field):
             self.field.setText(self._value_text(4))
 
@@ -173,14 +176,14 @@ class NumberEditor(ParameterEditor):
         return (value - parameter.low) / max(parameter.high - parameter.low, 1)
 
     def _rounded_value(self, position: float) -> float | int:
-        """The value at a slider's place, to the three digits that a slider can aim at."""
+        """Return the value at a slider's position, rounded to three digits, the slider's resolution."""
         parameter = self.parameter
         if isinstance(parameter, Number):
             value = parameter.value(position)
             if position in (0.0, 1.0) or value == 0.0:
                 return value
             if parameter.scale == "gain":
-                tenths = round(200.0 * math.log10(value)) / 10.0  # a hand aims at tenths of a decibel
+                tenths = round(200.0 * math.log10(value)) / 10.0  # a slider's resolution is a tenth of a decibel
                 return min(10.0 ** (tenths / 20.0), parameter.high)
             step = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
             if parameter.scale == "linear":
@@ -194,7 +197,7 @@ class NumberEditor(ParameterEditor):
 
     @staticmethod
     def _exceeds_slider(parameter: Number | Count) -> bool:
-        """Whether no slider could aim at a value that is meant."""
+        """Return whether a slider is too coarse for the parameter's range."""
         span = parameter.high - parameter.low
         if isinstance(parameter, Count):
             return span > MAX_SLIDER_COUNT
@@ -202,5 +205,5 @@ class NumberEditor(ParameterEditor):
 
     @staticmethod
     def _is_log_scaled(parameter: Count) -> bool:
-        """Whether a whole number spans so much that equal steps would make the low end unreachable."""
+        """Return whether an integer's range is so large that a linear slider could not reach its low end."""
         return parameter.high - parameter.low > 500

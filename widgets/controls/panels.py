@@ -1,4 +1,4 @@
-"""What panels of workspaces are built of: a head line over a body, and its buttons."""
+"""Building blocks of panels in workspaces: a header row above a body, and its buttons."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from underfoot.widgets.controls.header_row import HeaderRow
 
 
 def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequence[Sequence[QWidget]] = ()) -> QWidget:
-    """`body` under a line of widgets; None is a stretch. In a narrow panel those of `shrinking` give way."""
+    """Return `body` below a row of widgets; None is a stretch. In a narrow panel those of `shrinking` shrink."""
     panel = QWidget()
     panel.setMinimumSize(240, 120)
     top = HeaderRow(head, shrinking)
@@ -27,7 +27,7 @@ def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequen
 
 
 def column(*widgets: QWidget, body: QWidget) -> QWidget:
-    """Widgets below one another, without a gap; `body`, one of them, has the room that the others leave."""
+    """Return widgets below one another without gaps; `body`, one of them, takes the remaining height."""
     panel = QWidget()
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
@@ -38,7 +38,7 @@ def column(*widgets: QWidget, body: QWidget) -> QWidget:
 
 
 def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> QToolButton:
-    """A button of a head line, with an icon, a text or both."""
+    """Return a button for a header row, with an icon, a text or both."""
     button = QToolButton()
     button.setProperty("role", "tab" if checkable else "flat")
     button.setText(text)
@@ -56,7 +56,7 @@ def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> Q
 
 
 class ColourBar(QWidget):
-    """The colours of the spectrogram and the levels that they stand for."""
+    """The colour scale of the spectrogram, with its levels."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class ColourBar(QWidget):
             layout.addWidget(widget)
 
     def update_colours(self) -> None:
-        """Have the colours of the spectrogram that are in use."""
+        """Update the bar to the spectrogram's current colours."""
         stops = ", ".join(
             f"stop:{i / 8} rgb({r}, {g}, {b})"
             for i, (r, g, b, _) in enumerate(heat_table(theme.NAME)[np.linspace(0, 255, 9).astype(int)])
@@ -79,6 +79,6 @@ class ColourBar(QWidget):
         self._bar.setStyleSheet(f"background: qlineargradient(x1:0, y1:0, x2:1, y2:0, {stops})")
 
     def set_range(self, low_db: float, high_db: float) -> None:
-        """The levels of the first and the last colour, in dB of full scale."""
+        """Set the levels of the first and the last colour, in dB re full scale."""
         self.low.setText(number(low_db))
         self.high.setText(f"{number(high_db)} dB of full scale")

@@ -1,4 +1,4 @@
-"""Controls made from a parameter's declaration alone: each edits a value and knows nothing of where it goes."""
+"""Controls made from the declaration of a parameter alone; each edits a value, independent of its use."""
 
 from collections.abc import Sequence
 from functools import singledispatch
@@ -21,12 +21,12 @@ from underfoot.widgets.controls.number_editor import NumberEditor
 
 @singledispatch
 def editor_for(parameter: Parameter) -> ParameterEditor:
-    """The control for a parameter, made from its declaration alone."""
+    """Return the control for a parameter, made from its declaration."""
     raise AssertionError(f"no control for {type(parameter).__name__}")
 
 
 class ChoiceEditor(ParameterEditor):
-    """One of a few names."""
+    """A choice of one of several names."""
 
     def __init__(self, parameter: Choice, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -73,7 +73,7 @@ class TextEditor(ParameterEditor):
     def _show(self) -> None:
         if not self.field.hasFocus():
             self.field.setText(self._as_text(self._value))
-            self.field.setCursorPosition(0)  # a long text is read from its beginning
+            self.field.setCursorPosition(0)  # show the beginning of a long text
 
     def _typed(self, text: str) -> None:
         try:
@@ -90,7 +90,7 @@ class TextEditor(ParameterEditor):
 
 
 class NumbersEditor(TextEditor):
-    """A list of numbers, typed with spaces or commas between them."""
+    """A list of numbers in a text field, separated by spaces or commas."""
 
     def _as_text(self, value: Sequence[float]) -> str:
         return ", ".join(f"{item:.6g}" for item in value)
@@ -103,7 +103,7 @@ class NumbersEditor(TextEditor):
 
 
 class FileEditor(TextEditor):
-    """The path of a file, typed or looked for."""
+    """The path of a file, typed or chosen in a dialog."""
 
     def __init__(self, parameter: FilePath, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -119,7 +119,7 @@ class FileEditor(TextEditor):
         self.grid.addLayout(line, 1, 0, 1, 3)
 
     def set_folder(self, folder: Path | None) -> None:
-        """Paths are told from here where they lie below it, so that the folder can be moved as a whole."""
+        """Set the folder to which paths below it are shown relative, so that the folder can be moved."""
         self._folder = folder
 
     def _look(self) -> None:
@@ -130,7 +130,7 @@ class FileEditor(TextEditor):
         dialog.open()
 
     def choose(self, path: str) -> None:
-        """Take this file, as a person's change."""
+        """Use this file, as a change by the user."""
         if self._folder is not None and Path(path).is_relative_to(self._folder):
             path = str(Path(path).relative_to(self._folder))
         self._typed(path)

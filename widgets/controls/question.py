@@ -1,4 +1,4 @@
-"""A question before something is replaced or lost."""
+"""A question before something is replaced or deleted."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""A thin slider that goes where it is clicked, and is filled from its zero."""
+"""A thin slider that moves to a click, and is filled from its zero."""
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
@@ -11,7 +11,7 @@ KNOB_PX = 5.0
 
 
 class Slider(QSlider):
-    """A place from 0 to 1. `moved` follows every change made by a person, `drag_began` comes before a new one."""
+    """A position from 0 to 1. `moved` follows every change by the user; `drag_began` precedes a new series."""
 
     moved = Signal(float)
     drag_began = Signal()
@@ -35,7 +35,7 @@ class Slider(QSlider):
         return self._position
 
     def set_position(self, position: float) -> None:
-        """Go to a place without saying so."""
+        """Set the position, without emitting a change."""
         self._is_set = True
         self._position = min(max(position, 0.0), 1.0)
         self._is_silent = True
@@ -44,7 +44,7 @@ class Slider(QSlider):
         self.update()
 
     def set_zero(self, zero: float) -> None:
-        """Fill from this place."""
+        """Set the position from which the slider is filled."""
         self._zero = min(max(zero, 0.0), 1.0)
 
     def set_accent(self, colour: str) -> None:
@@ -52,17 +52,17 @@ class Slider(QSlider):
         self.update()
 
     def update_colours(self) -> None:
-        """Be filled in what the colour is now."""
+        """Update the fill to the current colours."""
         self._accent = theme.current_colour(self._accent)
 
     def set_range_shown(self, band: tuple[float, float] | None) -> None:
-        """Show where between two places it is moved to and fro, instead of the one place."""
+        """Show a range in which a signal moves the value, instead of one position."""
         if band != self._range_shown:
             self._range_shown = band
             self.update()
 
     def clear(self) -> None:
-        """Show no place until a person moves it."""
+        """Show no position until the user moves the slider."""
         self._is_set = False
         self.update()
 
@@ -92,7 +92,7 @@ class Slider(QSlider):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        # Wheeling through a list of sliders must not move the one under the mouse.
+        # Scrolling a list of sliders must not move the one under the mouse.
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -107,7 +107,7 @@ class Slider(QSlider):
         room = self.width() - 2 * KNOB_PX
         value = round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS)
         if not self._is_set and value == self.value():
-            self._changed(value)  # Qt reports only another value
+            self._changed(value)  # Qt reports only changed values
         self.setValue(value)
         event.accept()
 

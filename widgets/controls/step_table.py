@@ -1,4 +1,4 @@
-"""The table of footsteps, which fills as they happen."""
+"""The table of footsteps, filled as they occur."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from underfoot.widgets import theme
 
 
 class Column(NamedTuple):
-    """A column: its name in files, its heading and unit on the screen, its decimals and what it means."""
+    """A column: its name in files, its heading and unit in the window, its decimals and its meaning."""
 
     name: str
     heading: str
@@ -67,7 +67,7 @@ SIDES = tuple(
     | (Qt.AlignmentFlag.AlignLeft if column.name in TEXT_COLUMNS else Qt.AlignmentFlag.AlignRight)
     for column in COLUMNS
 )
-"""Where the text of each column stands in its cells."""
+"""Alignment of each column's text."""
 
 UNKNOWN = "–"
 
@@ -75,14 +75,14 @@ SORT_ROLE = Qt.ItemDataRole.UserRole
 """The role of a cell's value, by which rows are put in order."""
 
 MAX_STEPS = 10_000
-"""So many steps are kept."""
+"""Number of steps that are kept."""
 
 _SPIKE = " !"
 _LOADING = [column.name for column in COLUMNS].index("loading_kn_s")
 _MARGIN_PX = 4
 _MAX_PICTURES = 200
 _WIDEST_NUMBER = 9999.0
-"""What a column has room for, unless somebody makes it wider."""
+"""The text that a column fits, unless the user widens it."""
 _Index = QModelIndex | QPersistentModelIndex
 
 
@@ -93,7 +93,7 @@ class StepModel(QAbstractTableModel):
         super().__init__()
         self.steps: list[Step] = []
         self.texts: list[tuple[str, ...]] = []
-        """What is shown of each step, by column."""
+        """The displayed text of each step, by column."""
         self._max_steps = max_steps
 
     def add(self, steps: Sequence[Step]) -> None:
@@ -141,7 +141,7 @@ class StepModel(QAbstractTableModel):
         spike = column.name == "loading_kn_s" and step.spike
         if role == SORT_ROLE:
             value = getattr(step, column.name)
-            # To a sort NaN is neither less nor more, which mixes up all rows.
+            # NaN compares as neither less nor greater, which would disorder the whole sort.
             return -math.inf if isinstance(value, float) and math.isnan(value) else value
         if role == Qt.ItemDataRole.DisplayRole:
             return self.texts[index.row()][index.column()]
@@ -153,9 +153,9 @@ class StepModel(QAbstractTableModel):
 
 
 class StepTable(QTableView):
-    """The table; the latest `max_steps` steps are kept. It stays at its end, unless someone has scrolled up to read.
+    """The table of the latest `max_steps` steps. It stays scrolled to its end, unless the user has scrolled up.
 
-    One that is `sortable` puts its rows in the order of a column whose heading is clicked, and stays where it is.
+    With `sortable`, a click on a heading sorts the rows by that column, and the scroll position stays.
     """
 
     def __init__(self, max_steps: int = MAX_STEPS, sortable: bool = False) -> None:
@@ -180,7 +180,7 @@ class StepTable(QTableView):
         header = self.horizontalHeader()
         header.setHighlightSections(False)
         header.setMinimumSectionSize(5 * theme.GRID)
-        for number, column in enumerate(COLUMNS):  # once: to fit them to what is seen takes as long as to paint it
+        for number, column in enumerate(COLUMNS):  # once: fitting to visible rows takes as long as painting
             widest = "right" if column.name in TEXT_COLUMNS else _cell_text(_WIDEST_NUMBER, column)
             room = self.fontMetrics().horizontalAdvance(widest) + 2 * _MARGIN_PX
             header.resizeSection(number, max(header.sectionSizeHint(number), room))
@@ -196,15 +196,15 @@ class StepTable(QTableView):
         self._sorted.rowsInserted.connect(self._follow)
 
     def steps_in_order(self) -> list[Step]:
-        """All steps, in the order in which they are shown."""
+        """Return all steps in display order."""
         return [self._step_at(row) for row in range(self._sorted.rowCount())]
 
     def selected_steps(self) -> list[Step]:
-        """The steps of the selected rows."""
+        """Return the steps of the selected rows."""
         return [self._step_at(row) for row in sorted({i.row() for i in self.selectionModel().selectedRows()})]
 
     def select_step(self, step: Step) -> None:
-        """Select the row of a step, and bring it into sight."""
+        """Select the row of a step, and scroll to it."""
         number = next((k for k, one in enumerate(self.steps.steps) if one is step), None)
         if number is not None:
             index = self._sorted.mapFromSource(self.steps.index(number, 0))
@@ -220,7 +220,7 @@ class StepTable(QTableView):
             write(self.steps.steps)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw rows from pictures: each step moves all of them, and cells take long to be painted one by one."""
+        """Paint rows from cached pictures, because each step moves all rows, and painting cells is slow."""
         painter = QPainter(self.viewport())
         first, last = self.rowAt(0), self.rowAt(self.viewport().height() - 1)
         for row in range(max(first, 0), (last if last >= 0 else self._sorted.rowCount() - 1) + 1):
@@ -233,7 +233,7 @@ class StepTable(QTableView):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if hasattr(self, "_row_pictures"):
-            self._row_pictures.clear()  # of other colours, or in another font
+            self._row_pictures.clear()  # the colours or the font have changed
 
     def _paint_row(self, texts: tuple[str, ...], is_selected: bool, ratio: float) -> QPixmap:
         if len(self._row_pictures) >= _MAX_PICTURES:
@@ -256,12 +256,12 @@ class StepTable(QTableView):
         if event.matches(QKeySequence.StandardKey.Copy):
             self._copy()
         elif event.key() == Qt.Key.Key_Space:
-            event.ignore()  # Space plays and stops, here as elsewhere
+            event.ignore()  # Space plays and stops, also in the table
         else:
             super().keyPressEvent(event)
 
     def keyboardSearch(self, search: str) -> None:
-        """Typing does not search here: keys are left to the window."""
+        """Do nothing: typed keys go to the window's shortcuts."""
 
     def _copy(self) -> None:
         """Put the selected rows, or all, on the clipboard, with tabs between columns as a spreadsheet takes them."""
@@ -275,13 +275,13 @@ class StepTable(QTableView):
             self.scrollToBottom()
 
     def _update_is_at_end(self, value: int) -> None:
-        """Somebody has scrolled: up to read, or down to the end again."""
+        """Update whether the table is scrolled to its end, after the user has scrolled."""
         bar = self.verticalScrollBar()
         if bar.maximum() == self._end and not self._is_sortable:
             self._is_at_end = value >= bar.maximum()
 
     def _scroll_to_end(self, _: int, end: int) -> None:
-        """There are more rows, or there is less room for them: also where the table is not on the screen."""
+        """Scroll to the end after a change of rows or height, also while the table is hidden."""
         follows, self._end = self._is_at_end, end
         if follows:
             self.verticalScrollBar().setValue(end)
@@ -289,7 +289,7 @@ class StepTable(QTableView):
 
 
 class WholeRows(QWidget):
-    """Holds the table at a height of whole rows, so that none is cut."""
+    """Limits the table's height to whole rows, so that none is cut off."""
 
     def __init__(self, table: StepTable) -> None:
         super().__init__()

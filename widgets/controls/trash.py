@@ -1,4 +1,4 @@
-"""Files that a person deletes go to the desktop's trash, from where they can be had again."""
+"""Moves deleted files to the desktop's trash, from which they can be restored."""
 
 from pathlib import Path
 

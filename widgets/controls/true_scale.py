@@ -1,4 +1,4 @@
-"""A window that fills a screen with the floor at its true size: for a projector above it."""
+"""A full-screen window with the floor at true scale, for a projector above it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,7 +26,8 @@ _DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 @dataclass(frozen=True)
 class Placement:
-    """How a picture lies on the screen: scale, middle in metres right of and above the screen's, degrees turned left.
+    """The placement of a picture on the screen: scale, offset from the screen's centre in metres (right and up),
+    rotation to the left in degrees.
 
     >>> Placement(scale=100.0).limited().scale, Placement(turn_deg=181.0).limited().turn_deg
     (20.0, -179.0)
@@ -37,14 +38,15 @@ class Placement:
     turn_deg: float = 0.0
 
     def limited(self) -> "Placement":
-        """Return it with the nearest allowed scale, turned by at most half a turn."""
+        """Return the placement with the scale limited to its range, and the rotation to half a turn."""
         scale, turn_deg = min(max(self.scale, MIN_SCALE), MAX_SCALE), math.remainder(self.turn_deg, 360.0)
         return replace(self, scale=scale, turn_deg=round(turn_deg, 3))
 
 
 class TrueScaleWindow(QWidget):
-    """Plus and minus scale what is shown, arrows move it, comma and period turn it, with Ctrl finer; 0 resets, Escape
-    closes."""
+    """A window at true scale. Plus and minus scale, arrows move, comma and period rotate; Ctrl makes steps finer; 0
+    resets, Escape closes.
+    """
 
     adjusted = Signal(object)
     """The new `Placement`."""
@@ -66,22 +68,22 @@ class TrueScaleWindow(QWidget):
 
     @property
     def px_per_m(self) -> float:
-        """Pixels a metre of the floor, from the size that the screen says it has, and the scale."""
+        """Pixels per metre of the floor, from the screen's reported size and the scale."""
         screen = self.screen()
         per_m = 1e3 * screen.geometry().width() / screen.physicalSize().width() if screen.physicalSize().width() else 0
         return (per_m if math.isfinite(per_m) and per_m > 0 else _DEFAULT_PX_PER_M) * self.placement.scale
 
     def to_pixels(self) -> QTransform:
-        """From metres around what is in the middle, y upwards, to the view's pixels."""
+        """Return the transform from metres about the centre, y upwards, to pixels of the view."""
         moved = QTransform.fromTranslate(self.width() / 2, self.height() / 2).scale(self.px_per_m, -self.px_per_m)
         return moved.translate(*self.placement.at_m).rotate(self.placement.turn_deg)
 
     def place(self, at_m: tuple[float, float]) -> QPointF:
-        """A place around what is in the middle, y upwards, in the view's pixels."""
+        """Return a point, in metres about the centre with y upwards, in pixels of the view."""
         return self.to_pixels().map(QPointF(*at_m))
 
     def hint(self, more: str) -> str:
-        """How it is scaled, moved and turned, and the keys for that; `more` are keys besides."""
+        """Return scale, offset and rotation as text, with their keys; `more` are further keys."""
         right, up = (quantity(part, "m") if part else "0 mm" for part in self.placement.at_m)
         return (
             f"Scale {quantities.number(100 * self.placement.scale, 4)} %  (+ and −; with Ctrl finer)      "

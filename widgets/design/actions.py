@@ -1,4 +1,4 @@
-"""What can be done on the canvas, with its keys; and the menus that offer it. They know of no canvas."""
+"""Actions of the canvas with their keys, and the menus that offer them; independent of the canvas class."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -18,7 +18,7 @@ _KEY = QKeySequence.StandardKey
 
 
 class CanvasAction(NamedTuple):
-    """An action by the name that code calls it, its text, and its keys."""
+    """An action: its name in code, its text, and its keys."""
 
     name: str
     text: str
@@ -67,11 +67,11 @@ ACTIONS = (
 
 
 MARK_ACTIONS = ("audition", "audition everywhere", "mute", "bypass", "solo")
-"""What of nodes is heard: `underfoot.widgets.design.mark_actions` adds these."""
+"""Actions on how nodes are heard, which `underfoot.widgets.design.mark_actions` adds."""
 
 
 def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) -> dict[str, QAction]:
-    """The actions by name, each with its handler. Their keys work while `canvas` has the focus."""
+    """Return the actions by name, connected to their handlers. Their keys work while `canvas` has the focus."""
     made = {}
     for name, text, keys in ACTIONS:
         action = QAction(text, canvas)
@@ -86,25 +86,25 @@ def make_actions(canvas: QWidget, handlers: Mapping[str, Callable[[], object]]) 
 
 
 class Selection(NamedTuple):
-    """What a menu is asked for."""
+    """The properties of the selection on which a menu depends."""
 
     selected: int
-    """So many things are selected."""
+    """Number of selected items."""
     is_node: bool
-    """The one that is selected is a node."""
+    """Whether the only selected item is a node."""
     is_group: bool
-    """A group, or what is in one, is selected."""
+    """Whether a group, or a member of one, is selected."""
     is_sub_patch: bool
-    """The one that is selected is a sub-patch."""
+    """Whether the only selected item is a sub-patch."""
     has_wire: bool
     inside: bool
-    """One looks into a sub-patch."""
+    """Whether a sub-patch is open."""
 
 
 def context_menu(
     canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Selection
 ) -> QMenu:
-    """The menu for what is chosen; it goes away when it is closed. `add` asks for a new node."""
+    """Return the menu for the selection, deleted on closing. `add` asks for a new node."""
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     menu.addAction("Add a node…", add).setShortcut("/")
@@ -142,7 +142,7 @@ def context_menu(
 def connect_menu(
     canvas: QWidget, patch: Patch, registry: Registry, node: str, connect: Callable[[str, str], object]
 ) -> QMenu:
-    """Every input that the outputs of `node` may go to: wiring without a mouse. `connect` takes source and target."""
+    """Return a menu of all inputs that the outputs of `node` can be wired to. `connect` takes source and target."""
     type = registry[patch.node(node).type]
     menu = QMenu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -1,4 +1,4 @@
-"""Spectrum and spectrogram of a preview, in levels that a screen can show. numpy only."""
+"""Spectrum and spectrogram of a preview, at the resolution of the screen. numpy only."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from underfoot.drawing.axes import scaled
 
 LOWEST_HZ, HIGHEST_HZ = 20.0, 2000.0
 HEARD_HZ = 20_000.0
-"""Where a picture of what is for ears ends."""
+"""Upper frequency limit of pictures of audio signals."""
 WINDOW_S = 0.04
 """A compromise: 25 Hz apart, and two clicks 40 ms apart are two."""
 COLUMNS = 360
@@ -19,17 +19,17 @@ FLOOR_DB = -200.0
 
 @dataclass(frozen=True)
 class Scale:
-    """The frequencies that a picture shows, on a linear or logarithmic axis."""
+    """The frequency range of a picture, on a linear or logarithmic axis."""
 
     log: bool = True
     low_hz: float = LOWEST_HZ
     high_hz: float = HIGHEST_HZ
     is_felt: bool = True
-    """Whether the band that the sole feels is marked."""
+    """Whether the frequency band that the sole is sensitive to is marked."""
 
     @staticmethod
     def of_sound(log: bool, rate_hz: float) -> "Scale":
-        """All that is heard, as far as it can be sampled.
+        """Return the audible range, up to the Nyquist frequency.
 
         >>> Scale.of_sound(True, 48000.0).range_hz, Scale.of_sound(True, 16000.0).range_hz
         ((20.0, 20000.0), (20.0, 8000.0))
@@ -38,11 +38,11 @@ class Scale:
 
     @property
     def range_hz(self) -> Range:
-        """The ends of the axis, Hz."""
+        """The ends of the axis, in Hz."""
         return self.low_hz, self.high_hz
 
     def rows_hz(self, rows: int) -> NDArray[np.float64]:
-        """The middles of `rows` rows, evenly along the axis.
+        """Return the centres of `rows` rows along the axis, in Hz.
 
         >>> Scale(low_hz=1.0, high_hz=100.0).rows_hz(1)
         array([10.])
@@ -50,20 +50,20 @@ class Scale:
         return self._at((np.arange(rows) + 0.5) / rows)
 
     def starts_hz(self, rows: int) -> NDArray[np.float64]:
-        """Where each of `rows` rows begins."""
+        """Return the lower edges of `rows` rows, in Hz."""
         return self._at(np.arange(rows) / rows)
 
     def _at(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Frequencies at shares of the axis' length."""
+        """Return the frequencies at shares of the axis' length, in Hz."""
         low, high = scaled(self.range_hz, self.log)
         places = low + shares * (high - low)
         return 10.0**places if self.log else places
 
 
 def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 160) -> NDArray[np.float32]:
-    """Levels in dB re one unit's amplitude, float32 [rows, columns], the lowest frequency first.
+    """Return levels in dB re amplitude 1, float32 [rows, columns], lowest frequency first.
 
-    Hann windows of 40 ms, padded to four times their length; a sine of amplitude 1 gives 0 dB.
+    Hann windows of 40 ms, zero-padded to four times their length; a sine of amplitude 1 gives 0 dB.
 
     >>> time_s = np.arange(9600) / 48000
     >>> picture = spectrogram_db(np.sin(2 * np.pi * 250.0 * time_s), 48000.0, Scale())
@@ -77,7 +77,7 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
         return np.full((rows, 1), FLOOR_DB, np.float32)
     every = _decimation_factor(scale, rate_hz)
     frames = signal.size // every
-    # Mirrored at its ends: a signal that is merely cut off would begin and end with a click that it does not have.
+    # Mirrored at its ends, because truncation would add a click at the beginning and end.
     padded = _decimated(np.pad(signal, (length // 2, length), mode="symmetric"), every)
     rate_hz, length = rate_hz / every, length // every
     windows = np.lib.stride_tricks.sliding_window_view(padded, length)[: max(frames, 1) : max(frames // COLUMNS, 1)]
@@ -90,13 +90,13 @@ def spectrogram_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 
     below = np.clip(place.astype(int), 0, spectra.shape[1] - 2)
     share = (place - below).astype(np.float32)
     between = spectra[:, below] * (1 - share) + spectra[:, below + 1] * share
-    # A row may be wider than a line of the spectrum; then its largest line counts.
+    # A row can span several bins of the spectrum; its level is the largest of them.
     picked = np.maximum(between, np.maximum.reduceat(spectra, _bins(scale, rows, size / rate_hz), axis=1))
     return _db(picked.T)
 
 
 def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320) -> NDArray[np.float32]:
-    """The largest amplitude in each row's band over the whole signal, in dB re one unit: float32 [rows]."""
+    """Return the largest amplitude in each row's band over the whole signal, in dB re 1: float32 [rows]."""
     signal = np.asarray(signal, np.float64)
     if signal.size < 2:
         return np.full(rows, FLOOR_DB, np.float32)
@@ -109,12 +109,12 @@ def spectrum_db(signal: ArrayLike, rate_hz: float, scale: Scale, rows: int = 320
 
 
 def quantised_levels(db: NDArray[np.float32], top_db: float, range_db: float) -> NDArray[np.uint8]:
-    """Levels as places in a table of 256 colours, the last at `top_db`."""
+    """Return levels as indices into a table of 256 colours, the last at `top_db`."""
     return np.clip((db - (top_db - range_db)) * (255.0 / range_db), 0.0, 255.0).astype(np.uint8)
 
 
 def peak_and_rms(signal: ArrayLike) -> tuple[float, float]:
-    """The largest magnitude, and the root of the mean square."""
+    """Return the largest magnitude, and the root mean square."""
     signal = np.asarray(signal, np.float64)
     if signal.size == 0:
         return 0.0, 0.0
@@ -122,28 +122,28 @@ def peak_and_rms(signal: ArrayLike) -> tuple[float, float]:
 
 
 def _bins(scale: Scale, rows: int, per_hz: float) -> NDArray[np.int64]:
-    """The first line of the spectrum in each row."""
+    """Return the first bin of the spectrum in each row."""
     return (scale.starts_hz(rows) * per_hz).astype(np.int64)
 
 
 def _top_bin(scale: Scale, per_hz: float) -> int:
-    """One more than the last line of the spectrum that is shown."""
+    """Return the number of bins up to the upper end of the scale."""
     return int(scale.high_hz * per_hz) + 2
 
 
 def _decimation_factor(scale: Scale, rate_hz: float) -> int:
-    """How many samples may become one: the shown band keeps twice its room."""
+    """Return the decimation factor that leaves the Nyquist frequency at twice the scale's upper end, at least 1."""
     return max(int(rate_hz / (scale.high_hz * 4.0)), 1)
 
 
 def _decimated(signal: NDArray[np.floating], every: int) -> NDArray[np.floating]:
-    """Every so many samples, behind a low-pass (a Hann-windowed sinc) that keeps the shown band."""
+    """Return every `every`-th sample after a low-pass (a Hann-windowed sinc) that passes the shown band."""
     if every == 1:
         return signal
     taps = np.arange(-8 * every, 8 * every + 1)
     kernel = np.sinc(taps / every) * np.hanning(taps.size)
     kernel = (kernel / kernel.sum()).astype(signal.dtype)
-    # As a product of spectra: a direct convolution takes twenty times as long.
+    # By FFT, because a direct convolution takes twenty times as long.
     size = 1 << (signal.size + taps.size - 1).bit_length()
     smooth = np.fft.irfft(np.fft.rfft(signal, size) * np.fft.rfft(kernel, size), size)
     return smooth[8 * every : 8 * every + signal.size : every].astype(signal.dtype)

@@ -1,4 +1,4 @@
-"""The blind test of A and B: over the whole window, so that no picture, name or figure tells what is played."""
+"""The blind test of A and B, which covers the whole window so that nothing identifies the patch being played."""
 
 import time
 from datetime import datetime
@@ -27,14 +27,14 @@ from underfoot.widgets.session.listening import Listening, gain_text
 from underfoot.widgets.session.open_patch import SLOTS
 
 TRIALS = 16
-"""With so many, twelve right answers are no chance: p = 0.038."""
+"""Number of trials; of 16, twelve right answers have p = 0.038 by chance."""
 
 
 class BlindTest(QWidget):
-    """Covers its parent. Each answer is on the disk, in a table of trials in `folder`, before the next trial begins."""
+    """Covers its parent. Each answer is stored on disk, in a table of trials in `folder`, before the next trial."""
 
     def __init__(self, listening: Listening, titles: tuple[str, str], folder: Path, parent: QWidget) -> None:
-        """`titles` are those of A and B, for the table; they are not shown."""
+        """Create the test. `titles` of A and B are stored in the table, and not shown."""
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -55,14 +55,14 @@ class BlindTest(QWidget):
         parent.installEventFilter(self)
 
     def open(self) -> None:
-        """Cover the parent, and ask who takes part."""
+        """Cover the parent, and ask for the participant's id."""
         self.setGeometry(self._parent_widget.rect())
         self.show()
         self.raise_()
         self.participant.setFocus()
 
     def warn(self, text: str) -> None:
-        """Say on the first page what speaks against the test; it can be begun nevertheless."""
+        """Show a warning on the first page; the test can be started nevertheless."""
         self.complaint.setText(text)
 
     # --- pages ---
@@ -70,7 +70,7 @@ class BlindTest(QWidget):
     def _first_page(self) -> QWidget:
         self.participant, self.trials, self.seed = QLineEdit("P01"), QSpinBox(), QSpinBox()
         for box in (self.trials, self.seed):
-            box.lineEdit().setTextMargins(theme.GRID, 0, theme.GRID, 0)  # a style sheet's padding is not the field's
+            box.lineEdit().setTextMargins(theme.GRID, 0, theme.GRID, 0)  # a style sheet does not pad the field itself
         self.trials.setRange(1, MOST_TRIALS)
         self.trials.setValue(TRIALS)
         self.seed.setRange(0, 2**31 - 1)
@@ -117,7 +117,7 @@ class BlindTest(QWidget):
     # --- the test ---
 
     def begin(self) -> None:
-        """Begin with the first trial, once it is known how loud A and B are."""
+        """Begin the first trial once the levels of A and B are known."""
         if self._listening.is_matched and any(self._listening.level(slot) is None for slot in SLOTS):
             self.complaint.setText("How loud A and B are is not known yet. Wait a moment, or end Match first.")
             return
@@ -150,7 +150,7 @@ class BlindTest(QWidget):
                 button.setEnabled(True)
 
     def answer(self, slot: str) -> None:
-        """X is this slot; keep that, and go on. Nothing is kept before X was played."""
+        """Store the answer that X is this slot, and continue; do nothing before X has been played."""
         if self.comparison is None or self.comparison.is_over or not self.answers[slot].isEnabled():
             return
         self.comparison.answer(slot, time.monotonic() - self._began_s, self._plays)
@@ -162,7 +162,7 @@ class BlindTest(QWidget):
             self._show_trial()
 
     def stop(self) -> None:
-        """End before the last trial; what was answered is kept."""
+        """End the test early; the answers are kept."""
         if self.comparison is not None and self.comparison.number > 1:
             self._end()
         else:
@@ -214,10 +214,10 @@ class BlindTest(QWidget):
         elif event.key() in answers:
             self.answer(answers[Qt.Key(event.key())])
         else:
-            event.accept()  # nothing below is to hear of it
+            event.accept()  # keep the event from the widgets below
 
     def _press_on_a_form(self, event: QKeyEvent) -> None:
-        """Before and after the trials, keys do what they do in a dialog."""
+        """Handle a key as in a dialog, before and after the trials."""
         focus = self.focusWidget()
         if event.key() == Qt.Key.Key_Escape:
             self.close()
@@ -227,7 +227,7 @@ class BlindTest(QWidget):
         event.accept()
 
     def event(self, event: QEvent) -> bool:
-        # In a trial Escape is panic; elsewhere it closes this.
+        # During a trial Escape is panic; otherwise it closes the test.
         if is_escape_override(event) and self._pages.currentIndex() != 1:
             event.accept()
             return True
@@ -245,7 +245,7 @@ class BlindTest(QWidget):
 
 
 def _page(title: str, parts: list[object], buttons: list[QPushButton]) -> QWidget:
-    """A page in the middle: a title, parts one under the other, and buttons."""
+    """Return a centred page: a title, parts below one another, and buttons."""
     page = QWidget()
     column = QVBoxLayout(page)
     column.setSpacing(2 * theme.GRID)

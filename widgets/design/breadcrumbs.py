@@ -1,4 +1,4 @@
-"""The way back out of a sub-patch: the names of the groups that one has gone into, over the canvas."""
+"""The path of the open group above the canvas, for leaving a sub-patch."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from underfoot.widgets import theme
 
 
 class Breadcrumbs(QFrame):
-    """Shown while one looks into a group. `group_requested` gives the group's id, "" for the whole patch."""
+    """Shown while a group is open. `group_requested` carries the group's id, "" for the whole patch."""
 
     group_requested = Signal(str)
 
@@ -29,7 +29,7 @@ class Breadcrumbs(QFrame):
         self.hide()
 
     def show_path(self, path: Sequence[tuple[str, str]]) -> None:
-        """Ids and names of the groups, the outermost first; none hides it."""
+        """Show ids and names of the open groups, outermost first; hide if there are none."""
         if path == self._path:
             return
         self._path = list(path)

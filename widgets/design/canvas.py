@@ -1,4 +1,4 @@
-"""The canvas: where a patch is wired by hand. It turns what mouse and keys do into edits of the document."""
+"""The canvas, on which a patch is edited by mouse and keys. It turns events into edits of the document."""
 
 from collections.abc import Callable
 from functools import partial
@@ -44,7 +44,7 @@ _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0
 
 
 class NodeRequest(NamedTuple):
-    """What is done with the node that is chosen in the list."""
+    """The purpose of the node to be chosen in the list."""
 
     at: QPointF
     from_port: tuple[str, str] | None = None
@@ -54,11 +54,11 @@ class NodeRequest(NamedTuple):
     into: Wire | None = None
     """The wire that the node is put into."""
     replaces: bool = False
-    """It takes the place of the selected node."""
+    """Whether the node replaces the selected one."""
 
 
 class Canvas(EditableView):
-    """Shows the document's patch and edits it."""
+    """Shows the document's patch, and edits it."""
 
     play_requested = Signal()
     """Space was pressed: what plays is to stop, or the other way round."""
@@ -82,7 +82,7 @@ class Canvas(EditableView):
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
-        """What each action does."""
+        """Return the handler of each action, by name."""
         return {
             "add": self.open_search,
             "note": lambda: self.add_note(self.mapToScene(self._mouse_position())),
@@ -118,7 +118,7 @@ class Canvas(EditableView):
     # --- lists and menus ---
 
     def open_search(self, place: QPoint | None = None) -> None:
-        """Ask for a node to be added here: a place of the view, or where the mouse is. On a wire it is put in there."""
+        """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""
         place = place or self._mouse_position()
         at = self.mapToScene(place)
         wire = self.patch_scene.wire_at(at) if self.patch_scene.node_at(at) is None else None
@@ -130,7 +130,7 @@ class Canvas(EditableView):
             self._open_list(place, NodeRequest(at), None)
 
     def open_replacements(self) -> None:
-        """Ask for the type of node that the selected one is to be changed into."""
+        """Open the list of types by which the selected node can be replaced."""
         ids = self.patch_scene.selected()
         if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
             self.show_message("Select one node to replace")
@@ -148,7 +148,7 @@ class Canvas(EditableView):
         self.search.open(place.x(), place.y(), allowed, hint=hint)
 
     def _use_type(self, type: str) -> None:
-        """What was chosen in the list."""
+        """Use the type that was chosen in the list."""
         request = self._request
         if type == NO_NODE and request.old is not None:
             self.document.edit(self.document.patch.disconnect([request.old]), "Disconnect")
@@ -165,7 +165,7 @@ class Canvas(EditableView):
         self.setFocus()
 
     def open_connect_menu(self) -> None:
-        """Offer, beside the selected node, every input that its outputs may go to."""
+        """Open a menu, beside the selected node, of all inputs that its outputs can be wired to."""
         ids = self.selected_ids()
         if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
             self.show_message("Select one node to connect its output")
@@ -196,7 +196,7 @@ class Canvas(EditableView):
         menu.popup(event.globalPos())
 
     def _mouse_position(self) -> QPoint:
-        """Where the mouse is in the view; the middle where it is elsewhere."""
+        """Return the mouse's position in the view, or the view's centre if the mouse is outside."""
         mouse = self.viewport().mapFromGlobal(self.cursor().pos())
         return mouse if self.viewport().rect().contains(mouse) else self.viewport().rect().center()
 
@@ -235,7 +235,7 @@ class Canvas(EditableView):
         super().mousePressEvent(event)
 
     def _drag_group(self, place: QPointF, members: tuple[str, ...]) -> None:
-        """A group is taken by its title: what is in it is selected, and follows the mouse."""
+        """Begin to drag a group by its title: select its members, which follow the mouse."""
         scene = self.patch_scene
         seen = {scene.group_view.shown_as[member] for member in members}
         scene.select(seen)
@@ -264,7 +264,7 @@ class Canvas(EditableView):
                 self.patch_scene.highlight_wire(self._wire_under_dragged())
 
     def _wire_under_dragged(self) -> WireItem | None:
-        """The wire that the one dragged node, which has none of its own, would be put into."""
+        """Return the wire into which the dragged node would be inserted; only a single unwired node can be."""
         item = self.patch_scene.mouseGrabberItem()
         if not isinstance(item, NodeItem) or isinstance(item, GroupNodeItem) or item.wires:
             return None
@@ -293,12 +293,12 @@ class Canvas(EditableView):
                 self.document.edit(patch, f"Move {self._count_text(self.patch_scene.members(places))}")
 
     def _drop_wire(self, at: QPoint) -> None:
-        """The wire in the hand is released: on a port, in the open, or nowhere."""
+        """End the drag of a wire on a port, on the empty canvas, or elsewhere."""
         drag, self._dragged_wire = self._dragged_wire, None
         assert drag is not None
         result, place = drag.result(self.document.patch), self.mapToScene(at)
         if result is None and drag.is_loose(place):
-            # It hangs from its port until something is chosen; the list closed without a choice, all is as it was.
+            # The wire is shown until a node is chosen; if the list closes without a choice, the edit is dropped.
             self._loose_wire = drag
             end, side = drag.end_name, drag.placed.side
             port = port_of(self.document.patch, self.registry, end, side)
@@ -376,14 +376,14 @@ class Canvas(EditableView):
     # --- keys ---
 
     def event(self, event: QEvent) -> bool:
-        # Escape belongs to the canvas while there is something to be put back on it.
+        # Escape goes to the canvas while it has something to cancel.
         if is_escape_override(event) and self._has_open():
             event.accept()
             return True
         return super().event(event)
 
     def _has_open(self) -> bool:
-        """Whether something is in the hand, or opened for a moment."""
+        """Return whether a drag, an editor or a list is active."""
         nodes = self.patch_scene.nodes.values()
         return self._dragged_wire is not None or self._is_dragging() or any(node.shows_all_ports for node in nodes)
 
@@ -394,7 +394,7 @@ class Canvas(EditableView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Space:
-            # Held, it lets the left button move the view; let go again, it is what Space is everywhere.
+            # While Space is held, the left button pans the view; a single press acts as everywhere else.
             if not event.isAutoRepeat():
                 self._space_state = "down"
         elif event.key() == Qt.Key.Key_Escape:
@@ -434,7 +434,7 @@ class Canvas(EditableView):
             self.patch_scene.select([])
 
     def _cancel_drag(self) -> None:
-        """What is being dragged goes back to where it was."""
+        """Cancel the drag, and restore the previous positions."""
         self._dragged_group = None
         grabber = self.patch_scene.mouseGrabberItem()
         if grabber is not None:
@@ -447,7 +447,7 @@ class Canvas(EditableView):
         self.patch_scene.adjust_group_frames()
 
     def step_selection(self, by: int) -> None:
-        """Select the next thing in the order of the patch, and bring it into view."""
+        """Select the next item in the order of the patch (`by` steps), and scroll to it."""
         ids = list(self.patch_scene.movable())
         if ids:
             now = self.patch_scene.selected()
@@ -457,7 +457,7 @@ class Canvas(EditableView):
 
     def _selection_changed(self) -> None:
         if not all(map(isValid, self.patch_scene.movable().values())):
-            return  # the scene is being taken down, and says so once more
+            return  # a last signal while the scene is being deleted
         ids = self.selected_ids()
         self._nudges += 1
         for id, node in self.patch_scene.nodes.items():

@@ -1,4 +1,4 @@
-"""Dragging a wire: from a port to a port, with a word on whether it can be while it is still in the air."""
+"""Dragging a wire from a port to a port, with a message on whether the connection is allowed."""
 
 from PySide6.QtCore import QPointF
 
@@ -15,14 +15,14 @@ MIN_LOOSE_PX = 48.0
 
 
 class WireDrag:
-    """One drag, from the press on a port to the release. It draws the wire and says what would come of it."""
+    """One drag of a wire, from the press on a port to the release. It draws the wire, and shows the result."""
 
     def __init__(self, scene: PatchScene, item: NodeItem, placed: PlacedPort) -> None:
         self._scene = scene
         self.old: Wire | None = None
         drawn = scene.wires.get(wire_at(scene.patch, item.end(placed)) or ("", "")) if placed.side == "in" else None
         if drawn is not None and drawn.source is not None:
-            # A wire that is pulled off an input is held by its source.
+            # A wire pulled off an input stays connected to its source.
             self.old, item = drawn.wire, drawn.source
             placed = next(p for p in item.geometry.ports if p.side == "out" and item.end(p) == drawn.wire[0])
             scene.show_wire(drawn, False)
@@ -39,7 +39,7 @@ class WireDrag:
             node.set_dimmed("both" if node is item or not fitting else placed.side)
 
     def move(self, place: QPointF) -> None:
-        """Follow the mouse; over a port that could be meant, decide whether the wire can be."""
+        """Follow the mouse; over a possible port, check whether the connection is allowed."""
         over = self._scene.node_at(place, 8.0)
         self._open(over)
         found = self._candidate(place, over)
@@ -56,7 +56,7 @@ class WireDrag:
         self._line.update()
 
     def result(self, patch: Patch) -> tuple[Patch, str] | None:
-        """The patch after letting go here, and what the step is called; None where nothing changes."""
+        """Return the patch after a release here, and the name of the undo step; None if nothing changes."""
         wire = self.wire()
         if wire is None or self.reason or wire == self.old:
             return None
@@ -64,7 +64,7 @@ class WireDrag:
         return base.connect(*wire, self._scene.registry), "Connect"
 
     def displaced(self, patch: Patch) -> str:
-        """The output whose wire gives way to this one, as "node.port"; "" where the input is free."""
+        """Return the output, "node.port", whose wire this one would replace; "" if the input is free."""
         offered = self.wire()
         if offered is None:
             return ""
@@ -72,17 +72,17 @@ class WireDrag:
 
     @property
     def end_name(self) -> str:
-        """The port that holds the wire, as "node.port"."""
+        """The port at the fixed end of the wire, "node.port"."""
         return self.item.end(self.placed)
 
     def wire(self) -> Wire | None:
-        """The wire that is offered, whether it can be or not."""
+        """Return the proposed wire, allowed or not; None away from ports."""
         if not self.target:
             return None
         return (self.end_name, self.target) if self.placed.side == "out" else (self.target, self.end_name)
 
     def is_loose(self, place: QPointF) -> bool:
-        """Whether the wire ends here in the open, well away from where it was taken up."""
+        """Return whether the wire ends on the empty canvas, at some distance from its start."""
         held = self.item.port_place(self.placed.side, self.placed.name)
         if self.old is not None:
             held = self._scene.wires[self.old].target_place()
@@ -93,7 +93,7 @@ class WireDrag:
         )
 
     def end(self) -> None:
-        """Put everything back that the drag changed in the drawing."""
+        """Restore everything that the drag changed in the drawing."""
         self._open(None)
         self._scene.removeItem(self._line)
         if self.old in self._scene.wires:
@@ -108,7 +108,7 @@ class WireDrag:
             return found
         if over is None or over is self.item:
             return None
-        # Anywhere on a node means its nearest port that fits, so that one need not aim.
+        # A position on a node selects its nearest port that fits, so that aiming is easy.
         near = [p for p in over.geometry.ports if p.side == side]
         fitting = [p for p in near if can_connect(*self._source_and_target(p)) and not p.row.is_parameter] or near
         if not fitting:
@@ -117,12 +117,14 @@ class WireDrag:
         return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))
 
     def _free(self, over: NodeItem, near: list[PlacedPort], fitting: list[PlacedPort]) -> list[PlacedPort]:
-        """Those that no wire would have to leave; where an envelope finds none, the loudness that it may drive."""
+        """Return the ports that displace no wire. If an envelope finds none, return the loudness parameter it can
+        drive.
+        """
         if self.placed.side == "in":
             return fitting
         taken = {wire[1] for wire in self._scene.patch.wires if wire != self.old}
         type, loudness = self._scene.registry.get(over.node.type), ""
-        if type is not None and not type.is_sink:  # a second signal for a tile is to be heard, and drives nothing
+        if type is not None and not type.is_sink:  # a tile's second signal is audio: it drives nothing
             loudness = loudness_port(type, self.placed.port)
         return [port for port in fitting if over.end(port) not in taken] or [
             port for port in near if port.name == loudness and over.end(port) not in taken
@@ -140,7 +142,7 @@ class WireDrag:
         return self._verdicts[wire]
 
     def _open(self, over: NodeItem | None) -> None:
-        """Show the parameters of the node under the mouse as ports, while it is there."""
+        """Show all parameters of the node under the mouse as ports, during the drag."""
         if over is self._opened:
             return
         if self._opened is not None:

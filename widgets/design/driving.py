@@ -1,4 +1,4 @@
-"""A parameter that a signal drives: the node that is made for it, and the menu that offers it."""
+"""Parameters driven by a signal: creation of the driving node, and its menu."""
 
 from functools import partial
 
@@ -15,19 +15,19 @@ from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
 DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
-"""What may be put beside a parameter to drive it."""
+"""Node types offered as drivers of a parameter."""
 DRIVER_SHARE = 0.1
 """A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
 _WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0
 
 
 def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
-    """The numbers of a node that a wire may drive."""
+    """Return the parameters of a node type that a wire can drive."""
     return tuple(p for p in registry[type].parameters.values() if isinstance(p, Number) and p.wire)
 
 
 def driver_range(parameter: Number, value: float) -> tuple[float, float]:
-    """From where to where a new driver moves a parameter that stands at `value`: a tenth of it to both sides.
+    """Return the range in which a new driver moves a parameter with `value`: a tenth of its range to each side.
 
     >>> driver_range(Number(300.0, 1.0, 20_000.0, scale="log"), 300.0)
     (270.0, 330.0)
@@ -44,9 +44,10 @@ def driver_range(parameter: Number, value: float) -> tuple[float, float]:
 
 
 def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
-    """With a new node of `type` beside node `id`, wired to its parameter `name`, which it moves by a tenth.
+    """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
-    A node that needs a force gets it from the patch's Tile force, or from a new one.
+    The node moves the parameter by a tenth of its range. If it needs a force, it is wired to the patch's Tile force, or
+    to a new one.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
@@ -68,20 +69,20 @@ def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str)
 
 
 def _free_place(patch: Patch, x: float, y: float) -> tuple[float, float]:
-    """Here, or as far below as no node lies on it."""
+    """Return (x, y), or the nearest position below it without a node."""
     while any(abs(node.at[0] - x) < _WIDTH and abs(node.at[1] - y) < _HEIGHT for node in patch.nodes):
         y += 8.0
     return snapped(x, y)
 
 
 class DriverMenus:
-    """The menus of what may drive parameters of a document's nodes, and what comes of them: one step of undo each."""
+    """The menus of drivers for parameters of a document's nodes. Each choice is one undo step."""
 
     def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
         self._document, self._scene, self._parent = document, scene, parent
 
     def open_menu(self, id: str, name: str, place: QPoint) -> None:
-        """Offer, at a place of the screen, what may drive a parameter."""
+        """Open a menu of drivers for a parameter, at a position of the screen."""
         menu = self._menu(id, name, self._parent)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         heading = QAction(menu.title(), menu)
@@ -90,7 +91,7 @@ class DriverMenus:
         menu.popup(place)
 
     def add_menu(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
-        """Put first into a node's menu what may drive the parameter whose port is at `place`; else all of them."""
+        """Insert the drivers of the parameter whose port is at `place`, or of all parameters, at the top of a menu."""
         id, known = item.node.id, drivable_parameters(self._scene.registry, item.node.type)
         if not known:
             return
@@ -108,9 +109,9 @@ class DriverMenus:
         menu.insertSeparator(before)
 
     def drive(self, id: str, name: str, by: str) -> None:
-        """Let a new node of the type `by` drive a parameter; or show its "port", show "no port", take its wire."""
+        """Drive a parameter by a new node of type `by`; or, for "port" and "no port", show or hide its port."""
         patch, registry = self._document.patch, self._scene.registry
-        self._parent.setFocus()  # the number's field, which had it, may give way to what drives it
+        self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         if by in registry:
             label = registry[patch.node(id).type].parameters[name].label.lower()
             after = with_driver(patch, registry, id, name, by)

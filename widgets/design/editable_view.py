@@ -1,4 +1,4 @@
-"""What a person can do to the patch on the canvas, but for the hand itself: each is one step of undo."""
+"""Editing commands of the canvas, except for dragging; each is one undo step."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ GAP_BESIDE = 24.0
 
 
 class EditableView(PatchView):
-    """A view whose patch can be edited."""
+    """The base class of a view whose patch can be edited."""
 
     selected = Signal(list)
     """The ids of the selected nodes."""
@@ -40,7 +40,7 @@ class EditableView(PatchView):
         self.inline = InlineEdit(self)
 
     def selected_ids(self) -> list[str]:
-        """The selected nodes, those in collapsed groups too, in the order of the patch."""
+        """Return the selected nodes, including those in collapsed groups, in the order of the patch."""
         return self.patch_scene.selected_ids()
 
     def select_all(self) -> None:
@@ -48,7 +48,7 @@ class EditableView(PatchView):
         self.patch_scene.select(self.patch_scene.movable())
 
     def _members(self) -> list[str]:
-        """The nodes and notes that are selected, those in collapsed groups too."""
+        """Return the selected nodes and notes, including those in collapsed groups."""
         return self.patch_scene.members(self.patch_scene.selected())
 
     # --- adding ---
@@ -61,10 +61,10 @@ class EditableView(PatchView):
         old_wire: Wire | None = None,
         into: Wire | None = None,
     ) -> None:
-        """Add a node with its title under `place`, or in the middle of what is seen, and select it.
+        """Add a node with its title under `place`, or in the centre of the view, and select it.
 
-        A wire from the port `from_port` (its name, and "in" or "out") is connected to the node, instead of `old_wire`;
-        the node that feeds an input ends at `place`. `into` is a wire that the node is put into.
+        `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`. A node that feeds an
+        input has its right edge at `place`. `into` is a wire into which the node is inserted.
         """
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
@@ -93,13 +93,13 @@ class EditableView(PatchView):
         return x + dx, y + dy
 
     def _group_of(self, wire: Wire) -> str:
-        """The innermost group that both ends of a wire are in."""
+        """Return the innermost group that contains both ends of a wire."""
         nodes = {end.partition(".")[0] for end in wire}
         around = [group.id for group in self.document.patch.groups if nodes <= set(group.members)]
         return around[-1] if around else ""
 
     def insert(self, patch: Patch, id: str, wire: Wire) -> None:
-        """Put a node of this patch, which the hand has just let go of, into a wire."""
+        """Insert a node of this patch into a wire, after it was dropped there."""
         around = self._group_of(wire)
         if around and not any(id in group.members for group in patch.groups):
             patch = put_into(patch, [id], around)
@@ -109,7 +109,7 @@ class EditableView(PatchView):
         self.document.edit(inserted(patch, self.registry, id, wire), f"Insert {self._name(id)}")
 
     def replace(self, type: str) -> None:
-        """Change the selected node into one of another type; what fits of its wires and parameters stays."""
+        """Replace the selected node by one of another type; compatible wires and parameters are kept."""
         ids = self.selected_ids()
         if len(ids) == 1:
             before = self._name(ids[0])
@@ -135,18 +135,18 @@ class EditableView(PatchView):
     # --- clipboard ---
 
     def delete(self) -> None:
-        """Take away what is selected and the chosen wire. Wires through a node heal."""
+        """Delete the selected items and the selected wire; wires through a deleted node are bridged."""
         wires = self.patch_scene.chosen_wires()
         patch = self.document.patch.disconnect(wires)
         self._remove_selected(patch, "Delete", "Disconnect" if wires else "Delete")
 
     def copy(self) -> None:
-        """Put what is selected, with the wires between it, on the clipboard."""
+        """Copy the selected items, with the wires between them, to the clipboard."""
         if self._members():
             QApplication.clipboard().setText(copied(self.document.patch, self._members()))
 
     def cut(self) -> None:
-        """Copy what is selected, and remove it."""
+        """Copy the selected items, and delete them."""
         if self._members():
             self.copy()
             self._remove_selected(self.document.patch, "Cut", "Cut")
@@ -157,7 +157,7 @@ class EditableView(PatchView):
         self.document.edit(removed_and_bridged(patch, self.registry, gone), text)
 
     def paste(self) -> None:
-        """Add what the clipboard's text describes, under the mouse where it is over the canvas; files are opened."""
+        """Add the items on the clipboard, under the mouse if it is over the canvas; open copied files."""
         files = local_files(QApplication.clipboard().mimeData())
         if files:
             self.files_pasted.emit(files)
@@ -168,12 +168,12 @@ class EditableView(PatchView):
         self._paste(QApplication.clipboard().text(), (place.x(), place.y()) if over else None, "Paste")
 
     def duplicate(self) -> None:
-        """Add what is selected once more, beside itself."""
+        """Add a copy of the selected items beside them."""
         if self._members():
             self._paste(copied(self.document.patch, self._members()), None, "Duplicate")
 
     def put_in(self, patch: Patch, title: str) -> None:
-        """Add all of another patch, called `title`, where there is room for it."""
+        """Add all of another patch, called `title`, in a free place."""
         self._paste(patch.dumps().decode(), None, f"Insert {title}:")
         self.ensure_visible(self.patch_scene.selected())
 
@@ -203,7 +203,7 @@ class EditableView(PatchView):
     # --- wires and places ---
 
     def connect_ports(self, source: str, target: str) -> None:
-        """Connect two ports by a wire, or say why that cannot be."""
+        """Connect two ports by a wire, or show why that is not allowed."""
         reason = refusal(self.document.patch, self.registry, source, target)
         if reason:
             self.show_message(reason)
@@ -211,14 +211,14 @@ class EditableView(PatchView):
             self.document.edit(self.document.patch.connect(source, target, self.registry), "Connect")
 
     def align(self, side: str) -> None:
-        """Bring what is selected in line: "left", "right", "top", "bottom", or spread it "across" or "down"."""
+        """Align the selected items: "left", "right", "top", "bottom", or distribute them "across" or "down"."""
         scene = self.patch_scene
         places = {id: (item.pos().x(), item.pos().y()) for id, item in scene.movable().items() if item.isSelected()}
         moved = aligned(places, side, scene.sizes())
         self.document.edit(self.document.patch.move(moved), f"Align {count_text(len(places), 'node')}")
 
     def nudge(self, dx: int, dy: int) -> None:
-        """Move what is selected by steps of the grid; steps in a row are one step of undo."""
+        """Move the selected items by steps of the grid; consecutive steps are one undo step."""
         chosen = self.patch_scene.selected()
         there = self.patch_scene.movable()
         x, y = dx * theme.GRID, dy * theme.GRID
@@ -227,7 +227,7 @@ class EditableView(PatchView):
         self.document.edit(self.document.patch.move(places), text, f"nudge {sorted(chosen)} {self._nudges}")
 
     def tidy(self) -> None:
-        """Lay out what is selected, or all, in layers along the flow. Its left upper corner stays where it is."""
+        """Arrange the selected items, or all, in layers along the signal flow. Their top left corner stays."""
         scene = self.patch_scene
         chosen = scene.selected() if len(scene.selected()) > 1 else [*scene.nodes, *scene.group_nodes]
         items = {id: item for id, item in scene.movable().items() if id in set(chosen) and id not in scene.notes}
@@ -245,7 +245,7 @@ class EditableView(PatchView):
     # --- names and groups ---
 
     def rename(self) -> None:
-        """Ask for another name for the selected node or group, or for the text of the note."""
+        """Edit the name of the selected node or group, or the text of the note."""
         chosen = self.patch_scene.selected()
         frame = self._frame_around(chosen)
         if frame:
@@ -258,13 +258,13 @@ class EditableView(PatchView):
             self.show_message("Select one node, group or note to rename")
 
     def _frame_around(self, chosen: Sequence[str]) -> str:
-        """The open group whose members are just these, if several are selected."""
+        """Return the open group that has exactly these members, if several items are selected."""
         members = set(self.patch_scene.members(chosen))
         frames = (group.id for group in self.patch_scene.group_view.opened if set(group.members) == members)
         return next(frames, "") if len(chosen) > 1 else ""
 
     def edit_title(self, id: str) -> None:
-        """Ask for the name of a node or group, where it stands."""
+        """Open a field for the name of a node or group."""
         patch, scene = self.document.patch, self.patch_scene
         if id in scene.group_frames:
             place = scene.group_frames[id].title_rect()
@@ -287,7 +287,7 @@ class EditableView(PatchView):
             self.show_message(str(error))
 
     def edit_note(self, id: str) -> None:
-        """Ask for the text of a note."""
+        """Open a field for the text of a note."""
         item = self.patch_scene.notes[id]
         over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
         self.inline.open(over, item.note.text, lambda text: self._set_note(id, text), one_line=False)
@@ -301,7 +301,7 @@ class EditableView(PatchView):
             self.show_message(str(error))
 
     def group(self) -> None:
-        """Put a frame around what is selected, and ask for its title."""
+        """Put the selected items into a group, and ask for its title."""
         members = self._members()
         if not members:
             self.show_message("Select what to group")
@@ -316,7 +316,7 @@ class EditableView(PatchView):
         self.edit_title(new)
 
     def ungroup(self) -> None:
-        """Take away the frame around what is selected, or put what a collapsed group holds back."""
+        """Remove the group around the selection, or dissolve the selected collapsed group."""
         blocks = [id for id in self.patch_scene.selected() if id in self.patch_scene.group_nodes]
         frame = self._frame_around(self.patch_scene.selected()) or self._group_of_selection()
         gone = blocks or ([frame] if frame else [])
@@ -328,13 +328,15 @@ class EditableView(PatchView):
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
 
     def _group_of_selection(self) -> str:
-        """The innermost open group that everything selected is in."""
+        """Return the innermost open group that contains the whole selection."""
         members = set(self._members())
         around = [group.id for group in self.patch_scene.group_view.opened if members and members <= set(group.members)]
         return around[-1] if around else ""
 
     def collapse(self) -> None:
-        """Make what is selected one node, with a port for each wire across its border; open it again if it is one."""
+        """Collapse the selection to one node, with a port for each wire across its border; expand a selected collapsed
+        group.
+        """
         chosen = self.patch_scene.selected()
         blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
         patch = self.document.patch
@@ -364,7 +366,7 @@ class EditableView(PatchView):
         self.patch_scene.select([id])
 
     def paint_group(self, colour: str) -> None:
-        """Give the group around what is selected another colour."""
+        """Set the colour of the group around the selection."""
         chosen = self.patch_scene.selected()
         blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
         for id in blocks or [self._frame_around(chosen) or self._group_of_selection()]:
@@ -372,7 +374,7 @@ class EditableView(PatchView):
                 self.document.edit(self._with_group(id, colour=colour), "Colour a group")
 
     def enter(self) -> None:
-        """Look into the selected sub-patch."""
+        """Open the selected sub-patch."""
         chosen = self.patch_scene.selected()
         if len(chosen) == 1 and chosen[0] in self.patch_scene.group_nodes:
             self.open_group(chosen[0])
@@ -382,14 +384,14 @@ class EditableView(PatchView):
         groups = tuple(msgspec.structs.replace(g, **changes) if g.id == id else g for g in patch.groups)
         return msgspec.structs.replace(patch, groups=groups).check(self.registry)
 
-    # --- words ---
+    # --- texts ---
 
     def _name(self, id: str) -> str:
         node = self.document.patch.node(id)
         return node.label or self.registry[node.type].label
 
     def _count_text(self, ids: Sequence[str], patch: Patch | None = None) -> str:
-        """These, for the undo list: the name of one, the number of several."""
+        """Return the name of a single item, or the number of several, for the name of an undo step."""
         patch = patch or self.document.patch
         nodes = [node for node in patch.nodes if node.id in set(ids)]
         if len(nodes) == 1:
@@ -398,7 +400,7 @@ class EditableView(PatchView):
 
 
 def count_text(number: int, what: str) -> str:
-    """A number of things.
+    """Return a number with a noun, in singular or plural.
 
     >>> count_text(1, "node"), count_text(3, "node")
     ('1 node', '3 nodes')

@@ -1,4 +1,4 @@
-"""Run time over error of the selected node, drawn as it is measured, with the point where the node stands."""
+"""Run time as a function of error of the selected node, drawn during measurement, with the node's present point."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QToolButton, QVBoxLayout, QWidget
@@ -13,10 +13,10 @@ _PLOT_PX = 184
 
 
 class ErrorView(QWidget):
-    """A button that opens and closes the curve, the curve, and a line of where the node stands."""
+    """The curve, a button that opens and closes it, and a line of text on the node's present point."""
 
     toggled = Signal()
-    """It was opened, and something is to be measured; or closed, and nothing is any more."""
+    """The view was opened and needs a measurement, or closed and needs none any more."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -44,21 +44,21 @@ class ErrorView(QWidget):
 
     @property
     def wants_curve(self) -> bool:
-        """Whether something is to be measured: the curve is to be seen, and is not known."""
+        """Whether a measurement is needed: the curve is visible, and not complete."""
         return self.toggle_button.isChecked() and not self._is_known
 
     def set_state(self, state: object) -> None:
-        """What the curve is of: where that has changed, the one that is shown is not it any more."""
+        """Set the node and parameters of the curve; a change discards the current curve."""
         if state != self._measured_state:
             self._measured_state = state
             self._clear_state()
 
     def start_measuring(self) -> None:
-        """What comes from now on is of what was set last."""
+        """Begin a measurement: later curves belong to the latest state."""
         self._is_measuring = True
 
     def show_curve(self, curve: ErrorCurveDrawn) -> None:
-        """Show what is known by now."""
+        """Show the curve as far as it has been measured."""
         if not self._is_measuring:
             return
         self._is_known = curve.left == 0

@@ -13,14 +13,14 @@ STEPS = {
     "press": "Click on the tile at the lower right to strike it; drag on it to press it.",
     "turn": "Select a node, and drag one of its numbers at the right: it is heard at once.",
 }
-"""What is to be done, in this order; each is over when it was done."""
+"""The steps in order; each ends when the user has done it."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."
 
 
 class FirstSteps(QFrame):
-    """A strip with one step at a time, while it is `is_wanted`. `done` when all were, or the person has put it away.
+    """A strip with one step at a time, while it `is_wanted`. `done` is emitted after the last one, or on dismissal.
 
-    It has a place of its own: a card over the canvas hid nodes in a small window.
+    It has its own row, because a card over the canvas hid nodes in a small window.
     """
 
     done = Signal()
@@ -50,11 +50,11 @@ class FirstSteps(QFrame):
 
     @property
     def remaining(self) -> list[str]:
-        """The steps that were not done yet."""
+        """The steps that are not done yet."""
         return [name for name in STEPS if name not in self._done]
 
     def mark_done(self, step: str) -> None:
-        """One of `STEPS` was done."""
+        """Mark one of `STEPS` as done."""
         if step not in self._done:
             self._done.add(step)
             self._show_next()

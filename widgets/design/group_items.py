@@ -1,4 +1,4 @@
-"""What groups and notes look like on the canvas."""
+"""Drawing of groups and notes on the canvas."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ class GroupNodeItem(NodeItem):
         self.shown_group = group
 
     def set_group(self, group: Group, node: PlacedNode, description: NodeDescription) -> None:
-        """Show the group, and the node that stands for it, as they are now."""
+        """Update the group, and the node that represents it."""
         self.shown_group, self.node = group, node
         self.setPos(*group.at)
         self.set_description(description)
@@ -46,7 +46,7 @@ class GroupNodeItem(NodeItem):
         painter.setPen(QPen(QColor(theme.mixed(self.description.colour, theme.RAISED, 0.5)), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(inner, 4.0, 4.0)
-        # Three little boxes say that there is more inside.
+        # Three small boxes indicate the nodes inside.
         plot = self.geometry.plot
         for i in range(3):
             box = QRectF(plot.center().x() - 26 + 18 * i, plot.center().y() - 6 + 4 * (i % 2), 14, 9)
@@ -54,7 +54,7 @@ class GroupNodeItem(NodeItem):
 
 
 class GroupFrameItem(QGraphicsItem):
-    """The frame around a group that is open; it goes where what is in it goes."""
+    """The frame around an open group; it follows its members."""
 
     def __init__(self, group: Group) -> None:
         super().__init__()
@@ -64,13 +64,13 @@ class GroupFrameItem(QGraphicsItem):
         self.setZValue(-3.0)
 
     def follow(self, group: Group, items: Sequence[QGraphicsItem], depth: int) -> None:
-        """Stand around these items; `depth` groups lie around this one."""
+        """Set the frame around these items; `depth` is the number of enclosing groups."""
         self.shown_group, self._items = group, items
         self.setZValue(-3.0 - 1.0 / (depth + 1.0))
         self.adjust()
 
     def adjust(self) -> None:
-        """Stand around the items where they are now."""
+        """Update the frame to the items' current positions."""
         rect = QRectF()
         for item in self._items:
             rect = rect.united(item.frame_rect() if isinstance(item, GroupFrameItem) else item_rect(item))
@@ -81,11 +81,11 @@ class GroupFrameItem(QGraphicsItem):
         self.update()
 
     def frame_rect(self) -> QRectF:
-        """The frame, in the scene."""
+        """Return the frame, in scene coordinates."""
         return self._rect
 
     def title_rect(self) -> QRectF:
-        """Its title, in the scene: what the mouse takes it by."""
+        """Return the title, in scene coordinates, by which the mouse drags the frame."""
         return QRectF(self._rect.left(), self._rect.top(), self._rect.width(), TITLE)
 
     def boundingRect(self) -> QRectF:
@@ -118,7 +118,7 @@ class NoteItem(QGraphicsItem):
         self.set_note(note)
 
     def set_note(self, note: Note) -> None:
-        """Show the note as it is now."""
+        """Update the note."""
         self.prepareGeometryChange()
         self.note = note
         metrics = QFontMetricsF(theme.font())
@@ -149,7 +149,7 @@ class NoteItem(QGraphicsItem):
 
 
 class StubItem(WireItem):
-    """The part of a wire that leads out of the group that one looks into, with the name of what is there."""
+    """The part of a wire that leaves the open group, with the name of its other end."""
 
     def __init__(self, wire: Wire, item: NodeItem, side: str, colour: str, text: str) -> None:
         self._side, self._text = side, text
@@ -180,7 +180,7 @@ class StubItem(WireItem):
 
 
 def item_rect(item: QGraphicsItem) -> QRectF:
-    """What an item fills of the scene, without the room for its dots."""
+    """Return an item's rectangle in the scene, without the margin for port dots."""
     if isinstance(item, NodeItem | NoteItem):
         return QRectF(item.pos().x(), item.pos().y(), *item.size)
     return item.sceneBoundingRect()

@@ -1,4 +1,4 @@
-"""What of a patch is seen at one level: collapsed groups stand for what is in them. Without a screen."""
+"""The visible part of a patch at one level, on which a collapsed group is drawn as a node. Without Qt."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import NodeDescription, PortRow, display_name
 
 _OPEN, _OUTSIDE = "", "."
-"""What a group's members are at a level, when they are not drawn as a block; no id has a dot."""
+"""Representations of a group's members that are not drawn as a block; no node id contains a dot."""
 
 COLOURS = {
     "grey": "muted",
@@ -25,23 +25,23 @@ COLOURS = {
 
 @dataclass(frozen=True)
 class GroupView:
-    """What is drawn when one looks into a group, or at the whole patch."""
+    """The visible nodes and wires in an open group, or in the whole patch."""
 
     shown_as: Mapping[str, str]
-    """For each node and note that is seen: itself, or the collapsed group that stands for it."""
+    """For each visible node and note: itself, or the collapsed group that contains it."""
     collapsed: tuple[Group, ...]
     """Collapsed groups that are drawn as one node."""
     opened: tuple[Group, ...]
     """Groups that are drawn as a frame, the outer ones first."""
 
     def ends(self, wire: Wire) -> tuple[str, str]:
-        """What a wire is drawn between; "" for an end that is outside; twice "" where it is not drawn."""
+        """Return the visible ends of a wire; "" for an end outside, and twice "" for a hidden wire."""
         source, target = (self.shown_as.get(end.partition(".")[0], "") for end in wire)
         return ("", "") if source == target else (source, target)
 
 
 def group_view_of(patch: Patch, inside: str = "") -> GroupView:
-    """What is seen of a patch in the group `inside`, or of the whole."""
+    """Return the view of the group `inside`, or of the whole patch."""
     ids = [one.id for one in patch.canvas_items()]
     if not patch.groups:
         return GroupView({id: id for id in ids}, (), ())
@@ -69,7 +69,7 @@ def group_view_of(patch: Patch, inside: str = "") -> GroupView:
 
 
 def description_of_group(patch: Patch, registry: Registry, group: Group) -> NodeDescription:
-    """What a collapsed group shows: a port for each wire across its border, and for what has no wire at all."""
+    """Return a collapsed group's description: ports for wires across its border, and for unwired ports."""
     inside = set(group.members)
     nodes = sorted((n for n in patch.nodes if n.id in inside), key=lambda node: (node.at[1], node.at[0]))
     wired = {end for wire in patch.wires for end in wire}
@@ -95,7 +95,7 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
 
 
 def node_of_group(patch: Patch, group: Group) -> PlacedNode:
-    """The node that a collapsed group is drawn as: muted or bypassed where all in it is, soloed where anything is."""
+    """Return the node that represents a collapsed group: muted or bypassed if all members are, soloed if any is."""
     marks = [node.marks for node in patch.nodes if node.id in set(group.members)]
     muted, bypassed = (bool(marks) and all(name in mark for mark in marks) for name in ("muted", "bypassed"))
     soloed = any("soloed" in mark for mark in marks)
@@ -107,6 +107,6 @@ def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool
 
 
 def _text(node: PlacedNode, registry: Registry, port: str, ports: int) -> str:
-    """A port of a group by its node's name, and by its own where that node has several."""
+    """Return the label of a group's port: its node's name, with the port's own name if the node has several."""
     name = node.label or registry[node.type].label
     return name if ports == 1 else f"{name} {display_name(port)}"

@@ -1,4 +1,4 @@
-"""A field that opens on the canvas, over what it names, and goes away when the text is given."""
+"""A text field on the canvas, over the item that it names; it closes after editing."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ HEIGHT, MIN_WIDTH, MAX_WIDTH, NOTE_HEIGHT = 30, 160, 360, 96
 
 
 class InlineEdit(QPlainTextEdit):
-    """Enter gives a line, Ctrl+Enter a text of several lines, as does a click elsewhere; Escape gives nothing."""
+    """Enter (Ctrl+Enter for several lines) or a click elsewhere commits the text; Escape cancels."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -28,7 +28,7 @@ class InlineEdit(QPlainTextEdit):
         self.hide()
 
     def open(self, over: QRect, text: str, on_done: Callable[[str], object], one_line: bool = True) -> None:
-        """Ask for a text over this place of the parent; `on_done` is called with it, if it is given."""
+        """Open over a rectangle of the parent; `on_done` receives the text if it is committed."""
         self._on_done, self._is_line = on_done, one_line
         min_height = HEIGHT if one_line else NOTE_HEIGHT
         room = self._parent_widget.rect()
@@ -46,7 +46,7 @@ class InlineEdit(QPlainTextEdit):
         self.setFocus()
 
     def finish(self, commit: bool) -> None:
-        """Go away; give what was typed, or not."""
+        """Close the field, and commit or discard the text."""
         on_done, self._on_done = self._on_done, None
         if on_done is None:
             return
@@ -57,7 +57,7 @@ class InlineEdit(QPlainTextEdit):
         self._parent_widget.setFocus()
 
     def event(self, event: QEvent) -> bool:
-        # Escape belongs to the field, whatever else it does in the window.
+        # Escape goes to the field, not to a shortcut of the window.
         if is_escape_override(event):
             event.accept()
             return True

@@ -1,4 +1,4 @@
-"""The inspector: what is selected, and its parameters as controls made from their declarations."""
+"""The inspector: the selected nodes, with controls made from the declarations of their parameters."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ from underfoot.widgets.design.shared_parameters import shared_parameters, shown_
 from underfoot.widgets.plots.plot import Plot
 
 INTERVAL_NODES = ("poisson", "texture")
-"""Nodes that begin anew at random moments: the inspector shows their intervals. Others' laws take too long for that."""
+"""Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
 LAW_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
@@ -51,11 +51,11 @@ PATCH_FIELDS = {"title": TITLE, "comment": COMMENT, "seed": SEED, "error_scale":
 MINIMUM_PX = 272
 
 _LINE_END = re.compile(r"(?<!\n)\n(?!\n)")
-"""Within a paragraph, which is wrapped anew."""
+"""Line break within a paragraph, which is wrapped again."""
 
 
 class Inspector(QScrollArea):
-    """Shows the selected node, several, or the patch itself. It gives whole values, and edits nothing itself."""
+    """Shows one or several selected nodes, or the patch. It emits new values, and edits nothing itself."""
 
     edited = Signal(str, str, object, str)
     """Node, parameter, value, and a word that is the same for changes which belong together."""
@@ -104,7 +104,7 @@ class Inspector(QScrollArea):
         self.show_selection(Patch(), [])
 
     def show_selection(self, patch: Patch, ids: Sequence[str], group: str = "") -> None:
-        """Show these nodes of this patch; none means the patch itself. They are what `group` holds, if one is given."""
+        """Show these nodes of a patch; without any, show the patch. `group` is the group they belong to, if given."""
         self._patch = patch
         self._group = next((one for one in patch.groups if one.id == group), None)
         there = {node.id: node for node in patch.nodes}
@@ -120,47 +120,47 @@ class Inspector(QScrollArea):
         self._refresh(wired)
 
     def update_colours(self) -> None:
-        """Build the page anew, in the colours that are in use."""
+        """Rebuild the page in the current colours."""
         self._shape = None
         self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
 
     def set_tiles(self, ids: Sequence[str]) -> None:
-        """The tiles that there are."""
+        """Set the ids of the tiles to choose from."""
         self._tiles = tuple(ids)
         for editor in self.editors.values():
             if isinstance(editor, TilesEditor):
                 editor.set_tiles(self._tiles)
 
     def set_folder(self, folder: Path | None) -> None:
-        """Where the patch lies on disk."""
+        """Set the folder of the patch, to which file paths are relative."""
         self._folder = folder
         for editor in self.editors.values():
             if isinstance(editor, FileEditor):
                 editor.set_folder(folder)
 
     def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
-        """What nodes cost, and for how many tiles they are awake; None when nothing runs."""
+        """Show each node's share of the block time and number of awake tiles; None if the engine is stopped."""
         self._share, self._awake = share or {}, awake
         self._show_cost()
 
     def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
-        """From where to where the outputs ("node.port") went in their last preview: what drives shows it."""
+        """Show the ranges of the outputs ("node.port") in their last preview, for driving nodes."""
         self._signal_ranges = signal_ranges
         if len(self._ids) == 1:
             self._refresh(drivers(self._patch).get(self._ids[0], {}))
 
     @property
     def wants_laws(self) -> bool:
-        """Whether the law of the node's intervals is shown."""
+        """Whether the distribution of the node's intervals is visible."""
         return self.law is not None
 
     def show_laws(self, laws: Distributions) -> None:
-        """Show the law of the node's intervals: the last of its laws."""
+        """Show the distribution of the node's intervals, the last of its distributions."""
         if self.law is not None and laws.drawings:
             self.law.show_drawing(laws.drawings[-1])
 
     def show_errors(self, curve: ErrorCurveDrawn) -> None:
-        """Show what is known by now of the node's run time over error."""
+        """Show the node's run time as a function of error, as far as it has been measured."""
         if self.errors is not None:
             self.errors.show_curve(curve)
 
@@ -195,7 +195,7 @@ class Inspector(QScrollArea):
         self._fit_page()
 
     def _fit_page(self) -> None:
-        """One width for every page, with room for the scroll bar, whether it is there or not: nothing jumps."""
+        """Set the same width for every page, with space for the scroll bar, so that the layout never shifts."""
         page = self.widget()
         if page is not None:
             page.setFixedWidth(self.width() - self.verticalScrollBar().sizeHint().width())
@@ -244,7 +244,7 @@ class Inspector(QScrollArea):
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
 
     def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
-        """Where the node is in a group: a menu by which the parameter is shown on the sub-patch, too."""
+        """Add a menu that exposes the parameter on the sub-patch, if the node is in a group."""
         around = self._enclosing_group(end.partition(".")[0])
         if around is None:
             return
@@ -256,7 +256,7 @@ class Inspector(QScrollArea):
         editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def _enclosing_group(self, id: str) -> Group | None:
-        """The innermost group that a node is in."""
+        """Return the innermost group of a node."""
         return next((group for group in reversed(self._patch.groups) if id in group.members), None)
 
     def _build_group(self, column: QVBoxLayout, group: Group) -> None:
@@ -280,7 +280,7 @@ class Inspector(QScrollArea):
         self._add_facts(column, {"Nodes": theme.label(str(len(types))), "Cost": self._cost})
 
     def _set_rhythm(self, id: str, notes: str, rhythm: Rhythm) -> None:
-        """Give the node the bar and the repeats that go with notes which were chosen: one change with them."""
+        """Set the bar and the repeats of a chosen rhythm, in the same undo step as its notes."""
         for name, value in (("bar", rhythm.bar_s), ("repeats", rhythm.repeats)):
             if name in self.editors:
                 self.edited.emit(id, name, value, f"{id}.{notes} {self._edit_number}")
@@ -373,7 +373,7 @@ class Inspector(QScrollArea):
         self._show_cost()
 
     def _show_values(self, editor: ParameterEditor, values: list[object]) -> None:
-        """What several nodes have: one value, or that they differ."""
+        """Show the common value of several nodes, or that their values differ."""
         value = shown_value(editor.parameter, values)
         editor.set_mixed("" if len(values) == 1 else _range_text(editor.parameter, values))
         if value != editor.value():
@@ -405,7 +405,7 @@ class Inspector(QScrollArea):
 
 
 def _editor_of(parameter: Parameter) -> ParameterEditor:
-    """The control of a node's parameter: a picture where there is one for what it holds."""
+    """Return the control of a parameter: a picture if there is one for its values."""
     if isinstance(parameter, Numbers):
         return BarsEditor(parameter)
     if isinstance(parameter, Rows):
@@ -416,7 +416,7 @@ def _editor_of(parameter: Parameter) -> ParameterEditor:
 
 
 def _with_counts(names: Sequence[str]) -> list[str]:
-    """Names, each once, with how often it was there.
+    """Return the distinct names, with their counts.
 
     >>> _with_counts(["Noise", "Gain", "Noise"])
     ['2 × Noise', 'Gain']
@@ -425,7 +425,7 @@ def _with_counts(names: Sequence[str]) -> list[str]:
 
 
 def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
-    """Values that differ, short.
+    """Return differing values as a short text.
 
     >>> _range_text(Count(0, 0, 9), [3, 1, 2])
     '1 to 3'
@@ -437,7 +437,7 @@ def _range_text(parameter: Parameter, values: Sequence[object]) -> str:
 
 
 def edited_patch(patch: Patch, field: str, value: object) -> Patch:
-    """The patch with its title, comment, seed or factor on errors changed."""
+    """Return the patch with its title, comment, seed or error factor changed."""
     return msgspec.structs.replace(patch, **{field: value})
 
 

@@ -1,4 +1,4 @@
-"""Nodes and wires as they are drawn on the canvas."""
+"""Nodes and wires on the canvas."""
 
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
@@ -44,7 +44,7 @@ _SELECTED = QGraphicsItem.GraphicsItemChange.ItemSelectedHasChanged
 
 
 class NodeItem(QGraphicsItem):
-    """One node. What it shows is set from outside; it knows neither the patch nor the engine."""
+    """A node on the canvas. Its content is set from outside; it has no access to patch or engine."""
 
     def __init__(self, node: PlacedNode, description: NodeDescription) -> None:
         super().__init__()
@@ -71,19 +71,19 @@ class NodeItem(QGraphicsItem):
     # --- what it shows ---
 
     def set_description(self, description: NodeDescription) -> None:
-        """Show another name, or other ports."""
+        """Set the name and the ports."""
         if description != self.description:
             self.description = description
             self._reshape()
 
     def set_ports(self, driven: tuple[str, ...], shows_all_ports: bool) -> None:
-        """Show these parameters as ports; `shows_all_ports` shows all that a wire may drive."""
+        """Show these parameters as ports; `shows_all_ports` shows all that a wire can drive."""
         if (driven, shows_all_ports) != (self.driven, self.shows_all_ports):
             self.driven, self.shows_all_ports = driven, shows_all_ports
             self._reshape()
 
     def show_port(self, name: str, wanted: bool) -> None:
-        """Keep the port of a parameter in sight, also while it has no wire; or no longer."""
+        """Show a parameter's port even without a wire, or stop doing so."""
         self.shown_ports = tuple(port for port in self.shown_ports if port != name) + ((name,) if wanted else ())
         self._reshape()
 
@@ -97,29 +97,29 @@ class NodeItem(QGraphicsItem):
         self.update()
 
     def _update_z(self) -> None:
-        """A node with all its ports in sight lies above all, and a selected one above the others."""
+        """Update the stacking order: nodes with all ports shown on top, then selected ones."""
         self.setZValue(1.0 if self.shows_all_ports else 0.5 if self.isSelected() else 0.0)
 
     def set_cost(self, cost: str, state: str) -> None:
-        """Show what it costs; `state` is "", "asleep", "unused" or "fault"."""
+        """Show the cost; `state` is "", "asleep", "unused" or "fault"."""
         if (cost, state) != (self.cost, self.state):
             self.cost, self.state = cost, state
             self.update()
 
     def set_curve(self, values: np.ndarray | None) -> None:
-        """Show these samples in the small plot, or nothing."""
+        """Show these samples in the small plot; None clears it."""
         if values is not None or self._plot is not None:
             self._plot = None if values is None else thumbnail(values, self.description.outputs[0].port.kind == "event")
             self.update()
 
     def set_auditioned(self, auditioned: bool) -> None:
-        """Show whether it is heard alone."""
+        """Show whether the node is played alone."""
         if auditioned != self.is_auditioned:
             self.is_auditioned = auditioned
             self.update()
 
     def set_dimmed(self, side: str) -> None:
-        """While a wire is dragged: dim the ports of this side."""
+        """Dim the ports on this side during the drag of a wire."""
         if side != self._dimmed:
             self._dimmed = side
             self.update()
@@ -129,33 +129,33 @@ class NodeItem(QGraphicsItem):
         return self.geometry.width, self.geometry.height
 
     def port_at(self, scene_place: QPointF) -> PlacedPort | None:
-        """The port that a mouse at this place of the scene means."""
+        """Return the port at a position of the scene; None if there is none."""
         return self.geometry.port_near(self.mapFromScene(scene_place))
 
     def more_at(self, scene_place: QPointF) -> bool:
-        """Whether a mouse at this place of the scene means the dot that shows further ports."""
+        """Return whether a position of the scene is on the dot that shows further ports."""
         more = self.geometry.more
         return more is not None and QLineF(self.mapFromScene(scene_place), more).length() <= PORT_RADIUS + 3.0
 
     def button_at(self, scene_place: QPointF) -> bool:
-        """Whether a mouse at this place of the scene means the button that plays the node alone."""
+        """Return whether a position of the scene is on the button that plays the node alone."""
         return self.can_be_auditioned and button_at(self.geometry, self.mapFromScene(scene_place))
 
     @property
     def can_be_auditioned(self) -> bool:
-        """Whether it is one node that makes something, and no group."""
+        """Whether the node is a single node with an output, not a group."""
         return bool(self.node.type and self.description.outputs)
 
     def end(self, placed: PlacedPort) -> str:
-        """The name of a port in the patch, as "node.port"."""
+        """Return the name of a port in the patch, "node.port"."""
         return f"{self.node.id}.{placed.name}"
 
     def wire_place(self, side: str, end: str) -> QPointF:
-        """Where in the scene a wire at "node.port" ends."""
+        """Return the scene position of a wire's end at "node.port"."""
         return self.port_place(side, end.partition(".")[2])
 
     def port_place(self, side: str, name: str) -> QPointF:
-        """Where in the scene the wires of a port end."""
+        """Return the scene position of the wires' ends at a port."""
         placed = self.geometry.port(side, name)
         return self.mapToScene(placed.at if placed else QPointF(0.0, TITLE / 2))
 
@@ -263,7 +263,7 @@ class NodeItem(QGraphicsItem):
             painter.drawText(QRectF(0.0, 0.0, width - PAD, TITLE), _AT_RIGHT, note)
 
     def _paint_far_title(self, painter: QPainter, quiet: bool, zoom: float) -> None:
-        """From afar a node shows its name alone, as large on the screen as a small label."""
+        """Paint only the name, at the size of a small label, when zoomed out."""
         if zoom < MIN_ZOOM:
             return
         painter.setFont(theme.font(round(theme.SMALL_PX / zoom)))
@@ -293,7 +293,7 @@ class NodeItem(QGraphicsItem):
 
 @lru_cache(maxsize=256)
 def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
-    """The outline of a node of this size, and of its title: kept, since a path cut from another is slow to make."""
+    """Return the outlines of a node of this size and of its title; cached, because path intersection is slow."""
     body, strip = QPainterPath(), QPainterPath()
     body.addRoundedRect(QRectF(0.5, 0.5, width - 1.0, height - 1.0), 6.0, 6.0)
     strip.addRect(QRectF(0.0, 0.0, width, TITLE))
@@ -301,12 +301,12 @@ def _body(width: float, height: float) -> tuple[QPainterPath, QPainterPath]:
 
 
 def _bounds_of(geometry: NodeGeometry) -> QRectF:
-    """What a node may draw on: asked for each wire that is drawn, and so kept."""
+    """Return the rectangle that a node can paint; cached, because every wire requests it."""
     return geometry.rect.adjusted(-PORT_RADIUS - 3, -3, PORT_RADIUS + 3, 3)
 
 
 class WireItem(QGraphicsItem):
-    """A wire between two nodes, or from a node to the mouse. While it rests, `WirePicture` paints it."""
+    """A wire between two nodes, or from a node to the mouse. At rest, `WirePicture` paints it."""
 
     def __init__(self, wire: Wire, source: NodeItem | None, target: NodeItem | None, colour: str) -> None:
         super().__init__()
@@ -318,7 +318,7 @@ class WireItem(QGraphicsItem):
         self.is_highlighted = False
         self.is_in_picture = False
         self.about_to_move: Callable[[WireItem], None] | None = None
-        """Told before it goes elsewhere."""
+        """The scene is notified before the wire moves."""
         self._hovered = False
         self._path = QPainterPath()
         self._outline: QPainterPath | None = None
@@ -335,7 +335,7 @@ class WireItem(QGraphicsItem):
             self.follow()
 
     def follow(self) -> None:
-        """Go where the nodes are."""
+        """Update the line to the positions of its nodes."""
         if self.source and self.target:
             self.set_ends(
                 self.source.wire_place("out", self.wire[0]),
@@ -343,11 +343,11 @@ class WireItem(QGraphicsItem):
             )
 
     def target_place(self) -> QPointF:
-        """Where it ends."""
+        """Return the scene position of its end."""
         return self._path.currentPosition()
 
     def set_ends(self, start: QPointF, end: QPointF) -> None:
-        """Go from one place to another."""
+        """Set the start and end positions."""
         if self.about_to_move is not None:
             self.about_to_move(self)
         self.prepareGeometryChange()
@@ -355,23 +355,23 @@ class WireItem(QGraphicsItem):
         self._bounds = self._path.boundingRect().adjusted(-4, -4, 4, 4)
 
     def detach(self) -> None:
-        """Let go of the nodes."""
+        """Detach the wire from its nodes."""
         for end in (self.source, self.target):
             if end is not None and self in end.wires:
                 end.wires.remove(self)
 
     def set_in_picture(self, in_picture: bool) -> None:
-        """Leave it to others to paint the line, or paint it."""
+        """Set whether `WirePicture` paints the line."""
         self.is_in_picture = in_picture
         self._paint_or_not()
 
     def set_chosen(self, chosen: bool) -> None:
-        """Show it as what Delete would take away."""
+        """Show the wire as selected for deletion."""
         self.chosen = chosen
         self._paint_or_not()
 
     def set_highlighted(self, is_highlighted: bool) -> None:
-        """Light it up as what a node would be put into."""
+        """Highlight the wire as the target of an insertion."""
         if is_highlighted != self.is_highlighted:
             self.is_highlighted = is_highlighted
             self.setZValue(2.0 if is_highlighted else -1.0)
@@ -384,7 +384,7 @@ class WireItem(QGraphicsItem):
         self.update()
 
     def passes(self, rect: QRectF) -> bool:
-        """Whether the wire itself goes through this rectangle of the scene."""
+        """Return whether the line passes through a rectangle of the scene."""
         if not self._bounds.intersects(rect):
             return False
         if not self._probes:
@@ -419,7 +419,7 @@ class WireItem(QGraphicsItem):
         self.paint_line(painter)
 
     def paint_line(self, painter: QPainter) -> None:
-        """The line alone, as thick as the zoom allows: of short straight ones, which Qt draws much faster."""
+        """Paint the line, as straight segments, which Qt paints much faster; its width depends on the zoom."""
         far = painter.worldTransform().m11() < MIN_SHARP_SCALE
         painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, self._hovered))
         if not self._lines:
@@ -435,7 +435,7 @@ def _wire_pen(colour: str, width: float, lit: bool = False) -> QPen:
 
 
 def _straight_lines(path: QPainterPath) -> list[QLineF]:
-    """A curve of `curve` as straight lines that cannot be told from it."""
+    """Return straight segments that are visually identical to a path of `curve`."""
     corners = [(path.elementAt(i).x, path.elementAt(i).y) for i in range(path.elementCount())]
     (left, top), *_, (right, bottom) = corners
     count = 8 + min(int(abs(right - left) + abs(bottom - top)) // 24, 16)
@@ -445,13 +445,13 @@ def _straight_lines(path: QPainterPath) -> list[QLineF]:
 
 @cache
 def _weights(count: int) -> np.ndarray:
-    """What the four corners of a cubic weigh at `count` + 1 places along it: float64 [place, corner]."""
+    """Return the Bernstein weights of a cubic at `count` + 1 equally spaced parameters: float64 [place, corner]."""
     along = np.linspace(0.0, 1.0, count + 1)[:, None]
     return np.hstack([(1 - along) ** 3, 3 * along * (1 - along) ** 2, 3 * along**2 * (1 - along), along**3])
 
 
 def curve(start: QPointF, end: QPointF) -> QPainterPath:
-    """The line of a wire: out to the right, in from the left."""
+    """Return the path of a wire: leaving to the right, arriving from the left."""
     ahead = end.x() - start.x()
     reach = max(abs(ahead) * 0.5, min(40.0 + abs(end.y() - start.y()) * 0.25, 120.0)) if ahead < 48 else ahead * 0.5
     reach = min(reach, 160.0)
@@ -461,14 +461,14 @@ def curve(start: QPointF, end: QPointF) -> QPainterPath:
 
 
 def port_help(placed: PlacedPort) -> str:
-    """What a port is, in a line or two."""
+    """Return a description of a port in one or two lines."""
     port = placed.port
     what = "events" if port.kind == "event" else f"signal{' in ' + pretty_unit(port.unit) if port.unit else ''}"
     return f"{placed.row.text}: {what}" + (f"\n{pretty_text(port.doc)}" if port.doc else "")
 
 
 def bounds(items: Sequence[QGraphicsItem]) -> QRectF:
-    """The smallest rectangle of the scene around these items."""
+    """Return the bounding rectangle of these items in the scene."""
     rect = QRectF()
     for item in items:
         rect = rect.united(item.sceneBoundingRect())

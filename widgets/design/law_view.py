@@ -1,4 +1,4 @@
-"""The laws of a node, side by side; while they are made, a line instead."""
+"""The distributions of a node, side by side; a line of text while they are computed."""
 
 from itertools import zip_longest
 
@@ -10,11 +10,11 @@ from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
 LAWS_PAGE = 3
-"""How many laws of a node are drawn."""
+"""Number of a node's distributions that are drawn."""
 
 
 class LawView(QStackedWidget):
-    """Shows no axes before it is known what is on them, and no law for longer than `late_after_ms` after it changed."""
+    """Shows axes only once the quantity is known, and hides outdated distributions after `late_after_ms`."""
 
     def __init__(self, late_after_ms: int, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -33,15 +33,15 @@ class LawView(QStackedWidget):
         self._late.timeout.connect(self.wait)
 
     def expect(self) -> None:
-        """Other laws will come; those that are shown stay a moment, but not for long."""
+        """Expect new distributions; the current ones stay visible for a short time."""
         self._late.start()
 
     def wait(self) -> None:
-        """Show that laws are being made."""
+        """Show that distributions are being computed."""
         self._show_text("being made…")
 
     def show_laws(self, laws: Distributions) -> None:
-        """Show what came, or why there are none."""
+        """Show the distributions, or the reason why there are none."""
         self._late.stop()
         if laws.error or not laws.drawings:
             self._show_text(laws.error or "it draws from no law")

@@ -1,4 +1,4 @@
-"""The strip above the preview: play from the start, loop, how long, A and B, and the blind test of them."""
+"""The strip above the preview: play, loop, duration, slots A and B, and their blind test."""
 
 from collections.abc import Callable, Mapping
 
@@ -11,23 +11,23 @@ from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 LENGTHS_S = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)
-"""How long a preview may last; 0 for as long as the patch."""
+"""Durations of a preview in seconds; 0 for the patch's own."""
 
 
 class ListenBar(QWidget):
-    """Shows what it is told, and emits what was asked for. Its actions have keys in the whole of `around`."""
+    """Shows the listening state, and emits requests. The keys of its actions work in all of `around`."""
 
     start_requested = Signal()
     loop_requested = Signal(bool)
     length_chosen = Signal()
     switch_requested = Signal()
     copy_requested = Signal()
-    """The slot that waits is to have what is in the one that is edited."""
+    """Copy the edited slot to the other slot."""
     match_requested = Signal(bool)
     overlay_requested = Signal(bool)
     blind_requested = Signal()
     whole_patch_requested = Signal()
-    """All of the patch is to be heard again."""
+    """Play the whole patch again."""
 
     def __init__(self, around: QWidget) -> None:
         super().__init__(around)
@@ -76,11 +76,11 @@ class ListenBar(QWidget):
 
     @property
     def seconds(self) -> float:
-        """How long a preview is to last; 0 for as long as the patch."""
+        """The duration of a preview in seconds; 0 for the patch's own."""
         return LENGTHS_S[self.length.currentIndex()]
 
     def show_slot(self, slot: str, has_other: bool) -> None:
-        """The slot that is edited; what compares two is offered where there are two."""
+        """Show the edited slot; enable comparisons if there are two."""
         self.slots[slot].setChecked(True)
         text = f"Copy {slot} to {other_slot(slot)}"
         self.copy.setText(f"{slot} → {other_slot(slot)}")
@@ -94,26 +94,26 @@ class ListenBar(QWidget):
             self.state.set_full_text("")
 
     def show_auditioned(self, node: str) -> None:
-        """The node that is heard alone; "" for none."""
+        """Show the node that is played alone; "" for none."""
         self.audition_button.setVisible(bool(node))
         self.audition_button.setChecked(bool(node))
         self.audition_button.setText(f"{node} alone  ×")
 
     def show_match(self, gains: Mapping[str, str], on: bool) -> None:
-        """By how much the louder slot is made softer, in words."""
+        """Show the attenuation of the louder slot."""
         softer = [f"{slot} {gain}" for slot, gain in gains.items() if gain not in ("", "0.0 dB")]
         same = "equally loud" if all(gains.values()) else ""
         self.state.set_full_text((", ".join(softer) or same) if on else "as they are")
         self._make_room()
 
     def show_looping(self, on: bool) -> None:
-        """Whether it loops, without asking for it."""
+        """Show whether the loop is on, without emitting a request."""
         blocked = self.loop.blockSignals(True)
         self.loop.setChecked(on)
         self.loop.blockSignals(blocked)
 
     def _choose(self, slot: str) -> None:
-        """A click on the slot that is edited already does nothing."""
+        """Request a slot; a click on the edited slot does nothing."""
         if not self.copy.text().startswith(slot):
             self.switch_requested.emit()
 
@@ -155,8 +155,8 @@ class ListenBar(QWidget):
         self._make_room()
 
     def _make_room(self) -> None:
-        """Where it is narrow, the word beside the picture gives way to what is said of A and B; then that, as a whole:
-        half a number would be another one.
+        """If space is short, hide the text beside the icon, then the whole text on A and B; half a number would be
+        misleading.
         """
         said = self.state.sizeHint().width()
         for style in (Qt.ToolButtonStyle.ToolButtonTextBesideIcon, Qt.ToolButtonStyle.ToolButtonIconOnly):

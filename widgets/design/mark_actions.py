@@ -1,4 +1,4 @@
-"""What can be done with how nodes are heard, with its keys: play one alone; mute, bypass and solo those selected."""
+"""Actions on how nodes are heard, with their keys: play one alone; mute, bypass and solo the selected ones."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,11 +13,11 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.design.canvas import Canvas
 
 MARK_NAMES = {"muted": ("Mute", "Unmute"), "bypassed": ("Bypass", "End bypass"), "soloed": ("Solo", "End solo")}
-"""What setting a mark is called, and taking it away."""
+"""The names of setting and of removing each mark."""
 
 
 class MarkActions(QObject):
-    """Adds its actions to a canvas, and edits the marks of the nodes that are selected there."""
+    """Adds its actions to a canvas, and edits the marks of its selected nodes."""
 
     audition_requested = Signal(str, bool)
     """The node that is to be heard alone, and whether on all tiles. The same one again: no more."""
@@ -39,7 +39,7 @@ class MarkActions(QObject):
         canvas.audition_requested.connect(lambda node: self.audition_requested.emit(node, False))
 
     def toggle(self, mark: str) -> None:
-        """Set a mark on the selected nodes, or remove it where all have it."""
+        """Set a mark on the selected nodes, or remove it if all have it."""
         document, ids = self._canvas.document, self._canvas.selected_ids()
         after, what = toggled(document.patch, self._registry, ids, mark)
         if after == document.patch:
@@ -56,9 +56,9 @@ class MarkActions(QObject):
 
 
 def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> tuple[Patch, str]:
-    """The patch with a mark set on these nodes, or taken away where all have it, and what that is called.
+    """Return the patch with a mark set on these nodes, or removed if all have it, and the name of the edit.
 
-    The same patch, and why, where there is nothing to mark.
+    If no node can be marked, return the same patch and the reason.
     """
     if not ids:
         return patch, f"Select the nodes first, then {MARK_NAMES[mark][0].lower()}"
@@ -73,7 +73,7 @@ def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> 
 
 
 def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:
-    """An action whose key works while the widget has the focus."""
+    """Return an action whose key works while the widget has the focus."""
     action = QAction(text, widget)
     action.setShortcut(QKeySequence(key))
     action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)

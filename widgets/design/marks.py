@@ -1,4 +1,4 @@
-"""What a node shows of how it is heard: the marks muted, bypassed and soloed, and the button that plays it alone."""
+"""Display of a node's marks (muted, bypassed, soloed), and the button that plays it alone."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPen
@@ -8,12 +8,12 @@ from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import NodeGeometry
 
 MARK_LETTERS = {"muted": ("M", "alarm"), "bypassed": ("B", "force"), "soloed": ("S", "contact")}
-"""How each mark is written, and the name of its colour."""
+"""The letter of each mark, and the name of its colour."""
 CHIP_PX, BUTTON_PX, GAP_PX = 16.0, 18.0, 3.0
 
 
 def is_inactive(node: PlacedNode) -> bool:
-    """Whether a node does nothing to what is heard.
+    """Return whether a node has no effect on the output.
 
     >>> is_inactive(PlacedNode("a", "gain", bypassed=True)), is_inactive(PlacedNode("a", "gain", soloed=True))
     (True, False)
@@ -22,14 +22,14 @@ def is_inactive(node: PlacedNode) -> bool:
 
 
 def button_at(geometry: NodeGeometry, place: QPointF) -> bool:
-    """Whether a mouse at this place of the node means the button."""
+    """Return whether a position of the node is on the button."""
     return _button(geometry).contains(place)
 
 
 def paint_marks(
     painter: QPainter, node: PlacedNode, geometry: NodeGeometry, has_button: bool, is_auditioned: bool
 ) -> None:
-    """The letters of a node's marks; and the button where there is one, lit while the node is heard alone."""
+    """Paint the letters of a node's marks, and the button, highlighted while the node is played alone."""
     _paint_letters(painter, node, QPointF(geometry.plot.left() - GAP_PX, geometry.plot.top() - GAP_PX), 1.0)
     if has_button or is_auditioned:
         button = _button(geometry)
@@ -41,7 +41,7 @@ def paint_marks(
 def paint_far_marks(
     painter: QPainter, node: PlacedNode, geometry: NodeGeometry, is_auditioned: bool, zoom: float
 ) -> None:
-    """The same from afar: letters as large on the screen as they can be, and a frame around what is heard alone."""
+    """Paint the marks when zoomed out: large letters, and a frame around the node that is played alone."""
     _paint_letters(painter, node, QPointF(GAP_PX, GAP_PX), min(1.0 / zoom, 2.0))
     if is_auditioned:
         pen = QPen(QColor(theme.VIBRATION), 2.0)

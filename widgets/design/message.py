@@ -1,4 +1,4 @@
-"""A line that the canvas shows over itself for a few seconds."""
+"""A message over the canvas that disappears after a few seconds."""
 
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QLabel, QWidget
@@ -9,7 +9,7 @@ VISIBLE_MS = 5000
 
 
 class Message(QLabel):
-    """Lies at the bottom of its parent, in its middle."""
+    """A message at the bottom centre of its parent."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -20,7 +20,7 @@ class Message(QLabel):
         self._timer.timeout.connect(self.hide)
 
     def show_text(self, text: str, alarm: bool) -> None:
-        """Show a line, in red or green; an empty one hides it."""
+        """Show a line, in red or green; "" hides it."""
         self.setVisible(bool(text))
         if not text:
             return
@@ -38,5 +38,5 @@ class Message(QLabel):
 
     @property
     def visible_text(self) -> str:
-        """What is shown now."""
+        """The visible text."""
         return "" if self.isHidden() else self.text()

@@ -1,4 +1,4 @@
-"""The mini-map: the whole of a large patch, and which part of it is seen."""
+"""The mini-map of a large patch, with the visible part."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
@@ -9,7 +9,7 @@ from underfoot.widgets.design.scene import PatchScene
 
 
 class MiniMap(QWidget):
-    """`place_requested` gives the place of the scene that should be in the middle of the view."""
+    """`place_requested` carries the scene position on which to centre the view."""
 
     place_requested = Signal(QPointF)
 
@@ -20,18 +20,18 @@ class MiniMap(QWidget):
         self._extent = QRectF()
         self._picture = QPixmap()
         self._drawn: tuple[object, ...] = ()
-        """What the picture of the nodes was drawn from."""
+        """The key of the cached picture of the nodes."""
         scene.selectionChanged.connect(self.update_colours)
         self.setToolTip("Overview of the patch; drag to move the view")
         self.hide()
 
     def fit_size(self, width: int, height: int) -> None:
-        """Lie in the lower right corner of a canvas of this size, and leave most of it free."""
+        """Place the map in the lower right corner of a canvas of this size, with most of the canvas free."""
         wide = round(min(max(0.22 * min(width, 1.5 * height), 88), 176))
         self.setGeometry(width - wide - 8, height - round(0.64 * wide) - 8, wide, round(0.64 * wide))
 
     def follow(self, view: QRectF) -> None:
-        """The part of the scene that is seen now. The map is shown where that is not all of it."""
+        """Set the visible part of the scene. The map is shown unless that is the whole scene."""
         self._extent = self._scene.extent()
         self._view = view
         self.setVisible(len(self._scene.movable()) > 1 and not view.contains(self._extent))
@@ -64,7 +64,7 @@ class MiniMap(QWidget):
         painter.translate(-middle)
 
     def _nodes(self) -> QPixmap:
-        """The nodes without the frame of the view: drawn anew only where they, or the scale, are others."""
+        """Return the picture of the nodes, redrawn only after a change of nodes or scale."""
         place_requested = (self._scale(), self._scene.patch, self._scene.inside, self.size(), self.devicePixelRatioF())
         if place_requested != self._drawn:
             self._drawn = place_requested
@@ -82,7 +82,7 @@ class MiniMap(QWidget):
         return self._picture
 
     def update_colours(self) -> None:
-        """Draw the nodes anew."""
+        """Redraw the nodes in the current colours."""
         self._drawn = ()
         self.update()
 

@@ -1,4 +1,4 @@
-"""Where everything of a drawn node is: its size, its ports, its small plot. In the node's own pixels."""
+"""Layout of a drawn node: its size, ports and small plot, in the node's pixels."""
 
 import math
 from collections.abc import Iterable
@@ -17,12 +17,12 @@ COST_ROOM = 48.0
 WIDEST_TITLE = 240.0
 """A longer name is cut short."""
 REACH = 12.0
-"""How far beside a port the mouse still means it."""
+"""Distance around a port within which the mouse hits it, in pixels."""
 
 
 @dataclass(frozen=True)
 class PortRow:
-    """A port as it stands in a face: where its wires end, what is written, and whether it is a parameter."""
+    """A port in a node's face: the positions of its dot and label, and whether it is a parameter."""
 
     port: Port
     end: str
@@ -33,7 +33,7 @@ class PortRow:
 
 @dataclass(frozen=True)
 class NodeDescription:
-    """What a drawn node shows of itself, before its size is known."""
+    """The displayed content of a node, independent of its layout."""
 
     title: str
     doc: str
@@ -73,7 +73,7 @@ class NodeGeometry:
     height: float
     ports: tuple[PlacedPort, ...]
     more: QPointF | None
-    """The dot that stands for the parameters that could be ports and are not shown."""
+    """The dot for parameters that could be ports and are not shown."""
     plot: QRectF
 
     @property
@@ -84,7 +84,7 @@ class NodeGeometry:
         return next((p for p in self.ports if p.side == side and p.name == name), None)
 
     def port_near(self, at: QPointF) -> PlacedPort | None:
-        """The port whose dot or label is meant by a mouse at this place."""
+        """Return the port whose dot or label is at this position; None if there is none."""
         for placed in self.ports:
             across = at.x() - placed.at.x() if placed.side == "in" else placed.at.x() - at.x()
             if -REACH <= across <= REACH and abs(at.y() - placed.at.y()) <= ROW / 2:
@@ -93,13 +93,13 @@ class NodeGeometry:
 
 
 def accent(type: NodeType) -> str:
-    """The colour of a node: that of the signal it makes, or takes where it makes none."""
+    """Return the colour of a node: that of its output signal, or of its input if it has no output."""
     ports = type.outputs or type.inputs
     return theme.signal_colour(ports[0].kind, ports[0].unit) if ports else theme.MUTED
 
 
 def description_of(type: NodeType, label: str = "") -> NodeDescription:
-    """What a node of `type` shows; `label` is its name, where it was given one."""
+    """Return the description of a node of `type`; `label` is its own name, if it has one."""
 
     def rows(ports: Iterable[Port], parameters: bool = False) -> tuple[PortRow, ...]:
         return tuple(PortRow(port, port.name, display_name(port.name), parameters) for port in ports)
@@ -112,7 +112,7 @@ def description_of(type: NodeType, label: str = "") -> NodeDescription:
 
 @lru_cache(maxsize=4096)
 def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow, ...], hidden: int) -> NodeGeometry:
-    """The form of a node with these ports, `hidden` parameters more than are shown."""
+    """Return the layout of a node with these ports and `hidden` further parameters."""
     metrics = QFontMetricsF(theme.font())
     title_px = min(QFontMetricsF(theme.font(bold=True)).horizontalAdvance(title), WIDEST_TITLE)
     left = max((metrics.horizontalAdvance(row.text) for row in inputs), default=0.0)
@@ -137,7 +137,7 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
 
 
 def node_geometry(description: NodeDescription, driven: tuple[str, ...], shows_all: bool) -> NodeGeometry:
-    """The form of a node whose parameters `driven` have a wire; `shows_all` shows all that could have one."""
+    """Return the layout of a node with wires at the parameters `driven`; `shows_all` shows all that could have one."""
     extra = description.drivable if shows_all else tuple(row for row in description.drivable if row.end in driven)
     return geometry_of(
         description.title, description.inputs + extra, description.outputs, len(description.drivable) - len(extra)
@@ -145,7 +145,7 @@ def node_geometry(description: NodeDescription, driven: tuple[str, ...], shows_a
 
 
 def display_name(name: str) -> str:
-    """A port's name as it is written beside it.
+    """Return the label of a port.
 
     >>> display_name("level_a")
     'level a'

@@ -1,4 +1,4 @@
-"""The list of node types by family, narrowed by typing: in the palette, and on the canvas where a node is added."""
+"""The list of node types by family, with a search field, for the palette and the canvas."""
 
 from collections.abc import Collection
 
@@ -24,7 +24,7 @@ from underfoot.widgets.escape import is_escape_override
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
-"""What is chosen where a list offers something else than nodes."""
+"""The choice in a list that is not a node."""
 FAMILIES = (
     *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
     *("Modulation", "Outputs"),
@@ -36,7 +36,7 @@ _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, 
 
 
 class NodeList(QListWidget):
-    """Families and their nodes. `chosen` gives the type of a node on Enter or double-click."""
+    """Families and their node types. `chosen` carries the type on Enter or double click."""
 
     chosen = Signal(str)
 
@@ -56,13 +56,13 @@ class NodeList(QListWidget):
         self.filter_by("")
 
     def set_allowed(self, allowed: Collection[str] | None, first: str = "", preferred: Collection[str] = ()) -> None:
-        """Show these types alone, or all; with `first`, words for a choice that is no node before them. Of types whose
-        names fit what is typed, `preferred` ones come first.
+        """Limit the list to these types, or show all. `first` is the text of a further choice at the top that is not a
+        node. Of types that match the search text, `preferred` ones come first.
         """
         self._allowed, self._first, self._preferred = allowed, first, preferred
 
     def filter_by(self, text: str) -> None:
-        """Show the nodes that fit what was typed; the best is current."""
+        """Show the types that match the text; the best match is current."""
         self.clear()
         allowed, real = self._allowed, {t: type for t, type in self._registry.items() if not type.missing}
         there = real if allowed is None else {t: type for t, type in real.items() if t in allowed}
@@ -92,7 +92,7 @@ class NodeList(QListWidget):
                 self._add(type, "")
 
     def _add_words(self, text: str) -> None:
-        """A row that cannot be chosen."""
+        """Add a row of text that cannot be selected."""
         QListWidgetItem(text, self).setFlags(Qt.ItemFlag.NoItemFlags)
 
     def _add(self, type: NodeType, note: str) -> None:
@@ -103,17 +103,17 @@ class NodeList(QListWidget):
         item.setToolTip(pretty_text(type.doc))
 
     def current(self) -> str:
-        """The type of the current node, or nothing."""
+        """Return the current type, or ""."""
         item = self.currentItem()
         return (item.data(_TYPE) or "") if item else ""
 
     def types(self) -> list[str]:
-        """The types that are shown."""
+        """Return the visible types."""
         found = (self.item(i).data(_TYPE) for i in range(self.count()))
         return [type for type in found if type and type != NO_NODE]
 
     def step(self, by: int) -> None:
-        """Make the next node current, or the one before."""
+        """Move the current row by `by` nodes."""
         rows = [i for i in range(self.count()) if self.item(i).data(_TYPE)]
         if rows:
             at = rows.index(self.currentRow()) + by if self.currentRow() in rows else (0 if by > 0 else -1)
@@ -142,7 +142,7 @@ class NodeList(QListWidget):
 
 
 class NodeSearch(QFrame):
-    """A field over a list of nodes: opens on the canvas, gives the type that was chosen, and goes away."""
+    """A search field with a list of node types, opened on the canvas; it emits the chosen type and closes."""
 
     chosen = Signal(str)
     closed = Signal()
@@ -182,9 +182,9 @@ class NodeSearch(QFrame):
         hint: str = "Add a node",
         preferred: Collection[str] = (),
     ) -> None:
-        """Show it at this place of its parent, as far as it fits there. It offers all types of node, or those that are
-        `allowed`, `preferred` ones first; with `first`, words for a choice before them that is no node: `NO_NODE` is
-        chosen then."""
+        """Open at this position of its parent, moved inside it if necessary. It offers all types, or only `allowed`,
+        with `preferred` ones first. `first` is the text of a further choice at the top, for which `NO_NODE` is emitted.
+        """
         room = self._parent_widget.rect()
         self.setFixedHeight(min(_SEARCH.height(), room.height() - 16))
         self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
@@ -206,7 +206,7 @@ class NodeSearch(QFrame):
 
 
 class SearchField(QLineEdit):
-    """A field whose arrow keys step through a list. Escape clears it and leaves it."""
+    """A field whose arrow keys move through a list. Escape clears and leaves it."""
 
     stepped = Signal(int)
     return_pressed = Signal()
@@ -214,7 +214,7 @@ class SearchField(QLineEdit):
     escaped = Signal()
 
     def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
-        """`closes`: leaving it closes something, also where nothing was typed."""
+        """Create the field; with `closes`, leaving it closes a list even if the field is empty."""
         super().__init__(parent)
         self.closes = closes
         self.setPlaceholderText(hint)
@@ -222,7 +222,7 @@ class SearchField(QLineEdit):
         self.setClearButtonEnabled(False)
 
     def event(self, event: QEvent) -> bool:
-        # Escape belongs to the field while there is something to be closed: a list that is open, or a text.
+        # Escape goes to the field while a list is open or the field has text.
         if is_escape_override(event) and (self.closes or self.text()):
             event.accept()
             return True
@@ -248,7 +248,7 @@ class SearchField(QLineEdit):
 
 
 def grouped(registry: Registry) -> dict[str, list[NodeType]]:
-    """Node types by family, families in their order, nodes by label."""
+    """Return the node types by family, families in their order, types sorted by label."""
     order = {family: i for i, family in enumerate(FAMILIES)}
     families: dict[str, list[NodeType]] = {}
     for type in sorted(registry.values(), key=lambda t: (order.get(t.family, len(order)), t.family, t.label.lower())):
@@ -257,7 +257,7 @@ def grouped(registry: Registry) -> dict[str, list[NodeType]]:
 
 
 def rank(type: NodeType, text: str) -> int:
-    """How well a node fits what was typed: 0 is best, -1 not at all."""
+    """Return the rank of a node type for a search text: 0 is best, -1 no match."""
     words = text.lower().split()
     label, rest = type.label.lower(), f"{type.type} {type.family} {type.doc}".lower()
     if not all(word in label or word in rest for word in words):
@@ -305,7 +305,7 @@ class _Row(QStyledItemDelegate):
         painter.restore()
 
     def _paint_note(self, painter: QPainter, room: QRect, index: QModelIndex | QPersistentModelIndex) -> None:
-        """In small letters at the end of the line; not where the name leaves no room for them."""
+        """Paint the note in small type at the end of the line, if the name leaves space."""
         painter.setFont(theme.font(theme.SMALL_PX))
         if painter.fontMetrics().horizontalAdvance(index.data(_NOTE)) + theme.GRID <= room.width():
             painter.setPen(QColor(theme.MUTED))

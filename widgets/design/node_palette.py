@@ -1,4 +1,4 @@
-"""The palette: every node there is, to be dragged onto the canvas or added with Enter."""
+"""The palette: all node types, to be dragged onto the canvas or added by Enter."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
@@ -8,7 +8,7 @@ from underfoot.widgets.design.node_list import NodeList, SearchField
 
 
 class NodePalette(QWidget):
-    """A search field and the nodes by family. `chosen` gives the type of the node to be added."""
+    """A search field and node types by family. `chosen` carries the type to add."""
 
     chosen = Signal(str)
 

@@ -1,4 +1,4 @@
-"""Pictures of a whole node in the inspector: what several of its numbers say together, with handles to drag."""
+"""Pictures of several parameters of a node together, in the inspector, with handles to drag."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,11 +17,11 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 
 _HEADROOM = 1.25
-"""An axis is so much longer than what it shows."""
+"""The ratio of an axis' length to its largest value."""
 
 
 class NodePicture(HandlePad):
-    """Shows a node's values, and gives those that a hand changed."""
+    """Shows a node's values, and emits those that the user changes."""
 
     edited = Signal(str, object)
     """Parameter and value."""
@@ -33,7 +33,7 @@ class NodePicture(HandlePad):
         self._ends = (1.0, 1.0)
 
     def set_values(self, values: Mapping[str, Any]) -> None:
-        """Show these values, without saying that they changed."""
+        """Show these values, without emitting a change."""
         if dict(values) != self._values:
             self._values = dict(values)
             self._fit()
@@ -46,22 +46,22 @@ class NodePicture(HandlePad):
         return self._values[name]
 
     def ends(self) -> tuple[float, float]:
-        """What the axes have to show."""
+        """Return the upper ends of both axes."""
         raise AssertionError(f"{type(self).__name__} has no axes")
 
     def place(self, x: float, y: float) -> QPointF:
-        """Where in the picture this is."""
+        """Return the position of a point in the picture, in pixels."""
         area = self.area()
         return QPointF(area.x() + x / self._ends[0] * area.width(), area.bottom() - y / self._ends[1] * area.height())
 
     def value_at(self, place: QPointF) -> tuple[float, float]:
-        """What a place in the picture means."""
+        """Return the values at a position of the picture."""
         area = self.area()
         across, up = (place.x() - area.x()) / area.width(), (area.bottom() - place.y()) / area.height()
         return max(across, 0.0) * self._ends[0], max(up, 0.0) * self._ends[1]
 
     def set(self, name: str, value: float) -> None:
-        """Give a number another value, within its range, as a person's change."""
+        """Set a parameter, limited to its range, as a change by the user."""
         parameter = self._parameters[name]
         assert isinstance(parameter, Number)
         value = float(f"{min(max(value, parameter.low), parameter.high):.4g}")
@@ -79,7 +79,7 @@ class NodePicture(HandlePad):
         self.update()
 
     def _update_curve(self) -> None:
-        """Compute anew what is shown."""
+        """Recompute the curve."""
 
     def paint_line(self, painter: QPainter, x: np.ndarray, y: np.ndarray, colour: str) -> None:
         painter.setPen(QPen(QColor(colour), 1.5))
@@ -92,7 +92,7 @@ class NodePicture(HandlePad):
 
 
 class EnvelopePicture(NodePicture):
-    """A note: its attack and height, where its decay begins, and its end."""
+    """An envelope: its attack, peak, start of decay, and end."""
 
     NAMES = ("attack", "decay", "duration")
 
@@ -107,7 +107,7 @@ class EnvelopePicture(NodePicture):
         return [self.place(attack, height), self.place(duration - decay, height), self.place(duration, 0.0)]
 
     def _fitted(self) -> tuple[float, float, float]:
-        """Attack and decay as they are played, shortened where they do not fit."""
+        """Return attack, decay and duration in seconds; attack and decay are shortened to fit, as in playback."""
         attack, decay, duration = (self.value(name) for name in self.NAMES)
         fit = min(1.0, duration / (attack + decay))
         return attack * fit, decay * fit, duration
@@ -145,7 +145,7 @@ class EnvelopePicture(NodePicture):
 
 
 class ContactPicture(NodePicture):
-    """A blow on a rigid wall: force over penetration, there and back; the loop is what the contact takes away."""
+    """An impact on a rigid wall: force over penetration; the area of the loop is the dissipated energy."""
 
     HEIGHT_PX = 152
     _blow: WallImpact

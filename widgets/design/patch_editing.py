@@ -1,4 +1,4 @@
-"""Edits of a patch that several places offer: what they do to the document, without a screen."""
+"""Edits of a patch, shared by several parts of the window. Without Qt."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ Sizes = Mapping[str, tuple[float, float]]
 
 
 def snapped(x: float, y: float) -> Place:
-    """The nearest place on the grid.
+    """Return the nearest position on the grid.
 
     >>> snapped(13.0, -3.0)
     (16.0, 0.0)
@@ -24,13 +24,16 @@ def snapped(x: float, y: float) -> Place:
 
 
 def copied(patch: Patch, ids: Iterable[str]) -> str:
-    """These nodes and the wires between them as JSON text."""
+    """Return these nodes and the wires between them as JSON text."""
     return patch.part(ids).dumps().decode()
 
 
 def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None) -> tuple[Patch, list[str]]:
-    """The patch with the nodes and notes in `text`, their top left corner at `at` or a little beside where they were
-    copied from, and the new ones' ids; `BadFile` where the text is no patch."""
+    """Return the patch with the nodes and notes in `text` added, and the new ids; raise `BadFile` if the text is not a
+    patch.
+
+    Their top left corner is at `at`, or slightly beside the original.
+    """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
     other = Patch.loads(text, registry, "the clipboard")
@@ -46,8 +49,10 @@ def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None)
 
 
 def aligned(places: Mapping[str, Place], side: str, sizes: Sizes) -> dict[str, Place]:
-    """Places in line on one `side` ("left", "right", "top", "bottom"), or with equal gaps ("across", "down").
-    `sizes` are the widths and heights as drawn."""
+    """Return positions aligned on `side` ("left", "right", "top", "bottom") or with equal gaps ("across", "down").
+
+    `sizes` are the drawn widths and heights, in pixels.
+    """
     if len(places) < 2:
         return dict(places)
     axis = 0 if side in ("left", "right", "across") else 1
@@ -75,23 +80,23 @@ def _evenly_spaced(near: Mapping[str, float], lengths: Mapping[str, float]) -> d
 
 
 def can_connect(source: Port, target: Port) -> bool:
-    """Whether two ports look as if a wire fits; `Patch.connect` has the last word."""
+    """Return whether two ports appear compatible; `Patch.connect` decides."""
     return source.kind == target.kind and (not source.unit or not target.unit or source.unit == target.unit)
 
 
 def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
-    """Why there can be no wire from `source` to `target`, in words; empty where there can be one."""
+    """Return the reason why a wire from `source` to `target` is not allowed; "" if it is allowed."""
     try:
         patch.connect(source, target, registry)
     except BadValue as error:
-        # Where in the file the wire would stand means nothing to a person who drags one.
+        # The wire's place in the file would mean nothing to the user.
         text = re.sub(r"^wires\[\d+\] is ", "", str(error))
         return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
 
 
 def drivers(patch: Patch) -> dict[str, dict[str, str]]:
-    """For each node, the inputs that have a wire, and the output that it comes from."""
+    """Return, for each node, its wired inputs with the outputs that feed them."""
     found: dict[str, dict[str, str]] = {}
     for source, target in patch.wires:
         id, _, port = target.partition(".")
@@ -100,19 +105,19 @@ def drivers(patch: Patch) -> dict[str, dict[str, str]]:
 
 
 def downstream(patch: Patch, ids: Iterable[str]) -> set[str]:
-    """These nodes and all that their outputs reach."""
+    """Return these nodes and all that their outputs reach."""
     return _reached(((source, target) for source, target in patch.wires), ids)
 
 
 def is_only_heard(patch: Patch, registry: Registry, id: str) -> bool:
-    """Whether what this node does comes to ears, and to no tile."""
+    """Return whether the output of this node reaches only audio outputs, and no tile."""
     reached = (registry[patch.node(one).type] for one in downstream(patch, [id]))
     to_sound = [type.to_sound for type in reached if type.is_sink]
     return bool(to_sound) and all(to_sound)
 
 
 def upstream(patch: Patch, ids: Iterable[str]) -> set[str]:
-    """These nodes and all that their inputs come from."""
+    """Return these nodes and all that feed them."""
     return _reached(((target, source) for source, target in patch.wires), ids)
 
 
@@ -131,7 +136,7 @@ def _reached(edges: Iterable[Wire], ids: Iterable[str]) -> set[str]:
 
 
 def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
-    """The inputs that a wire from this output may go to: those without a wire, then those whose wire would give way."""
+    """Return the inputs that an output can be wired to: unwired ones first, then those whose wire would be replaced."""
     id, _, port = source.partition(".")
     output = registry[patch.node(id).type].output_ports[port]
     behind = upstream(patch, [id])
@@ -147,7 +152,7 @@ def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
 
 
 def changed_nodes(before: Patch, after: Patch) -> set[str]:
-    """Nodes that are new, or whose parameters or wires differ; those that only moved are not among them."""
+    """Return the ids of nodes that are new, or whose parameters or wires differ; moved nodes are not included."""
     old = {node.id: node for node in before.nodes}
     changed = {node.id for node in after.nodes if node.id not in old or not _plays_same(old[node.id], node)}
     changed |= {target.partition(".")[0] for _, target in set(before.wires) ^ set(after.wires)}
@@ -165,7 +170,7 @@ def _soloed(patch: Patch) -> set[str]:
 
 
 def driven_parameters(registry: Registry, type: str, wired: Iterable[str]) -> tuple[str, ...]:
-    """Those of the wired inputs that are parameters, in the order of declaration."""
+    """Return the wired inputs that are parameters, in the order of declaration."""
     wired = set(wired)
     return tuple(
         name
@@ -175,5 +180,5 @@ def driven_parameters(registry: Registry, type: str, wired: Iterable[str]) -> tu
 
 
 def wire_at(patch: Patch, target: str) -> Wire | None:
-    """The wire that ends at this input."""
+    """Return the wire that ends at this input; None if there is none."""
     return next((wire for wire in patch.wires if wire[1] == target), None)

@@ -1,4 +1,4 @@
-"""The view of a patch: which part of it is seen, how large, and at which level."""
+"""The view of a patch: its visible part, zoom, and open group."""
 
 from collections.abc import Sequence
 
@@ -22,10 +22,10 @@ HINT = "Double-click, or press /, to add a node\nor drag one here from the list"
 
 
 class PatchView(QGraphicsView):
-    """Shows the document's patch, or what is in one of its groups."""
+    """Shows the document's patch, or the content of one of its groups."""
 
     refused = Signal(str)
-    """Why a wire was not made, or a paste not taken: what the canvas also shows itself."""
+    """Carries the reason why a wire or a paste was refused, which the canvas shows as well."""
 
     view_moved = Signal()
     """Another part of the patch, or another zoom, is seen."""
@@ -64,7 +64,7 @@ class PatchView(QGraphicsView):
     # --- which part ---
 
     def zoom(self, factor: float, about: QPoint | None = None) -> None:
-        """Zoom by a factor; what is at this place of the view, or in its middle, stays there."""
+        """Zoom by a factor around a position of the view, or its centre."""
         self._keeps_fitting = False
         about = about or self.viewport().rect().center()
         held = self.mapToScene(about)
@@ -80,13 +80,14 @@ class PatchView(QGraphicsView):
         self.zoom(scale / self.transform().m11())
 
     def fit_view(self, all_nodes: bool = False) -> None:
-        """Bring what is selected, or all, into view, never larger than actual size."""
+        """Show the selected items, or all, at actual size or smaller."""
         self._keeps_fitting = False
         self._fit(self.patch_scene.extent(() if all_nodes else self.patch_scene.selected()), MIN_ZOOM)
 
     def fit_new_patch(self) -> None:
-        """Bring all into view, or its left end where all of it could not be read; so it stays, whatever size the window
-        takes, until the view is moved."""
+        """Show the whole patch, or its left end if the whole would be too small to read. This fit is repeated on resize
+        until the view is moved.
+        """
         self._fit(self.patch_scene.extent(), MIN_FIT_ZOOM)
         self._keeps_fitting = True
 
@@ -109,21 +110,21 @@ class PatchView(QGraphicsView):
         self._moved()
 
     def fit_if_lost(self) -> None:
-        """Bring all into view where the middle of no node is in it."""
+        """Show the whole patch if no node's centre is visible."""
         seen = self.mapToScene(self.viewport().rect()).boundingRect()
         nodes = list(self.patch_scene.nodes_and_group_nodes())
         if nodes and not any(seen.contains(item.sceneBoundingRect().center()) for item in nodes):
             self.fit_new_patch()
 
     def pan(self, dx_px: int, dy_px: int) -> None:
-        """Move the view by pixels of the screen."""
+        """Pan the view by screen pixels."""
         self._keeps_fitting = False
         self.horizontalScrollBar().setValue(self.horizontalScrollBar().value() + dx_px)
         self.verticalScrollBar().setValue(self.verticalScrollBar().value() + dy_px)
         self._moved()
 
     def ensure_visible(self, ids: Sequence[str]) -> None:
-        """Move the view as little as it takes to see these, also beside the mini-map."""
+        """Pan the view as little as possible to show these items, not behind the mini-map."""
         extent = self.patch_scene.extent(ids)
         self.ensureVisible(extent, 32, 32)
         self._moved()
@@ -137,7 +138,7 @@ class PatchView(QGraphicsView):
         self._moved()
 
     def visible_ids(self) -> Sequence[str]:
-        """Nodes that are in view and large enough to be read."""
+        """Return the nodes that are visible and large enough to read."""
         if self.transform().m11() < 0.45:
             return ()
         seen = self.mapToScene(self.viewport().rect()).boundingRect()
@@ -146,7 +147,7 @@ class PatchView(QGraphicsView):
     # --- which level ---
 
     def open_group(self, group: str) -> None:
-        """Show what is in a group; "" is the whole patch. What one comes out of is selected."""
+        """Show the content of a group, "" for the whole patch; select the group that was left."""
         left, self.inside = self.inside, group
         self._show()
         way = chain(self.document.patch.groups, left)
@@ -156,7 +157,7 @@ class PatchView(QGraphicsView):
         self.setFocus()
 
     def leave_group(self) -> None:
-        """Show the group around the one that is seen, or the whole patch."""
+        """Show the group that encloses the open one, or the whole patch."""
         way = chain(self.document.patch.groups, self.inside)
         if way:
             self.open_group(way[-2] if len(way) > 1 else "")
@@ -173,20 +174,20 @@ class PatchView(QGraphicsView):
         self._moved()
 
     def update_colours(self) -> None:
-        """Draw all of the patch in the colours that are in use."""
+        """Redraw the patch in the current colours."""
         self.patch_scene.update_colours()
 
     # --- what it says ---
 
     def show_message(self, text: str, alarm: bool = True) -> None:
-        """Show a line over the canvas for a few seconds; an empty one clears it."""
+        """Show a line over the canvas for a few seconds; "" clears it."""
         self._message.show_text(text, alarm)
         if text and alarm:
             self.refused.emit(text)
 
     @property
     def message(self) -> str:
-        """The line that is shown now."""
+        """The visible line."""
         return self._message.visible_text
 
     # --- Qt ---

@@ -1,4 +1,4 @@
-"""Where new nodes find room, and how a patch is tidied up. In pixels of the canvas, without a screen."""
+"""Free positions for new nodes, and automatic layout of a patch, in canvas pixels. Without Qt."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
@@ -11,17 +11,17 @@ Box = tuple[float, float, float, float]
 """Left, top, width, height."""
 
 GAP = 2.0 * GRID
-"""Between a node and one that is put beside it."""
+"""Distance between a node and a node placed beside it, in pixels."""
 
 COLUMN_GAP = 8.0 * GRID
 SWEEPS = 8
 
 NEAR_STEPS, FAR_STEPS, GRID_STEP = 24, 96, 2
-"""How far, and in which steps, room is looked for: in units of the grid."""
+"""Search range for a free place, near and far, and its step, in units of the grid."""
 
 
 def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float, float]:
-    """The least shift, on the grid, after which none of the new boxes touches one that is there.
+    """Return the smallest shift, on the grid, with which no new box touches an existing one.
 
     >>> shift_to_free_place([(0.0, 0.0, 100.0, 80.0)], [])
     (0.0, 0.0)
@@ -48,10 +48,10 @@ def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float
 def layered_places(
     sizes: Mapping[str, tuple[float, float]], wires: Iterable[tuple[str, str]]
 ) -> dict[str, tuple[float, float]]:
-    """Places for nodes of these sizes in columns along the flow, from 0, 0 on.
+    """Return positions for nodes of these sizes, in columns along the signal flow, from (0, 0) on.
 
-    A node stands as far to the left as its sources let it, but beside what it feeds; in a column, nodes stand in the
-    order, and near the height, of what they are connected to.
+    A node is as far left as its sources allow, but next to its targets. Within a column, nodes follow the order and
+    approximate height of their neighbours.
 
     >>> layered_places({"a": (96.0, 80.0), "b": (96.0, 80.0)}, [("a", "b")])
     {'a': (0.0, 0.0), 'b': (160.0, 0.0)}
@@ -83,7 +83,7 @@ def layered_places(
 def _with_virtual_nodes(
     sizes: Mapping[str, tuple[float, float]], edges: Sequence[tuple[str, str]], columns: Sequence[list[str]]
 ) -> tuple[dict[str, tuple[float, float]], list[tuple[str, str]]]:
-    """Sizes and edges with a thin node in each column that a long wire passes: so it passes between the others."""
+    """Return sizes and edges with a thin virtual node in each column that a long wire crosses, as its gap."""
     at = {id: i for i, column in enumerate(columns) for id in column}
     all_sizes, short = dict(sizes), []
     for a, b in edges:
@@ -99,7 +99,7 @@ def _with_virtual_nodes(
 
 
 def _columns(ids: list[str], edges: Sequence[tuple[str, str]]) -> list[list[str]]:
-    """Nodes by the longest way to them; those without a source stand just before what they feed."""
+    """Return the nodes by longest path from a source; nodes without sources are placed just before their targets."""
     sources: dict[str, list[str]] = {id: [] for id in ids}
     targets: dict[str, list[str]] = {id: [] for id in ids}
     for a, b in edges:
@@ -127,7 +127,7 @@ def _stack(
     sizes: Mapping[str, tuple[float, float]],
     middle: dict[str, float],
 ) -> None:
-    """Set the heights of a column's nodes near what is wanted, in this order and without touching."""
+    """Set the heights of a column's nodes near the wanted ones, in this order and without overlap."""
     at = 0.0
     for i, id in enumerate(column):
         half = sizes[id][1] / 2
@@ -141,14 +141,14 @@ def _stack(
 
 
 def _bounding_box(boxes: Sequence[Box]) -> np.ndarray:
-    """The one box around all, as an array [1, 4]."""
+    """Return the bounding box of all boxes, as an array [1, 4]."""
     sides = np.array(boxes)
     low = sides[:, :2].min(axis=0)
     return np.concatenate([low, (sides[:, :2] + sides[:, 2:]).max(axis=0) - low])[None]
 
 
 def _shifts(reach: int) -> np.ndarray:
-    """Every shift within reach, [shift, 2], the shortest first; of equal ones that down and to the right."""
+    """Return all shifts within reach, [shift, 2], shortest first; of equal ones, that down and right first."""
     across = GRID * np.arange(-reach, reach + 1, GRID_STEP)
     x, y = (part.ravel() for part in np.meshgrid(across, across))
     return np.stack([x, y], axis=1)[np.lexsort((-x, -y, x * x + y * y))].astype(float)

@@ -1,4 +1,4 @@
-"""Between the list of presets and the patch that is open: hearing one, opening one, saving one."""
+"""Connects the list of presets with the open patch: listening to, opening and saving presets."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -23,10 +23,10 @@ from underfoot.widgets.workspace import WorkspaceContext
 
 
 class PresetBrowsing(QObject):
-    """Binds the panel of presets to what is open and what is heard. `folder` is that of the person's own presets."""
+    """Connects the preset panel with the open patch and its playback. `folder` is that of the user's presets."""
 
     inserted = Signal(object, str)
-    """A patch that is to be put into the one that is open, and its title."""
+    """Carries a patch to insert into the open one, and its title."""
 
     def __init__(self, side: SidePanel, context: WorkspaceContext, folder: Path) -> None:
         super().__init__(side)
@@ -46,7 +46,7 @@ class PresetBrowsing(QObject):
     def accept_drops(
         self, canvas: QWidget, slots: Mapping[str, QWidget], open_in_other: Callable[[Path], object]
     ) -> None:
-        """Open a preset that is dropped on the canvas, or on a slot: in that one, whichever is edited."""
+        """Open a preset that is dropped on the canvas, or on a slot, in that slot."""
 
         def open_in(slot: str, path: Path) -> None:
             (self.open if slot == self._context.open_patch.slot else open_in_other)(path)
@@ -79,13 +79,13 @@ class PresetBrowsing(QObject):
         self._context.listening.play_preset(with_files_kept(patch, self._context.registry, path.parent, None))
 
     def open(self, path: Path) -> None:
-        """Edit on with a preset, as a step that can be taken back."""
+        """Open a preset in the edited slot, as an undoable step."""
         self._side.presets.end_audition()
         self._context.listening.play_preset(None)
         self._context.open_patch.open_preset(path)
 
     def insert(self, path: Path) -> None:
-        """Put a preset into the patch that is open, as a sub-patch."""
+        """Insert a preset into the open patch, as a sub-patch."""
         self._context.open_patch.nodes.when_patch_allowed(path, lambda: self._insert(path))
 
     def _insert(self, path: Path) -> None:
@@ -120,7 +120,7 @@ class PresetBrowsing(QObject):
 
 
 def as_sub_patch(patch: Patch, title: str) -> Patch:
-    """The patch with all of it in a collapsed group, which has its title, or else this one."""
+    """Return the patch with all nodes in a collapsed group, named after the patch, or else `title`."""
     items = patch.canvas_items()
     taken = {item.id for item in (*items, *patch.groups)}
     id = next(name for name in ("preset", *(f"preset{k}" for k in range(len(taken)))) if name not in taken)
@@ -130,7 +130,7 @@ def as_sub_patch(patch: Patch, title: str) -> Patch:
 
 
 class PresetDialog(QDialog):
-    """What a preset says of itself."""
+    """Fields for a preset's title and description."""
 
     def __init__(self, patch: Patch, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -165,7 +165,7 @@ class PresetDialog(QDialog):
         self.title.selectAll()
 
     def named(self) -> Patch:
-        """The patch, with what was typed."""
+        """Return the patch with the typed texts."""
         tags = tuple(dict.fromkeys(tag.strip() for tag in self.tags.text().split(",") if tag.strip()))
         return msgspec.structs.replace(
             self._patch,

@@ -1,4 +1,4 @@
-"""Presets that are dragged from their list, and what they can be dropped on."""
+"""Drag and drop of presets from their list."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ _DRAGS = (QEvent.Type.DragEnter, QEvent.Type.DragMove, QEvent.Type.Drop)
 
 
 def dragged(path: Path) -> QMimeData:
-    """What is dragged of a preset.
+    """Return the drag data of a preset.
 
     >>> dragged(Path("ice.json")).data(MIME).data()
     b'ice.json'
@@ -23,14 +23,14 @@ def dragged(path: Path) -> QMimeData:
 
 
 class PresetDrops(QObject):
-    """Lets widgets take presets."""
+    """Lets widgets accept dropped presets."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self._takers: dict[QObject, Callable[[Path], object]] = {}
 
     def accept_on(self, widget: QWidget, take: Callable[[Path], object]) -> None:
-        """A preset that is dropped on this widget goes to `take`."""
+        """Pass a preset that is dropped on this widget to `take`."""
         self._takers[widget] = take
         widget.setAcceptDrops(True)
         widget.installEventFilter(self)

@@ -1,4 +1,4 @@
-"""The list of presets: a row has the name, what a step makes of it, and a star."""
+"""The list of presets: rows with the name, the response to a step, and a star."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ _ROW, _HEADING, _STAR_PX, _LEVEL_PX = 46, 28, 20, 58
 
 
 class PresetList(QListWidget):
-    """Presets by family. `chosen` gives the one to open; `current_changed` the current one after a key or a click."""
+    """Presets by family. `chosen` carries the one to open, `current_changed` the current one after a key or click."""
 
     chosen = Signal(object)
     insertion_requested = Signal(object)
@@ -57,9 +57,10 @@ class PresetList(QListWidget):
     def show_presets(
         self, presets: Sequence[Preset], pictures: Mapping[Path, PresetPicture], stars: Sequence[str], headed: bool
     ) -> None:
-        """Show these, `headed` by the names of their families; the current one stays current where it is among them.
+        """Show these presets by name under headings of their families, or, if not `headed`, by title.
 
-        Else by their titles, and none is current: Enter means the first.
+        With headings, the current preset stays current if it is still listed. Otherwise none is current, and Enter
+        opens the first.
         """
         before = self.current() if headed else None
         self.clear()
@@ -78,7 +79,7 @@ class PresetList(QListWidget):
                 self.setCurrentItem(item)
 
     def show_picture(self, path: Path, picture: PresetPicture) -> None:
-        """The picture of a file has come."""
+        """Show the picture of a file."""
         for item in self._items():
             preset = item.data(_PRESET)
             if preset.path == path:
@@ -86,16 +87,16 @@ class PresetList(QListWidget):
                 item.setToolTip(tooltip_text(preset, picture))
 
     def presets(self) -> list[Preset]:
-        """The presets that are shown."""
+        """Return the visible presets."""
         return [item.data(_PRESET) for item in self._items()]
 
     def current(self) -> Preset | None:
-        """The current preset."""
+        """Return the current preset; None if there is none."""
         item = self.currentItem()
         return item.data(_PRESET) if item else None
 
     def step(self, by: int) -> None:
-        """Make the next preset current, or the one before."""
+        """Move the current row by `by` presets."""
         items = self._items()
         if items:
             here = self.currentItem()
@@ -111,7 +112,7 @@ class PresetList(QListWidget):
         return preset_drops.dragged(preset.path) if preset is not None else QMimeData()
 
     def event(self, event: QEvent) -> bool:
-        # Escape and * belong to the list, whatever else they do in the window.
+        # Escape and * go to the list, not to shortcuts of the window.
         is_asked = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
         if is_asked and event.key() in _OWN_KEYS:  # type: ignore[attr-defined]
             event.accept()
@@ -154,7 +155,7 @@ class PresetList(QListWidget):
 
 
 def tooltip_text(preset: Preset, picture: PresetPicture | None) -> str:
-    """What a preset is and does, in a few lines.
+    """Return a description of a preset in a few lines.
 
     >>> tooltip_text(Preset(Path("a.json"), "", "Ice", "Ice", "It cracks."), None)
     'Ice\\nIt cracks.'
@@ -170,7 +171,7 @@ def tooltip_text(preset: Preset, picture: PresetPicture | None) -> str:
 
 
 def level_text(picture: PresetPicture) -> str:
-    """How strong it is, and how far above what is felt.
+    """Return the level of a preset, and its distance above the sensation threshold, as text.
 
     >>> import numpy as np
     >>> level_text(PresetPicture(np.zeros(96), 4.56, 22.8))
@@ -235,7 +236,7 @@ class _Row(QStyledItemDelegate):
 
 
 def _outline(picture: PresetPicture, place: QRectF) -> QPolygonF:
-    """The envelope and its mirror image."""
+    """Return the envelope and its mirror image as a polygon."""
     count = len(picture.envelope)
     middle, half = place.center().y(), 0.5 * place.height()
     xs = [place.x() + place.width() * i / (count - 1) for i in range(count)]

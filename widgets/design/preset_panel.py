@@ -1,4 +1,4 @@
-"""The presets beside the canvas: found by words, seen, heard as one goes through them, and opened."""
+"""The panel of presets beside the canvas: search, pictures, listening, opening."""
 
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,9 @@ _FILTERS = {"All": "All presets", "★": "Those with a star", "Mine": "Presets t
 
 
 class PresetPanel(QWidget):
-    """`chosen` gives the preset to open; `audition_changed` the one to play meanwhile, None for the patch itself.
+    """`chosen` carries the preset to open; `audition_changed` the one to play, None for the patch itself.
 
-    `bind` says where the person's own presets lie, and which files have a star.
+    `bind` sets the folder of the user's presets, and the list of starred files.
     """
 
     chosen = Signal(object)
@@ -32,7 +32,7 @@ class PresetPanel(QWidget):
     audition_changed = Signal(object)
     notified = Signal(str)
     escaped = Signal()
-    """Escape was pressed: whoever has nothing more to do here goes on elsewhere."""
+    """Escape was pressed; the focus can go elsewhere."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -73,24 +73,24 @@ class PresetPanel(QWidget):
         self.list.escaped.connect(self.escaped)
 
     def bind(self, own_folder: Path, stars: list[str]) -> None:
-        """`own_folder` has the person's own presets; `stars`, the files with a star, is kept up to date."""
+        """Set the folder of the user's presets; `stars`, the starred files, is updated in place."""
         self._own_folder, self._stars = own_folder, stars
 
     def refresh(self) -> None:
-        """Look at the folders again: what was saved or taken away meanwhile shows."""
+        """Reload the folders, to show saved and deleted presets."""
         self._presets = all_presets(self._own_folder)
         self._filter()
         self.pictures.ask([preset.path for preset in self._presets])
 
     def show_saved(self, path: Path) -> None:
-        """Show a preset that was saved just now."""
+        """Show a preset that has just been saved."""
         self.pictures.forget(path)
         self.field.clear()
         self.filters.buttons()[0].setChecked(True)
         self.refresh()
 
     def end_audition(self) -> None:
-        """Let the patch itself be heard again."""
+        """Play the patch itself again."""
         self._audition_timer.stop()
         if self._auditioned is not None:
             self._auditioned = None
@@ -98,7 +98,7 @@ class PresetPanel(QWidget):
             self.notified.emit("Hearing your patch again.")
 
     def close_down(self) -> None:
-        """End what computes pictures."""
+        """Stop the computation of pictures."""
         self.pictures.close()
 
     # --- inside ---
@@ -168,7 +168,7 @@ class PresetPanel(QWidget):
             self._choose(meant)
 
     def _meant(self) -> Preset | None:
-        """The current one, or else the first."""
+        """Return the current preset, or else the first."""
         return self.list.current() or next(iter(self.list.presets()), None)
 
     def _insert(self, preset: Preset | None) -> None:
@@ -180,7 +180,7 @@ class PresetPanel(QWidget):
         self._audition_timer.stop()
         self._auditioned = None
         self.notified.emit(f"{preset.title}: undo brings your patch back.")
-        self.chosen.emit(preset)  # which says why, where it cannot be opened
+        self.chosen.emit(preset)  # which shows the error, if it cannot be opened
 
     def _leave_field(self) -> None:
         if not self.list.hasFocus():

@@ -1,4 +1,4 @@
-"""Pictures of presets as they come: computed beside the window, in a process that gives way to all others."""
+"""Pictures of presets, computed in a background process of lowest priority."""
 
 import threading
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from underfoot.engine.worker_pool import in_parallel
 
 
 class PresetPictures(QObject):
-    """Computes the pictures of files, or takes them from the cache. `close` waits for the process to end."""
+    """Computes the pictures of files, or loads them from the cache. `close` waits for the process to end."""
 
     arrived = Signal(object, object)
     """A `Path` and its `PresetPicture`."""
@@ -23,7 +23,7 @@ class PresetPictures(QObject):
         self._asked: set[Path] = set()
 
     def ask(self, paths: Sequence[Path]) -> None:
-        """Have these come, unless they were asked for before; files that cannot be played never do."""
+        """Request pictures of these files, unless requested before; none comes for a file that cannot be played."""
         new = [path for path in paths if path not in self._asked]
         if not new or (self._thread is not None and self._thread.is_alive()):
             return
@@ -32,11 +32,11 @@ class PresetPictures(QObject):
         self._thread.start()
 
     def forget(self, path: Path) -> None:
-        """The file is another one: its picture may be asked for again."""
+        """Allow a new request for a file that has changed."""
         self._asked.discard(path)
 
     def close(self) -> None:
-        """End what runs."""
+        """End the running process."""
         self._leaving.set()
         if self._thread is not None:
             self._thread.join()

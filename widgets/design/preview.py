@@ -1,4 +1,4 @@
-"""The preview: what the selected node does in one step, as waveform, spectrogram and spectrum."""
+"""The preview: the response of the selected node to one step, as waveform, spectrogram and spectrum."""
 
 import math
 from collections.abc import Sequence
@@ -49,13 +49,13 @@ SIDE_PX, LEAST_SIDE_PX = 176, 112
 LATE_AFTER_MS = 400
 """A preview that takes longer says that it is being made."""
 NARROW_PX, LOW_PX = 680, 240
-"""In a panel that is smaller the name stands before the figures, and the spectrogram has no words in it."""
+"""Sizes below which the name precedes the figures, and the spectrogram has no text."""
 SILENT_DB = -120.0
-"""The levels of what is no louder are drawn on an axis that ends at 0 dB."""
+"""Signals up to this level are drawn on an axis that ends at 0 dB."""
 
 
 class PreviewPanel(QWidget):
-    """Shows one output of one node. It asks for nothing: `expect` tells it what will come, `show_preview` brings it."""
+    """Shows one output of one node. It requests nothing: `expect` announces a preview, and `show_preview` shows it."""
 
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
@@ -181,10 +181,10 @@ class PreviewPanel(QWidget):
         for one, following in pairwise((*in_line, self.waveform, self.spectrogram, self.pad)):
             QWidget.setTabOrder(one, following)
 
-    # --- what it shows ---
+    # --- display ---
 
     def clear(self) -> None:
-        """Show nothing: no node is meant."""
+        """Show nothing, without a node."""
         self.node, self._ports, self._preview = "", {}, None
         self._name("Preview")
         self.note.set_full_text("select a node")
@@ -196,9 +196,9 @@ class PreviewPanel(QWidget):
         self._draw()
 
     def expect(self, node: str, type: NodeType, why_silent: str = "", is_heard: bool = False) -> None:
-        """A preview of this node will come; what is shown of it now stays a moment, but not for long.
+        """Announce a preview of this node; the current one stays visible for a short time.
 
-        What `is_heard` alone, and not felt, is shown as far as ears reach.
+        With `is_heard`, for a node that is heard and not felt, the frequency range is the audible one.
         """
         self._late.start()
         if self.wants_laws:
@@ -225,49 +225,49 @@ class PreviewPanel(QWidget):
         self.title.set_full_text("" if is_narrow else name)
 
     def show_preview(self, preview: Preview) -> None:
-        """Show what came."""
+        """Show a preview."""
         self._late.stop()
         self._is_late, self._preview = False, preview
         self._draw()
 
     def show_other(self, preview: Preview, node: str, port: Port, slot: str) -> None:
-        """Draw another slot's output over this one's: of this node of its patch."""
+        """Draw the output of the other slot's corresponding node over this one's."""
         self._other, self._other_slot = (preview, node, port), slot
         self._draw()
 
     def forget_other(self) -> None:
-        """There is nothing to be drawn over it, until it comes."""
+        """Remove the other slot's output, until a new one comes."""
         if self._other is not None:
             self._other = None
             self._draw()
 
     def set_overlay(self, on: bool) -> None:
-        """Whether the other slot's output is drawn."""
+        """Set whether the other slot's output is drawn."""
         self._shows_other = on
         self._draw()
 
     @property
     def wants_laws(self) -> bool:
-        """Whether the laws of the node are to be seen."""
+        """Whether the distributions of the node are visible."""
         return self.laws.isChecked() and not self.laws.isHidden()
 
     def show_laws(self, laws: Distributions) -> None:
-        """Show what came of the laws that were asked for."""
+        """Show the requested distributions."""
         self.law_view.show_laws(laws)
 
     def _choose_page(self) -> None:
-        """What the node does in a step, or its laws."""
+        """Show the page of the step's response, or of the distributions."""
         wanted = self.wants_laws
         self._pages.setCurrentWidget(self.law_view if wanted else self._step_page)
         for widget in (*self.shows.values(), self.log, self.range):
             widget.setEnabled(not wanted)
-        self.note.setVisible(not wanted)  # it tells of the step
+        self.note.setVisible(not wanted)  # it describes the step
         if wanted:
             self.law_view.wait()
             self.laws_requested.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
-        """The tiles that can be struck and pressed."""
+        """Set the tiles that can be struck and pressed."""
         self.pad.set_tiles(tiles)
         now = self.pad.tile.id
         self.tiles.blockSignals(True)
@@ -279,7 +279,7 @@ class PreviewPanel(QWidget):
 
     @property
     def port(self) -> Port | None:
-        """The output that is shown."""
+        """The output shown; None if there is none."""
         return self._ports.get(self.output.currentText())
 
     def _arrange_plots(self) -> None:
@@ -302,7 +302,7 @@ class PreviewPanel(QWidget):
 
     @property
     def _is_small(self) -> bool:
-        """Whether there is no room for words in the spectrogram."""
+        """Whether the spectrogram is too small for text."""
         return self.width() < NARROW_PX or self.height() < LOW_PX
 
     @property
@@ -332,7 +332,7 @@ class PreviewPanel(QWidget):
             self._draw_signal(port, self._signal, self._other_now())
 
     def _other_now(self) -> PreviewSignal | None:
-        """What is in view of the other slot's signal."""
+        """Return the visible part of the other slot's signal."""
         other = self._other
         if other is None or not self._shows_other or other[0].error or other[2].kind == "event":
             return None
@@ -388,7 +388,7 @@ class PreviewPanel(QWidget):
         return Scale.of_sound(log, rate_hz) if self._is_heard else Scale(log)
 
     def _show_late(self) -> None:
-        """What is awaited takes its time: what was shown is of a patch that is no more."""
+        """Replace the outdated preview by a message when the new one takes long."""
         self._is_late, self._preview = True, None
         self._draw()
         self.note.set_full_text("being made…")
@@ -417,13 +417,13 @@ class PreviewPanel(QWidget):
             self._set_view(view if view[1] - view[0] >= SHORTEST_MS / 2 else None)
 
     def _set_view(self, view_ms: Range | None) -> None:
-        """Show this stretch, or all; levels and spectrum are those of the stretch."""
+        """Show this time range, or all; levels and spectrum are computed over it."""
         if view_ms != self._view_ms:
             self._view_ms = view_ms
             self._draw()
 
     def _point_at_time(self, time_ms: float, level: float) -> None:
-        """Tell the values under the mouse in the waveform."""
+        """Show the values at the mouse position in the waveform."""
         self._draw_pointer(time_ms)
         if self._signal is None or not self._signal.values.size:
             return
@@ -434,7 +434,7 @@ class PreviewPanel(QWidget):
             self._show_note(self._signal, self._other_now())
 
     def _point_at_level(self, time_ms: float, frequency_hz: float) -> None:
-        """Tell the level under the mouse in the spectrogram."""
+        """Show the level at the mouse position in the spectrogram."""
         self._draw_pointer(time_ms)
         now, levels = self._signal, self._levels
         if now is None or not levels.size or math.isnan(time_ms):
@@ -445,7 +445,7 @@ class PreviewPanel(QWidget):
         self.note.set_full_text(f"{time_ms:.1f} ms, {quantity(frequency_hz, 'Hz')}: {quantity(float(at), 'dB')}")
 
     def _point_at_spectrum(self, level_db: float, frequency_hz: float) -> None:
-        """Tell the level of the frequency under the mouse in the spectrum."""
+        """Show the level of the frequency at the mouse position in the spectrum."""
         if self._signal is None or not self._line.size or math.isnan(frequency_hz):
             self._point_at_time(math.nan, math.nan)
             return
@@ -469,7 +469,7 @@ class PreviewPanel(QWidget):
 
 
 def top_level(levels_db: NDArray[np.float32]) -> float:
-    """The level at which the colours end: the largest, rounded up to 10 dB; of silence 0 dB.
+    """Return the upper end of the colour scale: the largest level, rounded up to 10 dB; 0 dB for silence.
 
     >>> top_level(np.array([-33.0, -71.0], np.float32)), top_level(np.array([-180.0], np.float32))
     (-30.0, 0.0)

@@ -1,4 +1,4 @@
-"""The three drawings of the preview: waveform or events, spectrogram, and spectrum beside it. Times are in ms."""
+"""The drawings of the preview: waveform or events, spectrogram, and the spectrum beside it. Times are in ms."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +24,19 @@ NO_FREQUENCIES = Margins(8.0, 4.0, 8.0)
 _TIME = "time, ms"
 _NO_TIME_MS = (0.0, 900.0)
 SILENT = 1e-9
-"""What is smaller is drawn as silence, on an axis up to 1."""
+"""Smaller signals are drawn as silence, on an axis up to 1."""
 _HEADROOM = 0.06
-"""What the vertical axis shows beyond its largest values, as a share of them."""
+"""Margin of the vertical axis beyond the largest values, as a share of them."""
 _CAPTION = (FELT[0], ReferenceLine("y", FELT_HZ[1], dashed=True, name="felt by the sole: 40 to 1\u202f000 Hz"))
 
 
 def waveform(
     now: PreviewSignal, other: PreviewSignal | None = None, why_silent: str = "", other_slot: str = "B"
 ) -> Drawing:
-    """A signal over time; the force behind it, on the right axis, unless the signal is a force itself.
+    """Return a drawing of a signal over time, with the force on the right axis, unless the signal is a force itself.
 
-    Behind it is what the tile does of it, and in violet the `other` slot's signal, each with its name. Where all is
-    silent, it says why.
+    The tile's response is drawn behind it, and the `other` slot's signal in violet, each with its name. `why_silent` is
+    shown for a silent signal.
     """
     name = "commanded" if now.measured is not None else "this slot" if other is not None else ""
     drawn = [(name, now.values, "force" if now.is_force else "vibration")]
@@ -61,7 +61,7 @@ def waveform(
 def events(
     times_ms: NDArray[np.float64], strengths: NDArray[np.float64], now: PreviewSignal, why_silent: str = ""
 ) -> Drawing:
-    """Events as lines as long as they are strong, and the force behind them."""
+    """Return a drawing of events as lines, whose length is their strength, with the force behind them."""
     top = round_top(float(strengths.max(initial=0.0)) or 1.0)
     line = Series("", times_ms, strengths, "stems", "events")
     note = "" if times_ms.size else why_silent or "no events in this step"
@@ -69,7 +69,7 @@ def events(
 
 
 def no_waveform(note: str = "") -> Drawing:
-    """The axes of a waveform that is not there; `note` says why."""
+    """Return empty axes of a waveform; `note` is the reason."""
     nothing = PreviewSignal(np.zeros(0), np.zeros(0), 1.0)
     line = Series("", np.zeros(0), np.zeros(0))
     return _over_time([line], "signal", (-1.0, 1.0), np.zeros(0), nothing, _NO_TIME_MS, note)
@@ -78,9 +78,9 @@ def no_waveform(note: str = "") -> Drawing:
 def levels_over_time(
     heat: HeatMap | None, scale: Scale, view_ms: Range | None = None, note: str = "", caption: bool = True
 ) -> Drawing:
-    """The spectrogram. Where there is no `heat`, `note` says why, and the axis is still that of the waveform above.
+    """Return the spectrogram. Without `heat`, return its empty axes with `note` as the reason.
 
-    With a `caption` words beside the dashed lines say what those are. What is for ears has no such lines.
+    `caption` adds labels to the dashed lines of the sensation band. Audio signals have no such lines.
     """
     view = heat.x if heat is not None else view_ms or _NO_TIME_MS
     lines = () if not scale.is_felt else _CAPTION if caption and not note else FELT
@@ -90,8 +90,10 @@ def levels_over_time(
 def spectrum(
     levels_db: NDArray[np.float32], other_db: NDArray[np.float32] | None, scale: Scale, range_db: Range
 ) -> Drawing:
-    """Levels along, one a row from the lowest frequency upwards, filled with the colours of the spectrogram, so that
-    they are their key; and those of the other slot."""
+    """Return a drawing of levels, one per row from the lowest frequency up, with the other slot's levels.
+
+    It is filled with the colours of the spectrogram, and so serves as its colour scale.
+    """
     bottom = range_db[0]
     rows_hz = scale.rows_hz(levels_db.size)
     lines = [Series("", np.maximum(levels_db.astype(np.float64), bottom), rows_hz, "heat", "muted")]
@@ -107,8 +109,9 @@ def sensation(
     scale: Scale,
     range_db: float,
 ) -> Drawing:
-    """What a tile is asked and does, as levels of `sole.BAND_HZ`, and from where a sole in a hard shoe feels it; and
-    what the other slot asks."""
+    """Return a drawing of the tile's commanded and measured levels in `sole.BAND_HZ`, with the threshold of the sole in
+    a hard shoe, and the other slot's commanded levels.
+    """
     bands_hz = np.array(BAND_HZ)
     commanded, measured, threshold = (
         20.0 * np.log10(np.maximum(levels, 1e-9))
@@ -141,7 +144,7 @@ def _levels_along(lines: list[Series], scale: Scale, range_db: Range) -> Drawing
 
 
 def no_spectrum(scale: Scale) -> Drawing:
-    """The axes of a spectrum that is not there."""
+    """Return empty axes of a spectrum."""
     return spectrum(np.zeros(0, np.float32), None, scale, (-60.0, 0.0))
 
 

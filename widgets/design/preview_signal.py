@@ -1,4 +1,4 @@
-"""The stretch of a preview that is in view: its frames, and what of them is told in words. numpy only."""
+"""The visible range of a preview: its frames, and their description as text. numpy only."""
 
 import math
 from collections.abc import Mapping
@@ -23,8 +23,9 @@ SHORTEST_MS = 2.0
 
 @dataclass(frozen=True)
 class PreviewSignal:
-    """Frames of one output [n]; the force on the tile [m]; what the tile does of it [n] where that is known, and how
-    far the whole preview's drive stays below the limiter, dB."""
+    """Frames of one output [n]; force on the tile [m]; the tile's response [n], if known; and the whole preview's
+    margin below the limiter, in dB.
+    """
 
     values: Array
     force_n: Array
@@ -37,7 +38,7 @@ class PreviewSignal:
 
     @staticmethod
     def of(preview: Preview, node: str, port: Port) -> "PreviewSignal":
-        """All of a signal; values that are not finite are 0."""
+        """Return the whole signal of an output; values that are not finite become 0."""
         values = np.nan_to_num(np.asarray(signal_of(preview.signals, node, port.name), np.float64))
         done = preview.signals.get(MEASURED)
         measured = None if done is None else np.nan_to_num(done.astype(np.float64))
@@ -47,16 +48,16 @@ class PreviewSignal:
 
     @property
     def end_ms(self) -> float:
-        """Where it ends, in ms of the preview."""
+        """The end of the signal, in ms of the preview."""
         return self.begin_ms + 1e3 * max(self.values.size, self.force_n.size) / self.rate_hz
 
     @property
     def view_ms(self) -> Range:
-        """The axis on which it is drawn: from its beginning to its end, and never without a length."""
+        """The time axis, from the signal's beginning to its end, with a positive length."""
         return self.begin_ms, max(self.end_ms, self.begin_ms + 1.0)
 
     def cut(self, view_ms: Range | None) -> "PreviewSignal":
-        """What of it lies in view.
+        """Return the visible part of the signal.
 
         >>> whole = PreviewSignal(np.arange(96.0), np.zeros(96), 48000.0)
         >>> part = whole.cut((0.5, 1.0))
@@ -73,7 +74,7 @@ class PreviewSignal:
         )
 
     def text_at(self, time_ms: float) -> str:
-        """The values at a moment, each with its unit; of a signal its level, too."""
+        """Return the values at `time_ms` with their units, and the level of an acceleration."""
         i = round(1e-3 * (time_ms - self.begin_ms) * self.rate_hz)
         if not 0 <= i < self.values.size:
             return ""
@@ -87,7 +88,7 @@ class PreviewSignal:
 
 
 def zoomed_view(view_ms: Range | None, whole_ms: float, factor: float, about_ms: float) -> Range | None:
-    """A view that is `factor` times as narrow, with `about_ms` where it is; None for all.
+    """Return the view narrowed by `factor` around `about_ms`; None for the whole.
 
     >>> zoomed_view(None, 900.0, 2.0, 300.0), zoomed_view((100.0, 200.0), 900.0, 0.1, 150.0)
     ((150.0, 600.0), None)
@@ -102,7 +103,7 @@ def zoomed_view(view_ms: Range | None, whole_ms: float, factor: float, about_ms:
 
 
 def scrolled_view(view_ms: Range | None, whole_ms: float, by_ms: float) -> Range | None:
-    """A view further along, at most to the end.
+    """Return the view scrolled by `by_ms`, at most to the end.
 
     >>> scrolled_view((100.0, 200.0), 250.0, 100.0), scrolled_view(None, 250.0, 10.0)
     ((150.0, 250.0), None)
@@ -115,7 +116,7 @@ def scrolled_view(view_ms: Range | None, whole_ms: float, by_ms: float) -> Range
 
 
 def felt_rms(signal: ArrayLike, rate_hz: float) -> float:
-    """The RMS of what lies in the band that the sole feels.
+    """Return the RMS within the frequency band that the sole is sensitive to.
 
     >>> time_s = np.arange(48000) / 48000
     >>> [round(felt_rms(np.sin(2 * np.pi * f * time_s), 48000.0), 3) for f in (10.0, 250.0, 3000.0)]
@@ -131,7 +132,7 @@ def felt_rms(signal: ArrayLike, rate_hz: float) -> float:
 
 
 def summary_text(now: PreviewSignal, other: PreviewSignal | None, other_slot: str) -> str:
-    """Peak and RMS; beside another signal by how much more it is than that; and what a sole feels of it."""
+    """Return peak and RMS, the level difference from another signal, and the sensation level, as text."""
     peak, rms = peak_and_rms(now.values)
     text = f"peak {quantity(peak, now.unit)}, RMS {quantity(rms, now.unit)}"
     if other is not None:
@@ -144,7 +145,7 @@ def summary_text(now: PreviewSignal, other: PreviewSignal | None, other_slot: st
 
 
 def difference_text(now: PreviewSignal, other: PreviewSignal, other_slot: str) -> str:
-    """How many dB a signal is over another in RMS.
+    """Return the difference of two signals' RMS levels in dB, as text.
 
     >>> loud, soft = (PreviewSignal(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0))
     >>> difference_text(soft, loud, "B")
@@ -157,7 +158,7 @@ def difference_text(now: PreviewSignal, other: PreviewSignal, other_slot: str) -
 
 
 def felt_text(measured_m_s2: Array, rate_hz: float) -> str:
-    """The peak of what the tile does, and what a sole in a hard shoe feels of it.
+    """Return the peak of the tile's response, and its level above the threshold of a sole in a hard shoe, as text.
 
     >>> felt_text(0.46 * np.sin(2 * np.pi * 250 / 48000 * np.arange(48000)), 48000.0)
     'tile 0.46 m/s², 8 dB over threshold, noticed by 100 %; 90 N/mm feel like 67'
@@ -174,17 +175,17 @@ def felt_text(measured_m_s2: Array, rate_hz: float) -> str:
 
 
 def signal_of(values: Mapping[str, NDArray[np.floating]], node: str, port: str) -> NDArray[np.floating]:
-    """What a preview holds of an output, under its own name or behind its node's."""
+    """Return the signal of an output in a preview, by its own name or its node's."""
     found = values.get(f"{node}.{port}")
     return found if found is not None else values.get(port, np.zeros(0))
 
 
 def total_force(force_n: NDArray[np.floating]) -> Array:
-    """The force on the tile, whether the four corners came or their sum."""
+    """Return the total force on the tile in N, from corner forces or from their sum."""
     total_n = np.asarray(force_n, np.float64)
     return total_n.sum(axis=1) if total_n.ndim == 2 else total_n
 
 
 def event_rows(events: NDArray[np.floating]) -> Array:
-    """Events as rows of frame, strength and duration."""
+    """Return events as rows of frame, strength and duration."""
     return np.asarray(events, np.float64).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Edits that keep wires: a node put into a wire, taken out of one, or changed into another. Without a screen."""
+"""Edits that preserve wires: insertion of a node into a wire, removal, and change of type. Without Qt."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -14,17 +14,17 @@ from underfoot.widgets.design.patch_editing import can_connect, refusal
 
 
 def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
-    """The port that "node.port" names, on the side "in" or "out" of its node."""
+    """Return the port "node.port" on the side "in" or "out"."""
     id, _, name = end.partition(".")
     type = registry[patch.node(id).type]
     return (type.input_ports if side == "in" else type.output_ports)[name]
 
 
 def fitting_port(type: NodeType, end: Port, side: str) -> str:
-    """The port of a node of `type` for a wire that is held at `end`, on `side` of its own node; "" where none fits.
+    """Return the port of node type `type` for a wire held at `end`, on `side` of its own node; "" if none fits.
 
-    Of the parameters only those count that have the wire's unit; of a plain number, as of an envelope, the one that
-    says how loud the node is.
+    Parameters count only if they have the wire's unit. For a dimensionless signal, such as an envelope, only the
+    loudness parameter counts.
     """
     if side == "in":
         return next((port.name for port in type.outputs if can_connect(port, end)), "")
@@ -36,7 +36,7 @@ def fitting_port(type: NodeType, end: Port, side: str) -> str:
 
 
 def loudness_port(type: NodeType, end: Port) -> str:
-    """The parameter of a node by which an envelope, held at `end`, makes it louder and softer; "" where there is none.
+    """Return the loudness parameter of a node type that an envelope held at `end` can drive; "" if there is none.
 
     >>> from underfoot.nodes import REGISTRY
     >>> envelope = REGISTRY["attack-decay"].output_ports["out"]
@@ -57,12 +57,12 @@ def loudness_port(type: NodeType, end: Port) -> str:
 
 
 def types_that_fit(registry: Registry, end: Port, side: str) -> list[str]:
-    """The types of node that a wire, held at `end`, can be brought to."""
+    """Return the node types to which a wire held at `end` can be connected."""
     return [type.type for type in registry.values() if fitting_port(type, end, side)]
 
 
 def types_of_unit(registry: Registry, types: Iterable[str], end: Port, side: str) -> list[str]:
-    """Those of `types` whose fitting port has the unit of `end`: newtons from the floor rather than a plain number."""
+    """Return those of `types` whose fitting port has the unit of `end`, such as N for a force."""
 
     def ports(type: NodeType) -> Mapping[str, Port]:
         return type.output_ports if side == "in" else type.input_ports
@@ -72,7 +72,7 @@ def types_of_unit(registry: Registry, types: Iterable[str], end: Port, side: str
 
 
 def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) -> Patch:
-    """With a wire between the port `end`, on `side` of its node, and the port of node `id` that fits."""
+    """Return the patch with a wire between the port `end`, on `side` of its node, and the fitting port of node `id`."""
     name = fitting_port(registry[patch.node(id).type], port_of(patch, registry, end, side), side)
     if not name:
         return patch
@@ -81,14 +81,14 @@ def connected(patch: Patch, registry: Registry, id: str, end: str, side: str) ->
 
 
 class InsertionPorts(NamedTuple):
-    """The input and the output by which a node can stand in a wire."""
+    """The input and the output of a node for insertion into a wire."""
 
     input: str
     output: str
 
 
 def insertion_ports(patch: Patch, registry: Registry, type: str, wire: Wire) -> InsertionPorts | None:
-    """How a node of `type` can stand in this wire; None where it cannot."""
+    """Return the ports with which a node of `type` can be inserted into a wire; None if it cannot."""
     source, target = port_of(patch, registry, wire[0], "out"), port_of(patch, registry, wire[1], "in")
     inputs = (port.name for port in registry[type].inputs if can_connect(source, port))
     outputs = (port.name for port in registry[type].outputs if can_connect(port, target))
@@ -97,12 +97,12 @@ def insertion_ports(patch: Patch, registry: Registry, type: str, wire: Wire) -> 
 
 
 def types_for_wire(patch: Patch, registry: Registry, wire: Wire) -> list[str]:
-    """The types of node that can stand in this wire."""
+    """Return the node types that can be inserted into this wire."""
     return [type for type in registry if insertion_ports(patch, registry, type, wire)]
 
 
 def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
-    """With the node `id`, which is there and has no wires, in this wire; the same patch where it does not fit."""
+    """Return the patch with the unwired node `id` inserted into this wire; unchanged if it does not fit."""
     way = insertion_ports(patch, registry, patch.node(id).type, wire)
     if way is None:
         return patch
@@ -112,7 +112,7 @@ def inserted(patch: Patch, registry: Registry, id: str, wire: Wire) -> Patch:
 
 
 def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) -> Patch:
-    """Without these nodes. What came into the first input of each goes on to where its outputs went, if that fits."""
+    """Return the patch without these nodes; each one's first input is wired to its outputs' targets, if it fits."""
     gone = set(ids)
     after = patch.remove(gone)
     into = {target: source for source, target in patch.wires}
@@ -131,10 +131,10 @@ def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) ->
 
 
 def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patch, str, int]:
-    """With a node of `type` in place of the node `id`: the patch, the new node's id, and how many wires were let go.
+    """Return the patch with a node of `type` instead of node `id`, the new node's id, and the number of lost wires.
 
-    A wire goes to the port of the same name, else to the first that is free and fits. Parameters of the same name and
-    unit keep their values, unless the old node merely began with them.
+    A wire goes to the port of the same name, else to the first free one that fits. Parameters of the same name and unit
+    keep values that differ from the old node's defaults.
     """
     old = patch.node(id)
     new = patch.free_id(type)
@@ -178,7 +178,7 @@ def _accepts_value(old: Parameter, new: Parameter | None, value: object) -> bool
 
 
 def _moved(patch: Patch, registry: Registry, wire: Wire, id: str, new: PlacedNode, used: set[str]) -> Wire | None:
-    """The wire with its end at node `id` at the new node instead; None where that has no port for it."""
+    """Return the wire with its end moved from node `id` to the new node; None if no port fits."""
     ends = list(wire)
     type = registry[new.type]
     for i, side in enumerate(("out", "in")):

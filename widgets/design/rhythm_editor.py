@@ -1,4 +1,4 @@
-"""A rhythm on its bar of 24 steps: notes are added, moved, lengthened and given an amplitude by mouse or keys."""
+"""Editor of a rhythm on its bar of 24 steps: notes are added, moved and resized by mouse or keys."""
 
 from collections.abc import Sequence
 
@@ -18,12 +18,12 @@ _EDGE_PX = 4.0
 
 
 def is_rhythm(parameter: Parameter) -> bool:
-    """Whether a parameter's rows are notes on a bar."""
+    """Return whether a parameter's rows are notes of a bar."""
     return isinstance(parameter, Rows) and [name for name, _, _ in parameter.columns] == ["step", "length", "amplitude"]
 
 
 def placed(notes: Sequence[Note], index: int, note: Note) -> list[Note] | None:
-    """The notes in order with one of them changed to `note`; None where it would lie on another, or off the bar.
+    """Return the notes in order with note `index` replaced; None if it would overlap another or leave the bar.
 
     >>> placed([(0, 4, 1.0), (6, 2, 0.5)], 0, (0, 6, 1.0))
     [(0, 6, 1.0), (6, 2, 0.5)]
@@ -65,7 +65,7 @@ class RhythmBar(QWidget):
         self.setAccessibleName("Rhythm")
 
     def notes(self) -> list[Note]:
-        """The notes in order of their steps."""
+        """Return the notes in order of their steps."""
         return list(self._notes)
 
     def set_notes(self, notes: Sequence[Sequence[float]]) -> None:
@@ -83,7 +83,7 @@ class RhythmBar(QWidget):
     # --- where things are ---
 
     def area(self) -> QRectF:
-        """Where the steps are drawn, in pixels."""
+        """Return the rectangle of the steps, in pixels."""
         return QRectF(self.rect()).adjusted(1.0, 1.0, -1.0, -17.0)
 
     def _note_rect(self, note: Note) -> QRectF:
@@ -97,7 +97,7 @@ class RhythmBar(QWidget):
         return min(max(int((place.x() - bar.x()) / bar.width() * STEPS), 0), STEPS - 1)
 
     def _note_at(self, place: QPointF) -> int:
-        """The note whose column this is, however low it is; its right edge reaches a little over."""
+        """Return the index of the note in this column, with some tolerance at its right edge; -1 if there is none."""
         at = (place.x() - self.area().x()) / self.area().width() * STEPS
         over = next((i for i, (step, length, _) in enumerate(self._notes) if step <= at < step + length), -1)
         if over >= 0:
@@ -274,7 +274,7 @@ class RhythmEditor(ParameterEditor):
         self.set_value(parameter.default)
 
     def choose(self, rhythm: Rhythm) -> None:
-        """Take the notes of this rhythm, as a person's change."""
+        """Use the notes of this rhythm, as a change by the user."""
         self.edit_began.emit()
         self._commit([(note.step, note.length, note.amplitude) for note in rhythm.notes])
         self._show()

@@ -1,4 +1,4 @@
-"""The drawn patch: keeps one item for each node and wire, and changes only what differs."""
+"""The drawn patch: one item for each node and wire, of which only changed ones are updated."""
 
 from collections.abc import Iterable, Mapping
 
@@ -25,11 +25,11 @@ SCENE_SIZE = 40_000.0
 """Pixels in each direction: large and fixed, so that the view never jumps when a node is added."""
 
 MIN_CHANGE = 0.15
-"""A node's cost is written anew when it has changed by this share."""
+"""Smallest relative change of a node's cost that is displayed."""
 
 
 class PatchScene(QGraphicsScene):
-    """Shows a patch. Selecting and dragging happen in it; everything else is the canvas's."""
+    """Shows a patch, and handles selection and dragging; the canvas handles everything else."""
 
     def __init__(self, registry: Registry) -> None:
         super().__init__(-SCENE_SIZE, -SCENE_SIZE, 2 * SCENE_SIZE, 2 * SCENE_SIZE)
@@ -53,7 +53,7 @@ class PatchScene(QGraphicsScene):
         self._curves: dict[str, np.ndarray] = {}
 
     def show(self, patch: Patch, inside: str = "") -> None:
-        """Show this patch instead, or what is in one of its groups."""
+        """Show this patch, or the content of its group `inside`."""
         self.patch, self.inside = patch, inside
         self.group_view = group_view_of(patch, inside)
         before, blocked = self.selected(), self.blockSignals(True)
@@ -94,7 +94,7 @@ class PatchScene(QGraphicsScene):
             item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.shows_all_ports)
 
     def update_colours(self) -> None:
-        """Draw everything anew, in the colours that are in use."""
+        """Redraw everything in the current colours."""
         self.setBackgroundBrush(QBrush(QColor(theme.GROUND)))
         self._descriptions.clear()
         for item in self.nodes.values():
@@ -108,11 +108,11 @@ class PatchScene(QGraphicsScene):
             drawn.update()
 
     def forget_descriptions(self) -> None:
-        """Node types are others now: nodes are drawn anew with the next patch."""
+        """Discard cached descriptions after a change of node types; the next patch redraws all nodes."""
         self._descriptions.clear()
 
     def _description(self, node: PlacedNode) -> NodeDescription:
-        """What a node shows: one object for all of the same type and name."""
+        """Return a node's description; nodes of the same type and name share one object."""
         key = node.type, node.label
         if key not in self._descriptions:
             self._descriptions[key] = description_of(self.registry[node.type], node.label)
@@ -145,7 +145,7 @@ class PatchScene(QGraphicsScene):
         wanted = {wire: ends for wire in self.patch.wires if any(ends := self.group_view.ends(wire))}
         for wire, item in list(self.wires.items()):
             source, target = wanted.get(wire, ("", ""))
-            is_stub = isinstance(item, StubItem)  # its text depends on other wires, too
+            is_stub = isinstance(item, StubItem)  # its text also depends on other wires
             if (
                 is_stub
                 or wire not in wanted
@@ -175,7 +175,7 @@ class PatchScene(QGraphicsScene):
         self.addItem(self.wires[wire])
 
     def _other_end_names(self, wire: Wire, side: str) -> str:
-        """The names of what is outside at the other end of a wire, and of all others at the same port."""
+        """Return the names of the outside nodes at the other end of a wire, and of all others at the same port."""
         near, far = (0, 1) if side == "out" else (1, 0)
         ends = [other for other in self.patch.wires if other[near] == wire[near]]
         outside = [end[far].partition(".")[0] for end in ends if not all(self.group_view.ends(end))]
@@ -204,42 +204,42 @@ class PatchScene(QGraphicsScene):
             self.group_frames[id].follow(group, [*items, *inner], depths[id])
 
     def _item(self, id: str) -> NodeItem | None:
-        """The node or the collapsed group with this id, if it is seen."""
+        """Return the item of the visible node or collapsed group `id`; None if it is not visible."""
         return self.nodes.get(id) or self.group_nodes.get(id)
 
     def adjust_group_frames(self) -> None:
-        """Let the frames follow what is dragged."""
+        """Update the frames of groups to dragged members."""
         for frame in reversed(self.group_frames.values()):
             frame.adjust()
 
-    # --- asking ---
+    # --- queries ---
 
     def nodes_and_group_nodes(self) -> list[NodeItem]:
-        """Everything that wires may end at."""
+        """Return all items to which wires can be connected."""
         return [*self.nodes.values(), *self.group_nodes.values()]
 
     def movable(self) -> dict[str, NodeItem | NoteItem]:
-        """Everything that can be dragged and selected, by id."""
+        """Return all items that can be dragged and selected, by id."""
         return {**self.nodes, **self.group_nodes, **self.notes}
 
     def selected(self) -> list[str]:
-        """What is selected of that: nodes, collapsed groups, notes."""
+        """Return the ids of the selected nodes, collapsed groups and notes."""
         return [id for id, item in self.movable().items() if item.isSelected()]
 
     def selected_ids(self) -> list[str]:
-        """The selected nodes, those in selected groups too, in the order of the patch."""
+        """Return the selected nodes, including those in selected groups, in the order of the patch."""
         chosen = {id for id, item in (*self.nodes.items(), *self.group_nodes.items()) if item.isSelected()}
         if not self.group_nodes:
             return [id for id in self.nodes if id in chosen]
         return [node.id for node in self.patch.nodes if self.group_view.shown_as.get(node.id) in chosen]
 
     def members(self, ids: Iterable[str]) -> list[str]:
-        """The nodes and notes that these stand for."""
+        """Return the nodes and notes in these items."""
         wanted = set(ids)
         return [id for id, shown in self.group_view.shown_as.items() if shown in wanted]
 
     def select(self, ids: Iterable[str]) -> None:
-        """Select these nodes, groups and notes, and no others."""
+        """Select exactly these nodes, groups and notes."""
         wanted = set(ids)
         blocked = self.blockSignals(True)
         for id, item in self.movable().items():
@@ -248,21 +248,21 @@ class PatchScene(QGraphicsScene):
         self.selectionChanged.emit()
 
     def node_at(self, place: QPointF, reach: float = 0.0) -> NodeItem | None:
-        """The uppermost node here, or within `reach` of here."""
+        """Return the topmost node at a position, or within `reach` of it."""
         area = QRectF(place.x() - reach, place.y() - reach, 2 * reach + 0.1, 2 * reach + 0.1)
         return next((item for item in self.items(area) if isinstance(item, NodeItem)), None)
 
     def note_at(self, place: QPointF) -> NoteItem | None:
-        """The note here."""
+        """Return the note at a position."""
         return next((item for item in self.items(place) if isinstance(item, NoteItem)), None)
 
     def group_frame_at(self, place: QPointF) -> GroupFrameItem | None:
-        """The frame whose title is here, where nothing else is."""
+        """Return the frame whose title is at a position without other items."""
         hits = [frame for frame in self.group_frames.values() if frame.title_rect().contains(place)]
         return max(hits, key=GroupFrameItem.zValue, default=None)
 
     def port_at(self, place: QPointF) -> tuple[NodeItem, PlacedPort] | None:
-        """The port that a mouse here means."""
+        """Return the node and port at a mouse position."""
         area = QRectF(place.x() - REACH, place.y() - REACH, 2 * REACH, 2 * REACH)
         for item in self.items(area):
             if isinstance(item, NodeItem):
@@ -272,7 +272,7 @@ class PatchScene(QGraphicsScene):
         return None
 
     def wire_at(self, place: QPointF) -> WireItem | None:
-        """The wire under the mouse, where no node is."""
+        """Return the wire at a position without nodes."""
         found = self.itemAt(place, QTransform())
         return found if isinstance(found, WireItem) else None
 
@@ -280,25 +280,27 @@ class PatchScene(QGraphicsScene):
         return [wire for wire, item in self.wires.items() if item.chosen]
 
     def choose(self, wire: WireItem | None) -> None:
-        """Mark this wire as what Delete takes away, and no other."""
+        """Select this wire for deletion, and no other."""
         for item in self.wires.values():
             if item.chosen != (item is wire):
                 item.set_chosen(item is wire)
 
     def show_wire(self, wire: WireItem, shown: bool) -> None:
-        """Hide a wire while it is in the hand, and show it again."""
+        """Hide a wire while it is dragged, or show it again."""
         wire.setVisible(shown)
         self.wire_picture.redraw(wire.boundingRect())
 
     def wire_for(self, type: str, area: QRectF) -> WireItem | None:
-        """The wire through this rectangle that a node of `type` can stand in: of several the one through its middle."""
+        """Return the wire through this rectangle into which `type` can be inserted; of several, the one nearest the
+        centre.
+        """
         fitting = [item for item in self.wires.values() if item.passes(area)]
         fitting = [item for item in fitting if insertion_ports(self.patch, self.registry, type, item.wire)]
         middle = QRectF(area.center().x() - 8, area.center().y() - 8, 16, 16)
         return next((item for item in fitting if item.passes(middle)), next(iter(fitting), None))
 
     def highlight_wire(self, wire: WireItem | None) -> None:
-        """Light up the wire that a node would be put into, and no other."""
+        """Highlight the wire into which a node would be inserted, and no other."""
         if self._highlighted is not wire:
             for item in (self._highlighted, wire):
                 if item is not None:
@@ -309,14 +311,14 @@ class PatchScene(QGraphicsScene):
         return {id: item.size for id, item in self.movable().items()}
 
     def boxes(self, without: Iterable[str] = ()) -> list[Box]:
-        """Where everything stands, but for some."""
+        """Return the rectangles of all items except `without`."""
         left_out = set(without)
         return [
             (item.pos().x(), item.pos().y(), *item.size) for id, item in self.movable().items() if id not in left_out
         ]
 
     def places(self) -> dict[str, tuple[float, float]]:
-        """What was dragged, and where to."""
+        """Return the new positions of dragged items, by id."""
         stood = {id: item.node.at for id, item in (*self.nodes.items(), *self.group_nodes.items())}
         stood |= {id: item.note.at for id, item in self.notes.items()}
         return {
@@ -326,18 +328,18 @@ class PatchScene(QGraphicsScene):
         }
 
     def extent(self, ids: Iterable[str] = ()) -> QRectF:
-        """The rectangle around these, or around all."""
+        """Return the bounding rectangle of these items, or of all."""
         there = self.movable()
         chosen = [there[id] for id in ids if id in there]
         stubs = [item for item in self.wires.values() if isinstance(item, StubItem)]
         return bounds(chosen or [*there.values(), *self.group_frames.values(), *stubs])
 
-    # --- what the engine says ---
+    # --- reports of the engine ---
 
     def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
-        """Each node's share of a block, and for how many tiles it is awake; None when nothing runs.
+        """Show each node's share of a block and number of awake tiles; None if the engine is stopped.
 
-        A node is unused where it leads to no output that plays; one that is only not built yet is not.
+        A node is unused if it leads to no playing output; a node that is not built yet is not unused.
         """
         heard = effective_patch(self.patch, self.registry)
         used = upstream(heard, (node.id for node in heard.nodes if self.registry[node.type].is_sink))
@@ -348,14 +350,14 @@ class PatchScene(QGraphicsScene):
                 self._costs.pop(id, None)
                 item.set_cost("", "" if share is None or id in used else "unused")
                 continue
-            # Figures that tremble would have every node drawn anew twice a second.
+            # Fluctuating figures would redraw every node twice a second.
             before = self._costs.get(id, -1.0)
             if abs(share[id] - before) > MIN_CHANGE * before:
                 self._costs[id] = share[id]
             item.set_cost(percent(self._costs[id]), "" if awake.get(id, 0) else "asleep")
 
     def show_fault(self, id: str | None) -> None:
-        """Mark the node that made a value that is not finite, or clear the mark."""
+        """Mark the node that produced a value that is not finite; None clears the mark."""
         for other, item in self.nodes.items():
             if other == id:
                 item.set_cost("", "fault")
@@ -363,12 +365,12 @@ class PatchScene(QGraphicsScene):
                 item.set_cost("", "")
 
     def show_auditioned(self, id: str) -> None:
-        """Mark the node that is heard alone; "" for none."""
+        """Mark the node that is played alone; "" for none."""
         for other, item in self.nodes.items():
             item.set_auditioned(other == id)
 
     def show_curve(self, id: str, values: np.ndarray | None) -> None:
-        """The small plot of a node; it is kept while the node is not seen."""
+        """Set the small plot of a node; it is stored while the node is not visible."""
         if values is None:
             self._curves.pop(id, None)
         else:
@@ -378,7 +380,7 @@ class PatchScene(QGraphicsScene):
 
 
 def percent(share: float) -> str:
-    """A share of the block, short enough for a title strip.
+    """Return a share of the block as text, short enough for a node's title.
 
     >>> percent(0.008), percent(0.00004), percent(0.123)
     ('0.8 %', '< 0.1 %', '12 %')

@@ -1,4 +1,4 @@
-"""Parameters that several nodes have alike, so that they can be set for all at once. Without a screen."""
+"""Parameters that several nodes have in common, and that can be set for all together. Without Qt."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from underfoot.patch.patch import Patch
 
 
 def shared_parameters(types: Sequence[NodeType]) -> dict[str, Parameter]:
-    """What all these have by the same name, of the same kind and unit; of numbers, with the range that all allow."""
+    """Return the parameters with the same name, kind and unit in all types; ranges are intersected."""
     first, *others = types
     found = {}
     for name, parameter in first.parameters.items():
@@ -44,7 +44,7 @@ def _common(a: Parameter | None, b: Parameter | None) -> Parameter | None:
 
 
 def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -> list[Any]:
-    """The different values that a parameter has in these nodes, in their order."""
+    """Return the distinct values of a parameter in these nodes, in their order."""
     found: list[Any] = []
     there = {node.id: node for node in patch.nodes}
     for id in ids:
@@ -57,7 +57,7 @@ def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -
 
 
 def shown_value(parameter: Parameter, values: Sequence[Any]) -> Any:
-    """The first of these values that all nodes allow."""
+    """Return the first of these values that all nodes allow."""
     for value in values:
         try:
             return parameter.check(value)

@@ -1,4 +1,4 @@
-"""The column beside the canvas: the nodes to build with, or the presets to begin with."""
+"""The column beside the canvas: nodes to add, or presets to open."""
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
@@ -12,7 +12,7 @@ _TIPS = {NODES: "Nodes to build with (/ on the canvas)", PRESETS: "Presets to he
 
 
 class SidePanel(QWidget):
-    """Two pages, one of which is seen."""
+    """Two pages, one of which is visible."""
 
     def __init__(self, palette: NodePalette, presets: PresetPanel, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -45,11 +45,11 @@ class SidePanel(QWidget):
 
     @property
     def page(self) -> str:
-        """The page that is seen."""
+        """The name of the visible page."""
         return next(name for name, page in self._pages.items() if page is self._stack.currentWidget())
 
     def show_page(self, name: str) -> None:
-        """Bring a page to the front; its field is ready to be typed into."""
+        """Show a page, with the focus in its search field."""
         if name != PRESETS:
             self.presets.end_audition()
         self.tabs[name].setChecked(True)

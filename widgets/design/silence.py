@@ -1,4 +1,4 @@
-"""Why nothing is to be heard: words where the person looks."""
+"""Explanations of why a patch is silent."""
 
 from collections.abc import Callable, Mapping
 
@@ -6,13 +6,13 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 ASLEEP_REPORTS = 8
-"""So many reports of costs in a row, two a second, in which every node sleeps."""
+"""Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
 _ALONE = {"begin": "at once", "pace": "at its frequency"}
 """Choices by which a node needs no events to run."""
 
 
 def why_silent(patch: Patch, registry: Registry, id: str) -> str:
-    """Which node before this one, or it itself, is muted or has inputs that nothing comes to; "" if there is none."""
+    """Return the node, at or before this one, that is muted or has unwired inputs, as text; "" if there is none."""
     waiting, seen = [id], {id}
     while waiting:
         here = waiting.pop(0)
@@ -33,18 +33,18 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
 
 
 class SilenceHint:
-    """Tells, once after each start, what a patch waits for that has not sounded for some seconds."""
+    """Emits, once per start, what a patch waits for if it has not sounded for some seconds."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         self._say = say
         self._reports: int | None = None
 
     def begin(self, playing: bool) -> None:
-        """Playing began or ended."""
+        """Note whether playback has begun or ended."""
         self._reports = 0 if playing else None
 
     def take(self, patch: Patch, registry: Registry, awake: Mapping[str, int]) -> None:
-        """For how many tiles each node is awake now."""
+        """Process the current number of awake tiles of each node."""
         if self._reports is None or not patch.nodes:
             return
         self._reports = None if any(awake.values()) else self._reports + 1

@@ -1,4 +1,4 @@
-"""Between the Design workspace and what is heard of it: slots A and B, one node alone, again and again."""
+"""Connects the Design workspace with playback: slots A and B, single nodes, loops."""
 
 from collections.abc import Iterable, Set
 from dataclasses import replace
@@ -23,11 +23,11 @@ from underfoot.widgets.session.open_patch import SLOTS, other_slot
 from underfoot.widgets.workspace import WorkspaceContext
 
 OTHER_PREFIX = "/"
-"""What the name of a preview begins with that is of the other slot; no node's id has it."""
+"""Prefix of the names of the other slot's previews; no node's id has it."""
 
 
 class SlotListening(QObject):
-    """Binds a workspace to `Listening` and `OpenPatch`, and says which previews a comparison of A and B needs."""
+    """Connects a workspace with `Listening` and `OpenPatch`, and selects the previews for comparing A and B."""
 
     preview_requested = Signal(str)
     """The name of a preview that is wanted now."""
@@ -70,13 +70,13 @@ class SlotListening(QObject):
 
     @property
     def _patch(self) -> Patch:
-        """The patch that is edited."""
+        """The edited patch."""
         return self._canvas.document.patch
 
     # --- previews ---
 
     def needed_preview(self, previewed: str) -> str:
-        """The name of the next preview that the comparison of A and B needs; "" for none."""
+        """Return the name of the next preview needed to compare A and B; "" for none."""
         other = self._open_patch.other
         if other is None:
             return ""
@@ -89,7 +89,7 @@ class SlotListening(QObject):
         return OTHER_PREFIX + node if node and self._overlaid != previewed else ""
 
     def request(self, name: str, tile: str, laws: bool) -> None:
-        """Have a node previewed on a tile: of the patch that is edited or, with the prefix, of the other slot's."""
+        """Request a preview of a node on a tile; a prefix of the name selects the other slot."""
         patch, node = self._patch_of(name), name.removeprefix(OTHER_PREFIX)
         if patch is None:
             return
@@ -100,7 +100,7 @@ class SlotListening(QObject):
         self._context.controller.request_preview(patch, node, tile, seconds, laws=laws, name=name)
 
     def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
-        """Learn from a preview how loud it is; one of the other slot is drawn over the one that is shown."""
+        """Store the loudness of a preview; the other slot's is drawn over the visible one."""
         slot, is_other = self._open_patch.slot, name.startswith(OTHER_PREFIX)
         node, patch = name.removeprefix(OTHER_PREFIX), self._patch_of(name)
         if patch is None or not any(one.id == node for one in patch.nodes):
@@ -122,7 +122,7 @@ class SlotListening(QObject):
             self.preview_update_requested.emit()
 
     def use_outlines(self, outlines: Outlines, nodes: Set[str]) -> None:
-        """Learn how loud these nodes are."""
+        """Store the loudness of these nodes."""
         for name, values in outlines.signals.items():
             node, _, port = name.partition(".")
             if node in nodes:
@@ -133,14 +133,14 @@ class SlotListening(QObject):
                 self._peaks.setdefault(node, {})[port] = float(rows[:, 1].max(initial=0.0))
 
     def patch_changed(self, patch: Patch, changed: Iterable[str]) -> None:
-        """These nodes of the patch that is edited do something else now."""
+        """Mark the previews of these nodes of the edited patch as outdated."""
         gone = set(changed) | {id for id in self._peaks if not any(node.id == id for node in patch.nodes)}
         self._peaks = {id: peaks for id, peaks in self._peaks.items() if id not in gone}
         if gone and self._listening.level(self._open_patch.slot) is not None:
             self._listening.set_level(self._open_patch.slot, None)
 
     def forget(self) -> None:
-        """All previews are of something else now."""
+        """Discard all previews."""
         self._peaks.clear()
         self._overlaid = ""
         self._preview.forget_other()
@@ -175,7 +175,7 @@ class SlotListening(QObject):
             shown.show_other(preview, node, port, other_slot(self._open_patch.slot))
 
     def _counterpart(self, node: str) -> str:
-        """The node of the other slot's patch that is like this one: of the same id and type, or what the tile plays."""
+        """Return the corresponding node in the other slot's patch: same id and type, or the tile's output."""
         other, own = self._open_patch.other, self._patch
         types = {node.id: node.type for node in own.nodes}
         if other is None or node not in types:
@@ -189,13 +189,13 @@ class SlotListening(QObject):
         return next((n.id for n in patch.nodes if types[n.type].is_sink and not types[n.type].to_sound), "")
 
     def _patch_of(self, name: str) -> Patch | None:
-        """The patch that the preview of this name is of."""
+        """Return the patch to which the preview of this name belongs; None if there is none."""
         if not name.startswith(OTHER_PREFIX):
             return self._patch
         return self._open_patch.other.patch if self._open_patch.other is not None else None
 
     def _is_as_requested(self, patch: Patch) -> bool:
-        """Whether slot, tile, length and nodes are still those of the request: the preview may be of an older edit."""
+        """Return whether a preview's slot, tile, duration and nodes are still current; its patch can be older."""
         if self._requested is None or self._requested[0] != self._conditions():
             return False
         requested = self._requested[1]
@@ -204,10 +204,10 @@ class SlotListening(QObject):
     def _conditions(self) -> tuple[object, ...]:
         return self._open_patch.slot, self._preview.pad.tile.id, self._bar.seconds
 
-    # --- what is heard ---
+    # --- playback ---
 
     def audition(self, node: str, everywhere: bool = False) -> None:
-        """Hear a node's output alone; the one that is heard alone already, no more."""
+        """Play a node's output alone; if it is playing alone already, stop that."""
         output = self._listening.auditioned_output
         if output is not None and output.node == node:
             self._listening.end_audition()
@@ -246,13 +246,13 @@ class SlotListening(QObject):
         self.preview_update_requested.emit()
 
     def _copy(self) -> None:
-        """Give the other slot what is in this one; it can be taken back there."""
+        """Copy the edited slot's patch to the other slot, as an undoable step there."""
         slot = self._open_patch.slot
         self._set_other(self._open_patch.patch_for_other(), f"Copy {slot} to {other_slot(slot)}")
         self._canvas.show_message(f"{other_slot(slot)} is now as {slot} is; X switches", alarm=False)
 
     def open_in_other(self, path: Path) -> None:
-        """Open a preset in the slot that is not edited; it can be taken back there."""
+        """Open a preset in the slot that is not edited, as an undoable step there."""
         self._open_patch.nodes.when_patch_allowed(path, lambda: self._open_in_other(path))
 
     def _open_in_other(self, path: Path) -> None:
@@ -267,7 +267,7 @@ class SlotListening(QObject):
         self._canvas.show_message(f"{title} is open in {slot}; X switches", alarm=False)
 
     def _set_other(self, patch: Patch, text: str) -> None:
-        """Let the other slot have this patch, as an edit where it has one already."""
+        """Set the other slot's patch, as an edit if it has one already."""
         self._listening.set_level(other_slot(self._open_patch.slot), None)
         other = self._open_patch.other
         if other is None:

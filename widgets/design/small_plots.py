@@ -1,4 +1,4 @@
-"""The small plots in nodes: who keeps them up to date."""
+"""Updates of the small plots in nodes."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from underfoot.widgets.design.canvas import Canvas
 
 TIMEOUT_MS = 5000
-"""What has not come by then is asked for again: whoever renders it may not have been there yet."""
+"""Time after which a missing answer is requested again, because the compiler may not have been running."""
 
 
 class SmallPlots(QObject):
-    """Asks for the small plots of all nodes in view that have changed, together, and shows what comes."""
+    """Requests the outdated small plots of all visible nodes together, and shows the results."""
 
     outlines_requested = Signal(list)
-    """What these nodes do in one step should be rendered, and handed to `show_outlines`."""
+    """Requests the responses of these nodes to one step, for `show_outlines`."""
 
     signal_ranges_changed = Signal(dict)
     """Least and largest value of signals, by "node.port"."""
 
     timed_out = Signal()
-    """What was asked for did not come."""
+    """No answer came to the request."""
 
     def __init__(self, canvas: "Canvas") -> None:
         super().__init__(canvas)
@@ -39,31 +39,31 @@ class SmallPlots(QObject):
         self._timeout.timeout.connect(self.timed_out)
 
     def mark_stale(self, nodes: Iterable[str]) -> None:
-        """These nodes do something else now."""
+        """Mark the plots of these nodes as outdated."""
         changed = set(nodes)
         self._stale |= changed
         self._requested -= changed
 
     def retain(self, nodes: Iterable[str]) -> None:
-        """There are only these nodes now."""
+        """Discard the plots of all other nodes."""
         self._stale &= set(nodes)
 
     def forget_request(self) -> None:
-        """Something else is being asked for: what was asked for before may not come."""
+        """Forget the current request, because a new one may replace it."""
         self._timeout.stop()
 
     @property
     def is_waiting(self) -> bool:
-        """Whether some are on their way."""
+        """Whether a request is pending."""
         return self._timeout.isActive()
 
     @property
     def are_stale(self) -> bool:
-        """Whether there are any to be renewed, in view or not."""
+        """Whether any plots are outdated, visible or not."""
         return bool(self._stale)
 
     def request_visible(self, except_node: str) -> bool:
-        """Ask for those in view that have changed, but not this node's; false if there are none."""
+        """Request the outdated plots of visible nodes except `except_node`; return whether there were any."""
         nodes, stale = self._canvas.patch_scene.nodes, self._stale - {except_node}
         visible = [id for id in self._canvas.visible_ids() if id in stale and nodes[id].description.outputs]
         if visible:
@@ -73,7 +73,7 @@ class SmallPlots(QObject):
         return bool(visible)
 
     def show_outlines(self, outlines: Outlines) -> set[str]:
-        """Show those that have not changed since they were asked for; these nodes."""
+        """Show the plots that have not become outdated since the request; return their nodes."""
         self._timeout.stop()
         shown, self._requested = self._requested & set(self._canvas.patch_scene.nodes), set()
         for node in shown:
@@ -83,7 +83,7 @@ class SmallPlots(QObject):
         return shown
 
     def show_preview(self, node: str, preview: Preview) -> None:
-        """Show the small plot of a node of which more was asked."""
+        """Show the small plot of a node from its full preview."""
         frames = max(preview.force_n.shape[0], 1)
         events = {}
         for port, rows in preview.events.items():

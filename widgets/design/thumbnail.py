@@ -10,7 +10,7 @@ BINS = 64
 
 
 def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
-    """Samples, or events as rows of (time as a share of the whole, strength), as a path in the unit square."""
+    """Return samples, or events as rows of (share of the duration, strength), as a path in the unit square."""
     path = QPainterPath()
     if events:
         strongest_events = max(float(values[:, 1].max(initial=0.0)), 1e-12)

@@ -1,4 +1,4 @@
-"""A tile from above, to be tried with the mouse: a click strikes it, a drag presses it."""
+"""A picture of a tile from above: a click strikes it, a drag presses it."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ LEAST_PX, SMALL_PX = 96, 72
 
 
 class TilePad(QWidget):
-    """A drag presses the tile where it began; the longer it is, the greater the force."""
+    """A drag presses the tile at its start; the force increases with the drag's length."""
 
     struck = Signal(str, float)
     """Tile and strength."""
@@ -42,7 +42,7 @@ class TilePad(QWidget):
         self.set_small(False)
 
     def set_small(self, small: bool) -> None:
-        """Whether there is little room: then the tile may be smaller, without words."""
+        """Set whether space is short; the tile is then smaller, without text."""
         self._is_small = small
         side = SMALL_PX if small else LEAST_PX
         self.setMinimumSize(side, side)
@@ -50,11 +50,11 @@ class TilePad(QWidget):
 
     @property
     def tile(self) -> Tile:
-        """The tile that is shown."""
+        """The tile shown."""
         return self._tiles[self._index]
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
-        """The tiles that there are; the one that is shown stays where it is still among them."""
+        """Set the available tiles; the current one is kept if it is among them."""
         ids = [tile.id for tile in tiles]
         self._index = ids.index(self.tile.id) if self.tile.id in ids else 0
         self._tiles = tuple(tiles)
@@ -118,7 +118,7 @@ class TilePad(QWidget):
         self._began, self._force_n = None, 0.0
         self.update()
 
-    # --- where things are ---
+    # --- positions ---
 
     def _area(self) -> QRectF:
         width_m, height_m = self.tile.size_m
@@ -128,7 +128,7 @@ class TilePad(QWidget):
         return QRectF(room.center().x() - size[0] / 2, room.center().y() - size[1] / 2, *size)
 
     def _place(self, mouse: QPointF) -> tuple[float, float]:
-        """A place of the widget in the tile's frame, in metres, y upwards."""
+        """Return a position of the widget in the tile's frame, in metres, y upwards."""
         area, (width_m, height_m) = self._area(), self.tile.size_m
         x = (mouse.x() - area.center().x()) / area.width() * width_m
         y = (area.center().y() - mouse.y()) / area.height() * height_m

@@ -1,4 +1,4 @@
-"""The document that is being edited: a patch in each of two slots, A and B, and the patches it was before."""
+"""The edited document: a patch in each of two slots, A and B, with their undo histories."""
 
 from pathlib import Path
 from typing import cast
@@ -20,9 +20,9 @@ MAX_SAVED_STEPS = 50
 
 
 class Document(QObject):
-    """Holds the patch. Whoever edits it hands over the next patch; whoever shows it listens to `changed`.
+    """Holds the patch. Editors pass the next patch to it, and views listen to `changed`.
 
-    `slot` is the one that is edited. The other has its own patch and its own list of undo, and waits.
+    `slot` is the edited one. The other slot has its own patch and undo history.
     """
 
     changed = Signal(object)
@@ -46,17 +46,17 @@ class Document(QObject):
 
     @property
     def stack(self) -> QUndoStack:
-        """What can be undone in the slot that is edited."""
+        """The undo stack of the edited slot."""
         return self._stacks[self.slot]
 
     def load(self, patch: Patch) -> None:
-        """Begin anew with another patch; there is nothing to undo."""
+        """Replace the patch, and clear the undo history."""
         self._patches[self.slot] = patch
         self.stack.clear()
         self.changed.emit(patch)
 
     def switch(self, slot: str, patch: Patch) -> None:
-        """Edit this slot from now on. Its undo list goes on where `patch` is the one that it holds, else anew."""
+        """Edit this slot from now on. Its undo history is kept if `patch` is its patch, else cleared."""
         self.slot = slot
         self.group.setActiveStack(self.stack)
         if patch == self.patch:
@@ -65,12 +65,12 @@ class Document(QObject):
             self.load(patch)
 
     def edit(self, after: Patch, text: str, merge: str = "") -> None:
-        """Go on to `after` as one step of undo, called `text`. Steps in a row with the same `merge` become one."""
+        """Set the patch `after` as an undo step named `text`. Consecutive steps with the same `merge` are one."""
         if after != self.patch:
             self.stack.push(_Edit(self, self.slot, after, text, merge))
 
     def edit_other(self, before: Patch, after: Patch, text: str) -> None:
-        """The same in the slot that waits. Its undo list goes on where `before` is what it holds, else anew."""
+        """Do the same in the other slot. Its undo history is kept if `before` is its patch, else cleared."""
         other = other_slot(self.slot)
         if before != self._patches[other]:
             self._patches[other] = before
@@ -78,10 +78,10 @@ class Document(QObject):
         if after != self._patches[other]:
             self._stacks[other].push(_Edit(self, other, after, text, ""))
 
-    # --- over a new start ---
+    # --- across restarts ---
 
     def save_history(self, path: Path) -> None:
-        """Write down what can be undone and redone in the slot that is edited."""
+        """Write the undo history of the edited slot to a file."""
         stack = self.stack
         first = max(stack.index() - MAX_SAVED_STEPS, 0)
         edits = [
@@ -91,9 +91,9 @@ class Document(QObject):
         write_file(path, msgspec.json.encode({"format": "underfoot-undo", "at": stack.index() - first, "steps": steps}))
 
     def restore_history(self, path: Path, registry: Registry) -> None:
-        """Go on with what `save_history` wrote, where it leads to the patch that is open; the file is gone then.
+        """Restore the history that `save_history` wrote, if it leads to the open patch; delete the file.
 
-        What cannot be read is let go: it is no work, only the way to it.
+        A history that cannot be read is discarded, because it contains no work itself.
         """
         if not path.exists():
             return

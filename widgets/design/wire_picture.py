@@ -1,4 +1,4 @@
-"""All wires that rest, as one item: drawn once into a picture of the view, from which it is painted again."""
+"""All wires at rest as one item: painted once into a pixmap of the view, which is reused."""
 
 from collections.abc import Mapping
 
@@ -12,13 +12,13 @@ from underfoot.widgets.design.items import WireItem
 STILL_MS = 250
 """A wire that has not moved for so long is drawn into the picture."""
 MAX_AREAS = 12
-"""With more changed wires than these, all is drawn anew: that is quicker than a region of many rectangles."""
+"""Number of changed wires above which everything is redrawn, which is faster than a region of many rectangles."""
 EDGE_PX = 2
-"""How far antialiasing reaches beyond a wire's bounds."""
+"""Margin for antialiasing around a wire's bounds, in pixels."""
 
 
 class WirePicture(QGraphicsItem):
-    """Paints the wires of a scene that do not move. A wire that is dragged along, or lit up, paints itself."""
+    """Paints the wires of a scene that do not move. Dragged or highlighted wires paint themselves."""
 
     def __init__(self, wires: Mapping[Wire, WireItem], area: QRectF) -> None:
         super().__init__()
@@ -34,7 +34,7 @@ class WirePicture(QGraphicsItem):
         self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
     def take_out(self, wire: WireItem) -> None:
-        """The wire begins to move: it paints itself from now on, until it rests again."""
+        """Exclude a wire that begins to move; it paints itself until it rests."""
         if wire not in self._moving:
             self._moving.add(wire)
             self.redraw(wire.boundingRect())
@@ -42,7 +42,7 @@ class WirePicture(QGraphicsItem):
         self._still_timer.start()
 
     def put_back_still(self) -> None:
-        """Take in the wires that were lifted."""
+        """Include the wires that have come to rest."""
         for wire in self._moving:
             if wire.scene() is not None:
                 wire.set_in_picture(True)
@@ -50,13 +50,13 @@ class WirePicture(QGraphicsItem):
         self._moving.clear()
 
     def redraw(self, area: QRectF) -> None:
-        """Draw what lies in this part of the scene anew."""
+        """Repaint a part of the scene."""
         if len(self._changed) <= MAX_AREAS:
             self._changed.append(area)
         self.update(area)
 
     def redraw_all(self) -> None:
-        """Draw all anew."""
+        """Repaint everything."""
         self._picture = QPixmap()
         self.update()
 
@@ -66,7 +66,7 @@ class WirePicture(QGraphicsItem):
         return self._area
 
     def shape(self) -> QPainterPath:
-        """Nothing that a mouse could meet: each wire is met by itself."""
+        """Return an empty path, because each wire handles mouse hits itself."""
         return QPainterPath()
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
@@ -81,7 +81,7 @@ class WirePicture(QGraphicsItem):
         painter.drawPixmap(QRectF(part), self._picture, QRectF(part.topLeft() * ratio, part.size() * ratio))
 
     def _stale_region(self, seen: QTransform, size: QSize, ratio: float) -> QRegion:
-        """What of the picture is not as it is to be seen, in the view's pixels; what only went aside is moved there."""
+        """Return the outdated region of the pixmap, in the view's pixels; scrolled parts are moved within it."""
         all_of_it = QRect(0, 0, size.width(), size.height())
         is_same = self._picture.size() == size * ratio and self._picture.devicePixelRatio() == ratio
         before, self._transform = self._transform, seen

@@ -38,14 +38,14 @@ _NATIVE = QKeySequence.SequenceFormat.NativeText
 PREVIEW_DELAY_MS = 10
 """Edits in a row, as from a slider, ask for one preview."""
 IDLE_MS = 150
-"""When nothing was edited for so long, the small plots of the other nodes are renewed."""
+"""Time without edits after which the small plots of the other nodes are updated."""
 UNDO_FILE = "undo.json"
 TIMEOUT_MS = 5000
-"""A preview that has not come by then is asked for again: whoever renders it may not have been there yet."""
+"""Time after which a missing preview is requested again, because the compiler may not have been running."""
 
 
 class DesignWorkspace(Workspace):
-    """Edits a patch: `set_patch`, `patch`, `patch_edited`. The `show...` methods show what the engine reports."""
+    """Edits a patch: `set_patch`, `patch`, `patch_edited`. The `show...` methods show reports of the engine."""
 
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
@@ -157,7 +157,7 @@ class DesignWorkspace(Workspace):
         self.side.presets.close_down()
 
     def _prepare_first_steps(self, context: WorkspaceContext) -> None:
-        """The three steps of a first start, until the person puts them away."""
+        """Show the three steps of a first start, until the user dismisses them."""
         settings = context.settings
         steps = self._first_steps
         steps.is_wanted = lambda: not settings.first_steps_done
@@ -188,11 +188,11 @@ class DesignWorkspace(Workspace):
     # --- the document ---
 
     def patch(self) -> Patch:
-        """The patch as it is now."""
+        """Return the current patch."""
         return self.document.patch
 
     def set_patch(self, patch: Patch) -> None:
-        """Edit this patch from now on; the undo list begins anew and the whole patch is brought into view."""
+        """Edit this patch from now on, with an empty undo history, and show all of it."""
         patch.check(self.registry)
         self._loading = True
         self.document.load(patch)
@@ -200,12 +200,12 @@ class DesignWorkspace(Workspace):
         self.canvas.patch_scene.select([])
         self.canvas.fit_new_patch()
         if self.isVisible():
-            self.canvas.setFocus()  # so that its keys, such as / for a node, act on what was opened
+            self.canvas.setFocus()  # so that keys, such as / for a node, act on the opened patch
 
-    # --- what the engine reports ---
+    # --- reports of the engine ---
 
     def show_preview(self, preview: Preview, node: str = "") -> None:
-        """Show a preview of `node`, or of the one that was asked for last."""
+        """Show a preview of `node`, or of the node requested last."""
         node = node or self._requested or self._previewed
         if node == self._requested:
             self._requested = ""
@@ -222,21 +222,21 @@ class DesignWorkspace(Workspace):
         self._idle_timer.start()
 
     def show_outlines(self, outlines: Outlines) -> None:
-        """Show what the nodes in view do."""
+        """Show the small plots of visible nodes."""
         shown = self.small_plots.show_outlines(outlines)
         if self.slots is not None:
             self.slots.use_outlines(outlines, shown)
         self._idle_timer.start()
 
     def show_laws(self, laws: Distributions) -> None:
-        """Show the laws of the node that is previewed."""
+        """Show the distributions of the previewed node."""
         if self._laws_of != self._previewed:
             return
         self.preview.show_laws(laws)
         self.inspector.show_laws(laws)
 
     def show_costs(self, costs: Costs | None) -> None:
-        """Show what each node costs, and which are asleep; None when nothing runs."""
+        """Show each node's cost, and the nodes that are asleep; None if the engine is stopped."""
         share, awake = (costs.share, costs.awake) if costs else (None, {})
         self.canvas.patch_scene.show_costs(share, awake)
         self.inspector.show_costs(share, awake)
@@ -244,18 +244,18 @@ class DesignWorkspace(Workspace):
             self.silence_hint.take(self.patch(), self.registry, awake)
 
     def show_health(self, health: Health) -> None:
-        """Show no costs while the engine does not run."""
+        """Clear the costs while the engine is not running."""
         if not health.running:
             self.show_costs(None)
 
     def show_fault(self, fault: Fault | None) -> None:
-        """Mark the node that produced a value that is not finite; None takes the mark away."""
+        """Mark the node that produced a value that is not finite; None clears the mark."""
         self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
             self.canvas.show_message(f"{fault.node} produced a value that is not finite; its output is silenced")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
-        """The tiles of the target. A preview that is awaited, or was of a tile that is gone, is asked for again."""
+        """Set the target's tiles. A pending preview, or one of a removed tile, is requested again."""
         before = self.preview_tile()
         self.inspector.set_tiles([tile.id for tile in tiles])
         self.preview.set_tiles(tiles)
@@ -265,11 +265,11 @@ class DesignWorkspace(Workspace):
             self._tile_changed()
 
     def set_folder(self, folder: Path | None) -> None:
-        """Where the patch lies on disk; paths of files below it are stored relative to it."""
+        """Set the folder of the patch; paths of files below it are stored relative to it."""
         self.inspector.set_folder(folder)
 
     def preview_tile(self) -> str:
-        """The tile whose step is previewed: the one that is chosen beside the preview."""
+        """Return the id of the tile selected for the preview."""
         return self.preview.pad.tile.id
 
     # --- inside ---
@@ -299,19 +299,19 @@ class DesignWorkspace(Workspace):
         self.canvas.setFocus()
 
     def undo(self) -> None:
-        """Take back the last edit, and say which."""
+        """Undo the last edit, and show its name."""
         text = self.document.stack.undoText()
         self.document.stack.undo()
         self._say(f"Undone: {_lower_first(text)}")
 
     def redo(self) -> None:
-        """Do again what was taken back last, and say what."""
+        """Redo the last undone edit, and show its name."""
         text = self.document.stack.redoText()
         self.document.stack.redo()
         self._say(f"Redone: {_lower_first(text)}")
 
     def _say(self, text: str) -> None:
-        """Say what happened to the patch, until something else happens to it; it is seen, too."""
+        """Show a message on the patch until its next change, and ensure that it is visible."""
         self.canvas.fit_if_lost()
         self._said = text
         self.notified.emit(text)
@@ -344,9 +344,7 @@ class DesignWorkspace(Workspace):
         self.preview.laws_requested.connect(self._tile_changed)
         self.small_plots.timed_out.connect(self._idle_timer.start)
         self.small_plots.signal_ranges_changed.connect(self.inspector.show_signal_ranges)
-        self.inspector.errors_toggled.connect(
-            self._request_previewed
-        )  # which stops what is being measured, or leads to it
+        self.inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
         self.listen_bar.length_chosen.connect(self._tile_changed)
         self.listen_bar.overlay_requested.connect(self.preview.set_overlay)
 
@@ -354,7 +352,7 @@ class DesignWorkspace(Workspace):
         self.set_floor(target.floor.tiles)
 
     def _tile_changed(self) -> None:
-        """All previews were of another tile or length: ask for the selected node's, then for the small plots."""
+        """Request all previews again, after a change of tile or duration: the selected node's first."""
         if self.slots is not None:
             self.slots.forget()
         self.small_plots.mark_stale(node.id for node in self.patch().nodes)
@@ -422,7 +420,7 @@ class DesignWorkspace(Workspace):
         self.document.edit(published(self.patch(), end, on), text)
 
     def _choose_previewed(self, ids: Sequence[str]) -> None:
-        """Preview the selected node; with none selected, what the tile plays."""
+        """Preview the selected node, or, without a selection, the tile's output."""
         nodes = {node.id: node.type for node in self.patch().nodes}
         played = [id for id, type in nodes.items() if self.registry[type].is_sink]
         sinks = sorted(played, key=lambda id: self.registry[nodes[id]].to_sound)
@@ -467,10 +465,7 @@ class DesignWorkspace(Workspace):
             self._idle_timer.start()
 
     def _request_next(self) -> None:
-        """Ask for what a comparison needs, then for the small plots of the nodes in view that have changed.
-
-        Last, when nothing else is wanted, for the selected node's run time over error.
-        """
+        """Request the next preview: for a comparison, then small plots, then the node's run time over error."""
         if self._requested or self._preview_timer.isActive() or self.small_plots.is_waiting:
             return
         needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
@@ -485,12 +480,12 @@ class DesignWorkspace(Workspace):
 
 
 def _set_step_name(action: QAction, word: str, text: str) -> None:
-    """Let an action say what it takes back, or does again."""
+    """Set an action's text to `word` and the name of its undo step."""
     action.setText(f"{word}: {_lower_first(text)}" if text else word)
 
 
 def _lower_first(text: str) -> str:
-    """What a step was called, to go on with after a colon.
+    """Return the name of a step with a lower-case first letter, to follow a colon.
 
     >>> _lower_first("Move 3 nodes")
     'move 3 nodes'

@@ -1,4 +1,4 @@
-"""The Experiment workspace: the choice of a study, the experimenter's page, and the participant's own window."""
+"""The Experiment workspace: choice of a study, the experimenter's page, and the participant's window."""
 
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
 

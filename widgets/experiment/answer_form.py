@@ -1,4 +1,4 @@
-"""What a page asks, as a participant answers it: big buttons, a wide slider, a line of text; keys do the same."""
+"""The participant's answer form: large buttons, a wide slider, a line of text, and keys for all of them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,20 +16,20 @@ from underfoot.widgets.controls.slider import Slider
 
 TEXT_PX, BUTTON_LINES = 20, 2.6
 MAX_BUTTONS = 12
-"""Whole numbers of up to so many are buttons; of more, a line."""
+"""Integer questions with up to this many values have buttons; others have a text field."""
 _KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
 
 def questions_of(runner: Runner) -> tuple[Parameter, ...]:
-    """What is answered on a runner's page: its questions, or, in learning, which stimulus is to be felt."""
+    """Return the questions of a runner's page; in learning, the question for the stimulus to try."""
     if runner.page.kind == "learn":
         return (ask("number", Count(1, 1, len(runner.study.learnable), doc="Which one do you want to feel?")),)
     return runner.page.questions
 
 
 class AnswerForm(QWidget):
-    """Shows what is asked. One question of a few choices is answered by its button; anything else by `give`."""
+    """Displays questions. A single choice with few options is answered by its buttons, other questions by `give`."""
 
     answered = Signal(dict)
     changed = Signal(str, object)
@@ -50,17 +50,17 @@ class AnswerForm(QWidget):
 
     @property
     def is_answered_by_button(self) -> bool:
-        """Whether one press of a button answers all."""
+        """Whether one button press answers the page."""
         return len(self._questions) == 1 and bool(self.buttons)
 
     @property
     def needs_submit(self) -> bool:
-        """Whether something is asked that no single button answers."""
+        """Whether the page needs a separate submission of the answers."""
         return bool(self._questions) and not self.is_answered_by_button
 
     @property
     def hint_text(self) -> str:
-        """What to do to answer, in a sentence."""
+        """An instruction in one sentence."""
         if self.is_answered_by_button:
             last = len(self.buttons)
             return f"Press a number from 1 to {last}, or click." if last > 2 else "Press 1 or 2, or click."
@@ -69,7 +69,7 @@ class AnswerForm(QWidget):
         return "Press Return to go on, or click."
 
     def show_questions(self, questions: Sequence[Parameter]) -> None:
-        """Ask this now, in the place of what was asked before."""
+        """Replace the current questions by these."""
         while self._layout.count():
             item = self._layout.takeAt(0)
             widget = item.widget() if item is not None else None
@@ -82,7 +82,7 @@ class AnswerForm(QWidget):
             self._layout.addWidget(self._question_widget(question))
 
     def submit(self) -> None:
-        """Answer with what is chosen and typed."""
+        """Submit the chosen and typed answers."""
         try:
             values = {question.name: self._answer_to(question) for question in self._questions}
         except BadValue as error:
@@ -91,7 +91,7 @@ class AnswerForm(QWidget):
         self.answered.emit(values)
 
     def handle_key(self, key: int, text: str) -> bool:
-        """What a key does: a number chooses, arrows move the only slider. Whether it did something."""
+        """Handle a key, and return whether it had an effect: digits choose, arrows move the only slider."""
         if self.is_answered_by_button and text.isdecimal() and 0 < int(text) <= len(self.buttons):
             self.buttons[int(text) - 1].click()
             return True
@@ -104,7 +104,7 @@ class AnswerForm(QWidget):
         return False
 
     def _answer_to(self, question: Parameter) -> Any:
-        """What answers this; `BadValue`, with its line ready to be typed in, where nothing does."""
+        """Return the answer to a question; if it is missing, focus its field and raise `BadValue`."""
         field = self.fields.get(question.name)
         if field is None:
             if question.name not in self._chosen and question.name in self.sliders:
@@ -201,7 +201,7 @@ class AnswerForm(QWidget):
             self.changed.emit(question.name, question.value(place))
 
         slider.set_position(question.position(question.default))
-        slider.clear()  # what nobody chose is no answer
+        slider.clear()  # a default is not an answer
         slider.moved.connect(moved)
         self.sliders[question.name] = slider
         column.addWidget(slider)

@@ -1,4 +1,4 @@
-"""Simulating, analysing and measuring in a thread, so that the window goes on; each can be stopped."""
+"""Simulation, analysis and measurement in a thread, so that the window stays responsive; each can be stopped."""
 
 import threading
 from collections.abc import Callable
@@ -12,28 +12,28 @@ STOPPED = "Stopped."
 
 
 class Task:
-    """What is computed, as whoever computes it sees it: it asks `is_stopped` now and then, and says how far it is."""
+    """The interface of a computation to its thread: the computation checks `is_stopped` and reports its progress."""
 
     def __init__(self, report: Callable[[str], object]) -> None:
         self._stopped = threading.Event()
         self._report = report
 
     def is_stopped(self) -> bool:
-        """Whether nobody waits for it any more."""
+        """Return whether the result is no longer wanted."""
         return self._stopped.is_set()
 
     def stop(self) -> None:
-        """Let it end; what comes of it is not wanted."""
+        """Request the end of the computation; its result is discarded."""
         self._stopped.set()
 
     def report(self, text: str) -> None:
-        """Say how far it is."""
+        """Report the progress."""
         if not self.is_stopped():
             self._report(text)
 
 
 class BackgroundWorker(QObject):
-    """Computes one thing at a time. `found` brings what came of it, `failed` why nothing did; `said` how far it is."""
+    """Runs one computation at a time. `found` carries its result, `failed` its error, and `said` its progress."""
 
     found = Signal(list)
     failed = Signal(str)
@@ -46,11 +46,11 @@ class BackgroundWorker(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Whether something is being computed that is still wanted."""
+        """Whether a computation is running whose result is still wanted."""
         return self._task is not None
 
     def compute(self, make: Callable[[Task], list[Any]]) -> None:
-        """Compute this, unless something is being computed."""
+        """Start this computation, unless one is running."""
         if self.is_busy:
             return
         task = self._task = Task(self.notified.emit)
@@ -70,13 +70,13 @@ class BackgroundWorker(QObject):
         self._threads[-1].start()
 
     def stop(self) -> None:
-        """Leave what is being computed: `failed` says that it was stopped."""
+        """Stop the computation; `failed` reports that it was stopped."""
         if self._task is not None:
             self._task.stop()
             self._task = None
             self.failed.emit(STOPPED)
 
     def join(self) -> None:
-        """Wait until nothing is computed."""
+        """Wait until no computation is running."""
         for thread in self._threads:
             thread.join()

@@ -1,4 +1,4 @@
-"""The choice of a study: what there is, what it is about, who takes part, and what was found so far."""
+"""The page on which a study is chosen: list of studies, overview, participant's id, and results so far."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,12 +31,12 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 LIST_PX = 40 * theme.GRID
 LOW_PX = 84 * theme.GRID
-"""In a page that is lower, drawings and figures have no room below one another."""
+"""Height below which drawings and tables are side by side."""
 FOUND_SIZES = (400, 200)
 
 
 class StudyList(QWidget):
-    """The studies there are, by title; one is chosen."""
+    """The list of studies by title; one is selected."""
 
     chosen = Signal(int)
     open_requested = Signal()
@@ -80,19 +80,19 @@ class StudyList(QWidget):
         self.setFocusProxy(self.list)
 
     def show_studies(self, studies: Sequence[StudyFile], chosen: int) -> None:
-        """Show these, in their order."""
+        """Show these studies in order, and select one by index."""
         self.list.clear()
         self.list.addItems([_title_of(study) for study in studies])
         self.list.setCurrentRow(chosen)
 
     def set_editable(self, is_own: bool) -> None:
-        """Whether the chosen study is a person's own, to be edited and deleted."""
+        """Set whether the selected study is the user's own, which can be edited and deleted."""
         self.edit.setEnabled(is_own)
         self.delete.setEnabled(is_own)
 
 
 class StudyOverview(QWidget):
-    """What a study is, a field for the participant's id, and what can be done with it."""
+    """The overview of a study, a field for the participant's id, and buttons for actions."""
 
     begin_requested = Signal(str)
     pilot_requested = Signal()
@@ -148,7 +148,7 @@ class StudyOverview(QWidget):
         self.analyse.clicked.connect(self.analyse_requested)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where it is low, figures stand beside drawings."""
+        """Place tables beside the drawings if the window is low."""
         super().resizeEvent(event)
         below = Qt.Orientation.Vertical if self.height() > LOW_PX else Qt.Orientation.Horizontal
         if self._found.orientation() != below:
@@ -156,7 +156,7 @@ class StudyOverview(QWidget):
             self._found.setSizes(FOUND_SIZES)
 
     def show_study(self, study: StudyFile, sessions: int, folder: Path) -> None:
-        """Show a study, of which so many sessions were begun, in a folder."""
+        """Show a study, its number of started sessions, and their folder."""
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
@@ -167,33 +167,33 @@ class StudyOverview(QWidget):
         self.results.enable_writing(self._can_analyse)
 
     def show_availability(self, has_session: bool, may_begin: bool, goes_on: bool, why_not: str) -> None:
-        """Whether there is a session to be lent, and one of a study can be begun, or gone on with; else why not."""
+        """Enable the buttons to begin or continue a session, or show the reason why not."""
         self.pilot.setEnabled(has_session)
         self.begin.setEnabled(may_begin)
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
 
     def show_equipment(self, text: str) -> None:
-        """What is used beside the floor; "" for nothing."""
+        """Show the equipment in use; "" for none."""
         self.equipment.setText(f"Equipment: {text}…" if text else "Equipment…")
 
     def show_people(self, text: str) -> None:
-        """What simulating is called."""
+        """Set the text of the button that simulates."""
         self._simulate_words = text
         self.simulate.setText(text)
 
     def show_findings(self, drawings: Sequence[Drawing], text: str) -> None:
-        """Show what was found."""
+        """Show results as drawings and text."""
         self.drawings.show_drawings(drawings, "" if text else "Nothing was simulated or analysed yet.")
         self.drawings.setVisible(bool(drawings) or not text)
         self.table.setPlainText(text)
         self.table.setVisible(bool(text))
 
     def show_busy(self, text: str) -> None:
-        """Say what is being computed, which can be stopped; "" for nothing."""
+        """Show the name of the running computation, with a button to stop it; "" for none."""
         self.simulate.setText("Stop" if text else self._simulate_words)
         if text and self.analyse.hasFocus():
-            self.simulate.setFocus()  # or, as it cannot be used now, the focus leaves the page
+            self.simulate.setFocus()  # a disabled button would lose the focus to another page
         self.analyse.setEnabled(self._can_analyse and not text)
         for button in (self.people, self.results):
             button.setEnabled(not text)
@@ -234,7 +234,7 @@ def _title_of(study: StudyFile) -> str:
 
 
 def facts_of(protocol: Protocol) -> str:
-    """The stages of a protocol in a line each."""
+    """Return a description of a protocol's stages, one per line."""
     lines = []
     for stage in protocol.order():
         if stage.method is None:

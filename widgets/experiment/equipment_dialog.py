@@ -32,9 +32,9 @@ _TRIED_HZ = 1000.0
 
 
 class EquipmentDialog(QDialog):
-    """Edits a choice; Use hands it to `use`. Try opens all that is chosen, and lets go of it again.
+    """Edits the equipment; Use passes it to `use`. Try opens all selected equipment and closes it again.
 
-    While no plate is chosen, `calibrated` is suggested, `PORT:FILE` of the one that was calibrated last.
+    `calibrated` is the suggestion for an empty plate field: `PORT:FILE` of the plate that was calibrated last.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class EquipmentDialog(QDialog):
         self.buttons.rejected.connect(self.reject)
 
     def choice(self) -> EquipmentChoice:
-        """What is chosen; `BadValue` where something is missing."""
+        """Return the selected equipment; raise `BadValue` if something is missing."""
         plate = trigger = ""
         if self.check_boxes["plate"].isChecked():
             port, calibration = self.plate.currentText().strip(), self.calibration.text().strip()
@@ -185,7 +185,7 @@ class EquipmentDialog(QDialog):
 
 
 def choice_of_settings(kept: Mapping[str, str | bool | None]) -> EquipmentChoice:
-    """What the window remembers; nothing where it cannot be read.
+    """Return the equipment in the window's settings; none if they cannot be read.
 
     >>> choice_of_settings({"trigger": "COM3"}).text, choice_of_settings({"lsl": "maybe"}).text
     ('trigger', '')

@@ -1,4 +1,4 @@
-"""The experimenter's page: who takes part, how far it is, what is felt now; next, pause, repeat, notes, the end."""
+"""The experimenter's page: participant, progress, stimulus; buttons to continue, pause, repeat, note and end."""
 
 import time
 
@@ -18,7 +18,7 @@ from underfoot.widgets.plots.drawing_column import DrawingColumn
 
 END_PAUSE, CLOSE = "End the pause", "Back to the studies"
 _LIVE_S = 0.1
-"""What was measured is told of so long."""
+"""Display time of measured values, in seconds."""
 _WORDS = {
     "consent": "the participant is asked to agree",
     "questions": "questions are answered",
@@ -31,11 +31,11 @@ _USUAL_FOR_S = 120.0
 
 
 class ExperimenterView(QWidget):
-    """Shows a runner to the experimenter, who can do all that the participant can, and end a pause."""
+    """Shows a runner to the experimenter, who has all actions of the participant, and can end a pause."""
 
     next_requested = Signal()
     end_pause_requested = Signal()
-    """By the button alone: a key is too easily hit."""
+    """Emitted only by the button, because a key is hit accidentally too easily."""
     stop_requested = Signal()
     continue_requested = Signal()
     spoil_requested = Signal(str)
@@ -85,16 +85,16 @@ class ExperimenterView(QWidget):
             self.spoil,
             self.repeat,
         ):
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # behind a click, Space begins a trial and stops nothing
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # Space must begin a trial after a click, not press again
         self.map, self.drawings = FloorMap(), DrawingColumn()
-        self.map.setFocusProxy(self)  # behind a step with the mouse, arrows and Return answer
+        self.map.setFocusProxy(self)  # after a step with the mouse, arrows and Return must answer
         self._began_s, self._shown_at, self._began_share = 0.0, 0.0, 0.0
         self._form_key = ""
         self._lay_out()
         self._connect()
 
     def begin(self, floor: Floor, title: str, presses: bool) -> None:
-        """Show a new session; with `presses` the mouse steps on the simulated floor."""
+        """Show a new session; with `presses` the mouse can step on the simulated floor."""
         self.title.setText(title)
         self.map.set_floor(floor)
         self.drawings.show_drawings((), "What the answers say is drawn here, after the first few.")
@@ -103,7 +103,7 @@ class ExperimenterView(QWidget):
         self._began_share, self._form_key = -1.0, ""
 
     def show_runner(self, runner: Runner) -> None:
-        """Show where a runner stands."""
+        """Show the state of a runner."""
         page, phase = runner.page, runner.phase
         if self._began_share < 0.0:
             self._began_share = page.share
@@ -134,13 +134,13 @@ class ExperimenterView(QWidget):
         self.map.update()
 
     def _time_left_text(self, runner: Runner) -> str:
-        """About how long it still takes: as usual at first, more and more as it took so far."""
+        """Return the remaining time in words: the usual time at first, then weighted by the observed pace."""
         share, whole_s = runner.page.share, runner.study.usual_s
         if share >= 1.0:
             return ""
         now = time.monotonic()
         if runner.phase is Phase.STOPPED:
-            self._began_s += now - self._shown_at  # a break says nothing of the pace
+            self._began_s += now - self._shown_at  # breaks are not part of the pace
         self._shown_at = now
         seen_s, usual_s = now - self._began_s, (share - self._began_share) * whole_s
         pace = (seen_s + _USUAL_FOR_S) / (usual_s + _USUAL_FOR_S)
@@ -156,7 +156,7 @@ class ExperimenterView(QWidget):
             had_focus = focus is not None and self.form.isAncestorOf(focus)
             self.form.show_questions(questions_of(runner) if asking else ())
             if had_focus:
-                self.setFocus()  # or the next button has it
+                self.setFocus()  # else the next button gets the focus
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
@@ -207,7 +207,7 @@ class ExperimenterView(QWidget):
         (self.continue_requested if self.pause.text() == "Go on" else self.stop_requested).emit()
 
     def _emit_with_note(self, signal: SignalInstance) -> None:
-        """Emit what was typed; without a word the field asks for one."""
+        """Emit the typed note; focus the field if it is empty."""
         text = self.note_field.text().strip()
         if not text:
             self.note_field.setFocus()
@@ -226,7 +226,7 @@ class ExperimenterView(QWidget):
 
 
 def _level_text(runner: Runner) -> str:
-    """The force on the floor, and how strongly it vibrates: as commanded, and as accelerometers have it."""
+    """Return the force on the floor, and the commanded and measured vibration, as text."""
     presenter = runner.presenter
     peak = runner.session.health.peak * float(presenter.full_scale.max())
     words = [f"{runner.watch.loads_n.sum():.0f} N on the floor", f"{peak:.2f} m/s² commanded"]

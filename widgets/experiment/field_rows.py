@@ -1,4 +1,4 @@
-"""A form of declared fields over the values of a document: a row a field, and every change is written at once."""
+"""A form of declared fields for the values of a document: one row per field; changes are written at once."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -17,16 +17,16 @@ from underfoot.widgets import theme
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
 LEAST_CONTROL_PX, NARROW_PX = 12 * theme.GRID, 76 * theme.GRID
-"""In a form that is narrower controls give way, and what is said of a field stands under it."""
+"""Smallest width of a control, and the width of a form below which help texts are placed below the controls."""
 LONG_TEXTS = ("about", "text")
 """Fields with several lines."""
 
 
 class FieldRows(QWidget):
-    """Shows `parameters` with their `values`, and writes what is set into `values`.
+    """Shows `parameters` with their `values`, and writes edits into `values`.
 
-    What cannot be read as what a field wants is written as it was typed: whoever checks the document says why it cannot
-    be. `stimuli` are the names to choose from.
+    Text that is not a valid value is stored as typed; the check of the document reports it. `stimuli` are the names to
+    choose from.
     """
 
     changed = Signal(str)
@@ -39,7 +39,7 @@ class FieldRows(QWidget):
         self._values, self._stimuli = values, stimuli
         self.controls: dict[str, QWidget] = {}
         self._lines: list[tuple[int, QWidget, QLabel]] = []
-        """Rows of the grid that have a control, and beside or below it what is said of it."""
+        """Rows of the grid with a control, and its help beside or below it."""
         self._is_narrow = False
         self._grid = grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -130,7 +130,7 @@ class FieldRows(QWidget):
 
 
 def parsed_value(parameter: Parameter, typed: str) -> Any:
-    """What was typed, as the value that a field wants; as text where it cannot be that.
+    """Return the value of typed text, or the text itself if it is not a valid value.
 
     >>> parsed_value(Count(1, 1, 9), "4"), parsed_value(Count(1, 1, 9), "many")
     (4, 'many')
@@ -166,7 +166,7 @@ def parsed_value(parameter: Parameter, typed: str) -> Any:
 
 
 def value_text(parameter: Parameter, value: Any) -> str:
-    """A value as `read` takes it.
+    """Return a value as text that `parsed_value` reads.
 
     >>> value_text(TextLine(), ["yes, always", "no"]), value_text(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
     ('yes, always; no', '1, 2.5; 3, 4')

@@ -1,4 +1,4 @@
-"""What the workspace computes of a study: simulated people, and the sessions so far, also for other programs."""
+"""Computations of the workspace: simulation of a study, analysis of its sessions, and export to other programs."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -24,7 +24,7 @@ from underfoot.widgets.experiment.studies import StudyFile
 
 
 def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> list[Findings]:
-    """Bias and spread of every estimate over simulated people."""
+    """Return bias and spread of every estimate over simulated people."""
     jobs = jobs_of(study.protocol, study.folder, people.count, people.conditions)
 
     def seen(done: int) -> None:
@@ -35,7 +35,7 @@ def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> li
 
 
 def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry]) -> list[Findings]:
-    """What one participant's answers say up to now; nothing where they say nothing yet."""
+    """Return the findings from one participant's answers so far; [] if there are too few."""
     try:
         return analysed(rows_of(protocol, participant, entries), protocol, Settings(bootstrap=0))
     except BadMeasurement:
@@ -43,7 +43,7 @@ def answers_so_far(protocol: Protocol, participant: str, entries: Sequence[Entry
 
 
 def analysed_in_process(paths: Sequence[Path], protocol: Protocol | None, task: Task) -> list[Findings]:
-    """What sessions and tables of trials say (`results.analysed_files`)."""
+    """Return the findings of sessions and tables of trials (`results.analysed_files`), computed in a process."""
     return _in_process(partial(analysed_files, tuple(paths)), protocol, task)
 
 
@@ -53,7 +53,10 @@ def written_in_process(paths: Sequence[Path], protocol: Protocol, form: str, whe
 
 
 def _in_process(work: Callable[[Any], list[Findings]], job: object, task: Task) -> list[Findings]:
-    """What a process of its own computes, which can be stopped. Its function stands where nothing of Qt is imported."""
+    """Return the result of `work(job)`, computed in a separate process that can be stopped.
+
+    `work` must be in a module that does not import Qt.
+    """
     for _, findings in in_parallel(work, [job], 1, is_stopped=task.is_stopped):
         if isinstance(findings, UnderfootError):
             raise findings

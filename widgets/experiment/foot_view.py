@@ -1,4 +1,4 @@
-"""The fields on the floor that answer a question, big, as they lie before the participant."""
+"""A large picture of the fields on the floor for answers by foot, as the participant sees them."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPolygonF, QTransform
@@ -12,7 +12,7 @@ _INSET_PX = 6.0
 
 
 class FootFieldsView(QWidget):
-    """Draws each field with its answer; the one that is stepped on fills while the foot stays."""
+    """Draws each field with its answer; the loaded field fills during the dwell time."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -22,7 +22,7 @@ class FootFieldsView(QWidget):
         self.hide()
 
     def show_answers(self, answers: FootAnswers | None) -> None:
-        """Show the fields of a question; None for no question that a foot answers."""
+        """Show the fields of a question; None if it has no answer by foot."""
         self._answers = answers
         self.setVisible(answers is not None)
         self.update()
@@ -55,7 +55,7 @@ class FootFieldsView(QWidget):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, field.text)
 
     def _shapes(self, fields: tuple[FootField, ...]) -> list[QPolygonF]:
-        """The fields in pixels: as large as they fit, in the middle, with what is ahead above."""
+        """Return the fields in pixels, as large as possible, centred, with the forward direction up."""
         floor = [QPolygonF([QPointF(x, -y) for x, y in field.corners_m]) for field in fields]
         whole = floor[0].boundingRect()
         for shape in floor:
@@ -68,7 +68,7 @@ class FootFieldsView(QWidget):
 
 
 def _inset(shape: QPolygonF) -> QPolygonF:
-    """A little smaller around its middle, so that fields stand apart."""
+    """Return a polygon slightly shrunk towards its centre, for gaps between fields."""
     box = shape.boundingRect()
     x, y = 1.0 - _INSET_PX / max(box.width(), 1.0), 1.0 - _INSET_PX / max(box.height(), 1.0)
     about = QTransform().translate(box.center().x(), box.center().y()).scale(x, y)

@@ -1,4 +1,4 @@
-"""A list of things with a form beside it: add, copy, move and remove by buttons and keys."""
+"""A list of items with a form beside it; buttons and keys add, copy, move and remove items."""
 
 from collections.abc import Callable, Sequence
 
@@ -21,14 +21,14 @@ LIST_PX = 28 * theme.GRID
 
 
 class ItemList(QWidget):
-    """Names in order, of which one is chosen; whoever has the things does what is asked for."""
+    """Names in order, one of them selected; the owner of the items performs the requested edits."""
 
     chosen = Signal(int)
     add_requested = Signal()
     copy_requested = Signal(int)
     remove_requested = Signal(int)
     move_requested = Signal(int, int)
-    """From a place, by so many (-1 or 1)."""
+    """Carries the index, and the shift (-1 or 1)."""
 
     def __init__(self, what: str) -> None:
         super().__init__()
@@ -85,7 +85,7 @@ class ItemList(QWidget):
         self.down.clicked.connect(lambda: self.move_requested.emit(self.list.currentRow(), 1))
 
     def show_names(self, names: Sequence[str], chosen: int) -> None:
-        """Show these, and choose one; nothing is said of it."""
+        """Show these names and select one, without a signal."""
         with QSignalBlocker(self.list):
             self.list.clear()
             self.list.addItems(list(names))
@@ -94,13 +94,13 @@ class ItemList(QWidget):
             button.setEnabled(bool(names))
 
     def rename(self, index: int, name: str) -> None:
-        """Show another name at a place."""
+        """Change the name at an index."""
         item = self.list.item(index)
         if item is not None:
             item.setText(name)
 
     def rebuild_detail(self, show: Callable[[], None]) -> None:
-        """Show the form of the same thing anew by `show`: the focus and the place it was scrolled to stay."""
+        """Rebuild the form of the same item with `show`; focus and scroll position are kept."""
         focus, scrolled = QApplication.focusWidget(), self.detail.verticalScrollBar().value()
         name = focus.accessibleName() if focus is not None and self.detail.isAncestorOf(focus) else ""
         show()
@@ -114,7 +114,7 @@ class ItemList(QWidget):
         self.detail.verticalScrollBar().setValue(scrolled)
 
     def show_detail(self, form: QWidget) -> None:
-        """Show the form of what is chosen."""
+        """Show the form of the selected item."""
         form.setProperty("role", "ground")
         form.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         old = self.detail.takeWidget()

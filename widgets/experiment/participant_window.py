@@ -1,4 +1,4 @@
-"""The participant's own window: big and calm, on the second screen or the projector."""
+"""The participant's window, in large type, on the second screen or the projector."""
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QScreen
@@ -21,7 +21,8 @@ _DEFAULT_PX_PER_M = 96.0 / 0.0254
 class ParticipantWindow(QWidget):
     """Shows a runner's page. Space or Return begins and continues, numbers and arrows answer, Escape stops.
 
-    What can be felt again is played by Space, and given by Return. Buttons do the same for who has no keys.
+    For a stimulus that can be repeated, Space plays it and Return submits the answer. Buttons do the same without a
+    keyboard.
     """
 
     answered = Signal(dict)
@@ -32,7 +33,7 @@ class ParticipantWindow(QWidget):
     closed = Signal()
 
     def __init__(self, stand: StandingPlace) -> None:
-        """`stand` is where targets are selected from, in a study that has some."""
+        """Create the window; `stand` is the participant's position in target selection."""
         super().__init__(None, Qt.WindowType.Window)
         self.setWindowTitle("Study – Underfoot")
         self.setAccessibleName("Study, for the participant")
@@ -48,7 +49,7 @@ class ParticipantWindow(QWidget):
         self.go = QPushButton()
         self.go.setFont(theme.font(TEXT_PX))
         self.go.setStyleSheet("padding: 12px 32px")
-        self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys are for the page
+        self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the page handles keys
         self.go.clicked.connect(self._go_on)
         column = QVBoxLayout(self)
         column.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -68,14 +69,14 @@ class ParticipantWindow(QWidget):
         self.form.refused.connect(self.hint.setText)
 
     def show_on(self, screen: QScreen) -> None:
-        """Fill this screen."""
+        """Show the window in full screen on this screen."""
         self.setScreen(screen)
         self.setGeometry(screen.geometry())
         self.showFullScreen()
         self.activateWindow()
 
     def show_runner(self, runner: Runner) -> None:
-        """Show where a runner stands."""
+        """Show the state of a runner."""
         page, phase = runner.page, runner.phase
         key = (f"{page.key} {runner.interval}", str(phase))
         if key != self._shown:
@@ -105,7 +106,7 @@ class ParticipantWindow(QWidget):
 
     @property
     def px_per_m(self) -> float:
-        """Pixels a metre, from the size that the screen says it has; fewer where not all buttons fit in."""
+        """Pixels per metre, from the screen's reported size; smaller if not all buttons would fit."""
         screen = self.screen()
         width = screen.physicalSize().width()
         true = 1e3 * screen.geometry().width() / width if width > 0 else _DEFAULT_PX_PER_M
@@ -150,13 +151,13 @@ class ParticipantWindow(QWidget):
             self._draw_disc(painter, self._target, self._target.width_m)
 
     def place(self, x_m: float, y_m: float) -> QPointF:
-        """A place of the floor's frame in pixels; between the toes is in the lower middle."""
+        """Return a point of the floor's frame in pixels; the point between the toes is at the lower middle."""
         toes = QPointF(0.5 * self.width(), self.height() - (FOOT_M[1] + _MARGIN_M) * self.px_per_m)
         x0_m, y0_m = self._stand.origin_m
         return toes + QPointF(x_m - x0_m, y0_m - y_m) * self.px_per_m
 
     def _foot(self, aside_m: float) -> QRectF:
-        """Where a foot stands, so far from the middle."""
+        """Return the outline of a foot, `aside_m` from the middle."""
         x_m, y_m = self._stand.origin_m
         width_m, length_m = FOOT_M
         left = x_m + aside_m - 0.5 * width_m
@@ -167,13 +168,12 @@ class ParticipantWindow(QWidget):
         painter.drawEllipse(self.place(target.x_m, target.y_m), radius, radius)
 
     def _show_floor(self, runner: Runner) -> None:
-        """While targets are selected, nothing but them and where the feet stand; words only where something is asked
-        for."""
+        """During target selection, show only the buttons and the feet; show text only if there is a question."""
         trial = runner.page.trial
         shown = trial is not None and not trial.intervals and runner.phase in (Phase.WAITING, Phase.PRESENTING)
         drawn = (runner.target, runner.selected, shown)
         if drawn != (self._target, self._selected, self._on_floor):
-            self.update()  # at each tick, it would be half of what the window does
+            self.update()  # at each tick this would be half of the window's load
         if shown != self._on_floor:
             for label in (self.title, self.text, self.hint):
                 label.setVisible(not shown)
@@ -209,13 +209,13 @@ def _text(runner: Runner) -> str:
 
 
 def _right_answers(runner: Runner) -> str:
-    """What belongs to each number that can be felt, where the stimuli have right answers."""
+    """Return the right answers by stimulus number in learning, if the stimuli have them."""
     words = [runner.protocol.stimuli[name].correct for name in runner.study.learnable]
     return ",  ".join(f"{number}: {word}" for number, word in enumerate(words, 1) if word)
 
 
 def _continue_text(runner: Runner, form: AnswerForm) -> str:
-    """What the button is called that goes on; "" where there is nothing to go on to."""
+    """Return the text of the button that continues; "" if the page has no such button."""
     page, phase = runner.page, runner.phase
     if phase is Phase.READY and page.start == "key":
         return "Feel it"
@@ -230,7 +230,7 @@ def _hint(runner: Runner, form: AnswerForm) -> str:
             return "Press Space, or click."
         case Phase.ANSWERING if runner.may_play:
             left = page.plays - runner.plays
-            key = "Ctrl+Space" if form.fields else "Space"  # where words are typed Space is one of their letters
+            key = "Ctrl+Space" if form.fields else "Space"  # in a text field, Space is a character
             return f"{form.hint_text} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
         case Phase.ANSWERING:
             return form.hint_text

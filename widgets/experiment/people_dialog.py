@@ -1,4 +1,4 @@
-"""Who is simulated: how many people, their seed, and what is true of them."""
+"""The dialog for simulated participants: their number, seed and true parameters."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from underfoot.widgets.experiment.field_rows import FieldRows
 
 
 class _General:
-    """What is chosen in every study."""
+    """The settings common to all studies."""
 
     people = Count(100, 1, 10_000, doc="How many people take part.")
     seed = Count(1, 0, 2**31, doc="The same seed: the same people.")
@@ -28,14 +28,14 @@ _GENERAL: Mapping[str, Parameter] = {"people": _General.people, "seed": _General
 
 @dataclass(frozen=True)
 class SimulatedPeople:
-    """So many people under these conditions."""
+    """A number of simulated participants, and the settings of the simulation."""
 
     count: int = 100
     conditions: SimulationSettings = field(default_factory=SimulationSettings)
 
 
 class PeopleDialog(QDialog):
-    """Edits who is simulated for a protocol; Use hands it to `use`."""
+    """Edits the simulated participants of a protocol; Use passes them to `use`."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class PeopleDialog(QDialog):
 
 
 def people_text(people: SimulatedPeople) -> str:
-    """What a button that simulates them says.
+    """Return the text of the button that simulates these people.
 
     >>> people_text(SimulatedPeople(40, SimulationSettings(truth=(("lapses", 0.1),))))
     'Simulate 40 people, with your settings'

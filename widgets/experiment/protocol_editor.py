@@ -1,4 +1,4 @@
-"""The form in which a protocol is made: questions, stimuli, stages, sounds, checked while they are typed."""
+"""The editor of a protocol: questions, stimuli, stages and sounds, checked during typing."""
 
 import json
 from collections.abc import Callable
@@ -31,20 +31,20 @@ from underfoot.widgets.experiment.stimulus_page import AskToRun, StimulusPage, a
 
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
-"""On which page a mistake is, by the first word of its place."""
+"""The page of a mistake, by the first word of its place."""
 _FIELDS = ("title", "about", "seed", "limit_m_s2", "present_s")
 _CHECK_DELAY_MS = 150
 
 
 class ProtocolEditor(QWidget):
-    """Edits a draft. `saved` brings the file each time it is written; `closed` comes where nothing more is wanted."""
+    """Edits a draft. `saved` carries the file after each save; `closed` is emitted when the editor is left."""
 
     saved = Signal(object)
     closed = Signal()
     notified = Signal(str)
 
     def __init__(self, sessions: Path, own_patches: Path) -> None:
-        """`sessions` is where the sessions of studies lie, `own_patches` where a person's own presets do."""
+        """Create the editor; `sessions` is the folder of sessions, `own_patches` the folder of the user's presets."""
         super().__init__()
         self._sessions, self._own_patches = sessions, own_patches
         self.draft: Draft | None = None
@@ -73,11 +73,11 @@ class ProtocolEditor(QWidget):
 
     @property
     def is_changed(self) -> bool:
-        """Whether something is not in the file yet."""
+        """Whether there are unsaved changes."""
         return self.draft is not None and json.dumps(self.draft.raw) != self._saved_text
 
     def edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
-        """Show a draft: of the protocol in the file `path`, or a new one; `note` is what should be known of it."""
+        """Show a draft of the protocol in the file `path`, or a new one; `note` is a remark for the user."""
         self.draft, self._path = draft, path
         raw = draft.raw
         raw["participant"] = [dict(one) for one in raw.get("participant") or ()]
@@ -108,14 +108,14 @@ class ProtocolEditor(QWidget):
         self.rows["study"].controls["title"].setFocus()
 
     def show_page(self, index: int) -> None:
-        """Bring a page to the screen."""
+        """Show the page with this index."""
         if index == _PAGE_OF_FIELD["stages"]:
             self.stages.refresh()
         self.tabs.button(index).setChecked(True)
         self.pages.setCurrentIndex(index)
 
     def save_protocol(self) -> None:
-        """Write the protocol, if there is no mistake in it."""
+        """Save the protocol, if it has no mistakes."""
         self._check()
         if self.draft is None or self.problem.text():
             return
@@ -130,7 +130,7 @@ class ProtocolEditor(QWidget):
         self.saved.emit(path)
 
     def ask_to_leave(self) -> None:
-        """Leave; what was changed and not saved is asked about first."""
+        """Leave the editor, after a question if there are unsaved changes."""
         if not self.is_changed:
             self._end()
             self.closed.emit()
@@ -139,17 +139,17 @@ class ProtocolEditor(QWidget):
         ask(self.window(), "Close without saving", text, "Discard the changes", self._discard, "Go on with it")
 
     def unsaved(self) -> bytes:
-        """What was changed and not saved, to be gone on with another time; empty where nothing was."""
+        """Return the unsaved draft as bytes, to be restored later; b"" without changes."""
         if self.draft is None or not self.is_changed:
             return b""
         return json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw}).encode()
 
     def mark_unsaved(self) -> None:
-        """What is shown is in no file."""
+        """Mark the draft as stored in no file."""
         self._saved_text = ""
 
     def event(self, event: QEvent) -> bool:
-        # Here Ctrl+S saves the protocol and Escape closes the form, whatever they do elsewhere in the window.
+        # In this editor, Ctrl+S saves the protocol and Escape closes it, instead of the window's own shortcuts.
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride and _is_own_key(event):
             event.accept()
             return True
@@ -216,7 +216,7 @@ class ProtocolEditor(QWidget):
 
 
 def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[], object]) -> None:
-    """Ask whether a protocol of the user's is to go; its sessions stay."""
+    """Ask whether to delete one of the user's protocols; its sessions are kept."""
     kept = f" Its {sessions} {'session stays' if sessions == 1 else 'sessions stay'}." if sessions else ""
     ask(parent, "Delete protocol", f"Delete the protocol “{title}”? Its file goes to the trash.{kept}", "Delete", then)
 
@@ -226,7 +226,7 @@ def _is_own_key(event: QKeyEvent) -> bool:
 
 
 def _scrolled(rows: FieldRows) -> QScrollArea:
-    """Rows at the top of a page that scrolls."""
+    """Return rows at the top of a scrolling page."""
     inside = QWidget()
     inside.setProperty("role", "ground")
     inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)

@@ -1,4 +1,4 @@
-"""Questions of a protocol as a table: a row a question, edited in its cells."""
+"""Questions of a protocol as a table: one row per question, edited in its cells."""
 
 from typing import Any
 
@@ -69,7 +69,7 @@ class QuestionTable(QWidget):
         self._show()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The text of a question has the room that is left, but can always be read."""
+        """Give the column of texts the remaining width, with a readable minimum."""
         super().resizeEvent(event)
         text, options = COLUMNS.index("text"), COLUMNS.index("options")
         room = self.table.viewport().width() - sum(width for column, width in _WIDTHS.items() if column != "options")

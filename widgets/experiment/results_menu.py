@@ -1,4 +1,4 @@
-"""What can be done with results beside the analysis: other files analysed, and trials written."""
+"""The menu of results: analysis of other files, and export of trials."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ _FILES = "Sessions and tables of trials (*.session *.csv)"
 
 
 class ResultsButton(QPushButton):
-    """A button with a menu. `files_chosen` brings files to analyse, `place_chosen` a form and where to write it."""
+    """A button with a menu. `files_chosen` carries files to analyse, `place_chosen` a format and a path to write."""
 
     files_chosen = Signal(list)
     place_chosen = Signal(str, Path)
@@ -29,7 +29,7 @@ class ResultsButton(QPushButton):
         self.setMenu(menu)
 
     def enable_writing(self, has_sessions: bool) -> None:
-        """Whether there is something to be written."""
+        """Enable export if there are sessions."""
         for action in self._writing:
             action.setEnabled(has_sessions)
 

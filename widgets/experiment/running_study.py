@@ -1,4 +1,4 @@
-"""A study that runs on a person: the runner, the experimenter's desk, and the participant's window."""
+"""A running study: the runner, the experimenter's view, and the participant's window."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -25,15 +25,15 @@ from underfoot.widgets.experiment.studies import StudyFile
 from underfoot.widgets.session.controller import SessionController
 
 MIN_ANSWERS = 4
-"""From so many trials on what they say is drawn while a study runs."""
+"""Smallest number of trials for a drawing of the results during a study."""
 
 
 class RunningStudy(QObject):
-    """At most one at a time, on the window's session. `background` computes what the answers so far say."""
+    """At most one running study, on the window's session. `background` computes the analysis so far."""
 
     notified = Signal(str)
     ended = Signal(str)
-    """It was ended for now: the participant who has come to the end of the study, or ""."""
+    """The session has ended; carries the id of a participant who has finished the study, or ""."""
 
     def __init__(self, experimenter: ExperimenterView, background: BackgroundWorker) -> None:
         super().__init__(experimenter)
@@ -47,20 +47,20 @@ class RunningStudy(QObject):
 
     @property
     def is_on(self) -> bool:
-        """Whether a study runs."""
+        """Whether a study is running."""
         return self.runner is not None
 
     @property
     def has_participant(self) -> bool:
-        """Whether somebody takes part who has not come to the end; a pilot is a try."""
+        """Whether a participant is in an unfinished session; a pilot does not count."""
         return self.runner is not None and not self._is_pilot and not self.runner.study.is_done
 
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
     ) -> None:
-        """Begin or go on with a participant's session in the file `path`; `UnderfootError` where that cannot be.
+        """Begin or continue a participant's session in the file `path`; raise `UnderfootError` if that fails.
 
-        Where the window has no session to lend, nothing runs.
+        Does nothing if the window has no session to lend.
         """
         make_folder(path.parent)
         file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
@@ -85,12 +85,12 @@ class RunningStudy(QObject):
         self.experimenter.begin(floor, f"{title}  ·  {participant}", session.target.kind == "simulator")
 
     def stop(self, why: str) -> None:
-        """Silence; what was presented begins anew when it goes on."""
+        """Silence the output; the current presentation begins again on continuation."""
         if self.runner is not None:
             self.runner.stop(why)
 
     def show_participant(self) -> None:
-        """Open the participant's window on the last of the other screens; beside this one where there is none."""
+        """Open the participant's window on the last of the other screens, or beside this window."""
         if self.runner is None:
             return
         if self.window_of_participant is None:
@@ -111,7 +111,7 @@ class RunningStudy(QObject):
         self.window_of_participant.show_runner(self.runner)
 
     def leave(self) -> None:
-        """End the session for now; it can be gone on with."""
+        """End the session for now; it can be continued later."""
         runner, self.runner = self.runner, None
         if self.window_of_participant is not None:
             self.window_of_participant.close()
@@ -128,12 +128,12 @@ class RunningStudy(QObject):
         self.ended.emit(runner.study.participant if runner.study.is_done else "")
 
     def take(self, reports: list[Report]) -> None:
-        """What the session has reported."""
+        """Pass the session's reports to the runner."""
         if self.runner is not None:
             self._do(lambda runner: runner.poll(reports))
 
     def tick(self) -> None:
-        """Go on, and show where it stands."""
+        """Advance the study, and show its state."""
         if self.runner is None:
             return
         self._do(lambda runner: runner.poll(()))
@@ -144,7 +144,7 @@ class RunningStudy(QObject):
             self.window_of_participant.show_runner(self.runner)
 
     def _draw_answers(self, runner: Runner) -> None:
-        """Analyse what was answered so far, in a thread, whenever something was."""
+        """Analyse the answers in a thread after each new answer."""
         study, entries = runner.study, list(runner.study.entries)
         answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
         if answered < MIN_ANSWERS or answered == self._drawn or self._background.is_busy:
@@ -153,7 +153,7 @@ class RunningStudy(QObject):
         self._background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
 
     def _do(self, what: Callable[[Runner], object]) -> None:
-        """Do something with the runner; what hinders it is said."""
+        """Do an action of the runner; show its error, if any."""
         if self.runner is None:
             return
         try:
@@ -162,7 +162,7 @@ class RunningStudy(QObject):
             self.notified.emit(str(error))
 
     def _go(self) -> None:
-        """Begin a presentation, or continue with a page that asks nothing."""
+        """Begin a presentation, or continue from a page without questions."""
         runner = self.runner
         if runner is None:
             return

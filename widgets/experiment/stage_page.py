@@ -1,4 +1,4 @@
-"""The stages of a protocol that is made, with the settings that their methods declare."""
+"""The page of stages in the protocol editor, with the parameters that their methods declare."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -51,7 +51,7 @@ class StagePage(ItemList):
         return found
 
     def refresh(self) -> None:
-        """Show the chosen stage anew, with the stimuli that there are now."""
+        """Rebuild the form of the selected stage with the current stimuli."""
         self._show_form(self.list.currentRow())
 
     def _show(self, chosen: int) -> None:
@@ -75,7 +75,7 @@ class StagePage(ItemList):
         self.changed.emit()
 
     def _follow(self, old: str, new: str) -> None:
-        """A stage has another id: those that lead to it name it by that."""
+        """Update references to a stage after a change of its id."""
         for stage in self._stages:
             if stage.get("next") == old:
                 stage["next"] = new
@@ -110,15 +110,15 @@ class StagePage(ItemList):
 
 
 class StageForm(QWidget):
-    """One stage: what its kind and its method declare."""
+    """The form of one stage: the fields of its kind and the parameters of its method."""
 
     changed = Signal()
     rebuilt = Signal()
     renamed = Signal(str, str)
-    """The id that it had, and the one that it has."""
+    """Carries the old and the new id."""
 
     def __init__(self, stage: dict[str, Any], stimuli: Mapping[str, Any], others: Sequence[str]) -> None:
-        """`others` are the ids of the other stages."""
+        """Build the form; `others` are the ids of the other stages."""
         super().__init__()
         self._stage, self._stimuli, self._others = stage, stimuli, others
         self._id = str(stage.get("id", ""))
@@ -160,7 +160,7 @@ class StageForm(QWidget):
         return rows
 
     def _next_stage_field(self) -> NamedChoice:
-        """What can come behind this stage."""
+        """Return the choice of stages that can follow this one."""
         ways = {"the next in the list": "", "the end of the study": END, **{other: other for other in self._others}}
         said = fields_of(Stage, ["next"])["next"]
         follows = NamedChoice("", values=ways, doc=said.doc, label=said.label)
@@ -203,7 +203,7 @@ class StageForm(QWidget):
             self.parameters = self._rows(METHODS[kind].parameters, use["parameters"])
 
     def _choose_method(self, kind: str) -> None:
-        """Another method; what both declare by the same name stays."""
+        """Change the method; parameters with the same name are kept."""
         kept = self._stage["method"]["parameters"]
         stays = {name: value for name, value in kept.items() if name in METHODS[kind].parameters}
         self._stage["method"] = {"kind": kind, "parameters": stays}
@@ -228,7 +228,7 @@ class StageForm(QWidget):
             self._show_fields()
 
     def _show_fields(self) -> None:
-        """Say which answer has which field; nothing where there is a mistake, which is said below the form."""
+        """Show the answer of each field on the floor; nothing if the stage has a mistake, which appears below."""
         use = self._stage["method"]
         text = ""
         with suppress(UnderfootError, KeyError, msgspec.ValidationError):

@@ -1,4 +1,4 @@
-"""The stimuli of a protocol that is made: patches, settings, and levels, measured on the simulated plate."""
+"""The page of stimuli in the protocol editor: patches, settings, and levels measured on the simulated plate."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -42,12 +42,12 @@ AskToRun = Callable[[Path, Callable[[], object]], object]
 
 
 def ask_nothing(path: Path, then: Callable[[], object]) -> None:
-    """Go on without a question: what may not run is refused by whatever reads it."""
+    """Continue without a question; whoever reads the file refuses nodes that are not allowed to run."""
     then()
 
 
 class StimulusPage(ItemList):
-    """Edits `raw["stimuli"]` of a draft; `own` is the folder of a person's own presets."""
+    """Edits `raw["stimuli"]` of a draft; `own` is the folder of the user's presets."""
 
     changed = Signal()
     notified = Signal(str)
@@ -116,7 +116,7 @@ class StimulusPage(ItemList):
         dialog.open()
 
     def import_table(self, path: Path) -> None:
-        """Present the lines of a table in the place of all other stimuli, after asking; what is wrong is said."""
+        """Replace all stimuli by the rows of a table, after a question; show errors."""
         try:
             conditions = read_conditions(path, self.draft)
         except UnderfootError as error:
@@ -164,7 +164,7 @@ class StimulusPage(ItemList):
     # --- the level ---
 
     def _measure(self, name: str) -> None:
-        """Measure in a thread; a second press stops it."""
+        """Measure the level in a thread; a second press stops the measurement."""
         if self.background.is_busy:
             self.background.stop()
             return
@@ -201,12 +201,12 @@ class StimulusPage(ItemList):
 
 
 class StimulusForm(QWidget):
-    """One stimulus: name, patch, settings of the patch, level, factors."""
+    """The form of one stimulus: name, patch, settings of the patch, level, factors."""
 
     changed = Signal()
     renamed = Signal(str)
     rebuilt = Signal()
-    """What can be set has changed: the form is to be made anew."""
+    """The available settings have changed, so the form must be rebuilt."""
     notified = Signal(str)
     patch_requested = Signal(object)
     """The `Path` of a patch was chosen."""
@@ -255,7 +255,7 @@ class StimulusForm(QWidget):
         column.addStretch(1)
 
     def _patch_parameters(self) -> dict[str, Parameter]:
-        """The parameters of the patch, by "node.parameter"."""
+        """Return the parameters of the patch by "node.parameter"."""
         name = self._stimulus.get("patch", "")
         if not name:
             return {}
@@ -265,7 +265,7 @@ class StimulusForm(QWidget):
             return {}
 
     def _setting_chooser(self) -> QComboBox:
-        """Chooses a parameter of the patch to be set."""
+        """Return a box to choose a parameter of the patch to set."""
         box = self.adding = QComboBox()
         box.setAccessibleName("Add a setting")
         box.addItem("Add a setting…", "")
@@ -332,7 +332,7 @@ class StimulusForm(QWidget):
             self._present(chosen)
 
     def set_patch_file(self, path: Path) -> None:
-        """Present the patch in a file, of which a copy is made beside the protocol."""
+        """Use the patch in a file, which is copied to the protocol's folder."""
         try:
             Patch.load(path, self._draft.registry)
             self._present(self._draft.take_patch(path))
@@ -351,7 +351,7 @@ class StimulusForm(QWidget):
 
 
 def _patches(own: Path) -> Mapping[str, Any]:
-    """What can be presented, by what it is called: presets by their names, a person's own by their files."""
+    """Return the available patches by display name: presets by name, the user's own by file."""
     found: dict[str, Any] = {NOTHING: ""}
     for preset in preset_files.all_presets(own):
         text = f"{preset.family}: {preset.name}" if preset.family else preset.title

@@ -1,4 +1,4 @@
-"""Which studies there are, and where a participant's session of each is kept."""
+"""The available studies, and the places of their session files."""
 
 import re
 from contextlib import suppress
@@ -15,37 +15,37 @@ from underfoot.patch.node_files import NodeFile
 
 @dataclass(frozen=True)
 class StudyFile:
-    """A protocol with the file that it is in."""
+    """A protocol and its file."""
 
     name: str
     path: Path
     protocol: Protocol
     is_own: bool = False
-    """Whether it is a person's own, which can be edited and deleted."""
+    """Whether it is the user's own study, which can be edited and deleted."""
     is_pilot: bool = False
 
     @property
     def folder(self) -> Path:
-        """Where its patches lie."""
+        """The folder of its patches."""
         return self.path.parent
 
     def pilot(self) -> "StudyFile":
-        """The same to be tried on oneself; its sessions lie apart."""
+        """Return the pilot version of the study, with a separate folder of sessions."""
         return replace(self, name=f"{self.name}-pilot", protocol=self.protocol.pilot(), is_pilot=True)
 
 
 def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFile:
-    """The study in a protocol file; `BadFile` for what is none."""
+    """Return the study in a protocol file; raise `BadFile` if it is not a protocol."""
     return StudyFile(path.stem, path, Protocol.load(path, registry), is_own)
 
 
 def preset_studies(registry: Registry) -> list[StudyFile]:
-    """The studies among the presets."""
+    """Return the studies among the presets."""
     return [load_study(path, registry) for path in preset_files.protocols().values()]
 
 
 def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list[str]]:
-    """A person's own studies in a folder, and what is wrong with files that are none, a line each."""
+    """Return the user's studies in a folder, and an error line for each file that cannot be read."""
     found, wrong = [], []
     for path in sorted(folder.glob("*.json")):
         try:
@@ -56,31 +56,31 @@ def own_studies(folder: Path, registry: Registry) -> tuple[list[StudyFile], list
 
 
 def own_node_files(folder: Path) -> list[NodeFile]:
-    """The files of nodes that a person's own studies need, and that do not run yet."""
+    """Return the files of nodes that the user's studies need and that are not allowed to run yet."""
     found: dict[str, NodeFile] = {}
     for path in folder.glob("*.json"):
-        with suppress(UnderfootError):  # what is wrong with it is told by `own_studies`
+        with suppress(UnderfootError):  # `own_studies` reports the error
             found |= {file.path: file for file in node_files_of(path)}
     return list(found.values())
 
 
 def session_path(root: Path, study: StudyFile, participant: str) -> Path:
-    """The session file of a participant in a study."""
+    """Return the path of a participant's session file."""
     return root / study.name / f"{participant}.session"
 
 
 def sessions_of(root: Path, study: StudyFile) -> list[Path]:
-    """The session files of a study, in the order of their names."""
+    """Return the session files of a study, sorted by name."""
     return sorted((root / study.name).glob("*.session"))
 
 
 def unused_id(root: Path, study: StudyFile) -> str:
-    """An id of which there is no session of a study: 1, 2, …"""
+    """Return the first number from 1 without a session in the study, as a participant's id."""
     return next(str(k) for k in count(1) if not session_path(root, study, str(k)).exists())
 
 
 def is_id(text: str) -> bool:
-    """Whether a text can be a participant's id.
+    """Return whether a text is a valid participant's id.
 
     >>> is_id("P07"), is_id("Ann Other"), is_id("")
     (True, False, False)

@@ -1,4 +1,4 @@
-"""The Experiment workspace: a study is chosen, simulated, run on a person, and analysed."""
+"""The Experiment workspace: choose, simulate, run and analyse a study."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -60,9 +60,9 @@ SHORTCUTS = (
 
 
 class ExperimentWorkspace(Workspace):
-    """Runs studies through the window's session; session files lie below `root`, a folder for each study.
+    """Runs studies on the window's session; session files are below `root`, in one folder per study.
 
-    A person's own protocols lie in `own`, `own_patches` is where their own presets are.
+    The user's protocols are in `own`, the user's presets in `own_patches`.
     """
 
     def __init__(self, registry: Registry, root: Path, own: Path, own_patches: Path) -> None:
@@ -74,7 +74,7 @@ class ExperimentWorkspace(Workspace):
         own_ones, self._load_errors = own_studies(own, registry)
         self.studies += own_ones
         self._study = self.studies[0]
-        self._is_pilot = False  # what runs, or ran last
+        self._is_pilot = False  # the running study, or the last one
         self._has_saved = False  # whether the form has saved the chosen study since it was opened
         self._controller: SessionController | None = None
         self.equipment = EquipmentChoice()
@@ -115,7 +115,7 @@ class ExperimentWorkspace(Workspace):
         self.restore_unsaved()
 
     def set_active(self, active: bool) -> None:
-        """Once it is on the screen, ask for the nodes that own studies need; those may run then and are listed."""
+        """Show or leave the workspace; when shown, ask whether custom nodes of the user's studies may run."""
         nodes = self._nodes if active else None
         if nodes is not None and (files := own_node_files(self.own)):
             nodes.when_files_allowed("your own studies", files, self._load_own_studies)
@@ -131,21 +131,21 @@ class ExperimentWorkspace(Workspace):
         return SHORTCUTS
 
     def silence(self) -> None:
-        """Panic: the study stops, and what was presented begins anew when it goes on."""
+        """Stop the study (panic); the current presentation begins again on continuation."""
         self.running.stop("panic")
 
     @property
     def would_lose(self) -> bool:
-        """Whether a participant is in the midst of a study."""
+        """Whether a participant's session is running."""
         return self.running.has_participant
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
-        """Ask before a participant's study ends for now."""
+        """Ask before the end of a participant's running session, then call `then`."""
         text = "A study is running. Its answers are kept, and it can be gone on with another time."
         ask(self.window(), "Close during a study", text, "Close", then, "Go on with it")
 
     def close_down(self) -> None:
-        """End what runs; the session's file stays as it is, to be gone on with."""
+        """End the running study; its session file can be continued."""
         self.running.leave()
         self.background.stop()
         self.background.join()
@@ -157,11 +157,11 @@ class ExperimentWorkspace(Workspace):
 
     @property
     def study(self) -> StudyFile:
-        """The study that is chosen."""
+        """The selected study."""
         return self._study
 
     def choose(self, index: int) -> None:
-        """Choose a study by its place in the list."""
+        """Select a study by its index in the list."""
         if 0 <= index < len(self.studies) and not self.running.is_on:
             self.background.stop()
             self._study = self.studies[index]
@@ -169,9 +169,9 @@ class ExperimentWorkspace(Workspace):
             self._show()
 
     def open_protocol(self, path: Path) -> None:
-        """Add the protocol in a file to the list, and choose it; what is wrong with it is said.
+        """Add the protocol in a file to the list, and select it; show errors.
 
-        Where its patches have nodes in files of their own, the person is asked whether these may run.
+        If its patches need custom nodes in files, ask whether these may run.
         """
         try:
             files = node_files_of(path)
@@ -217,11 +217,11 @@ class ExperimentWorkspace(Workspace):
     # --- the user's protocols ---
 
     def make_new(self) -> None:
-        """Open the form with a protocol of two trials."""
+        """Open the editor with a new protocol of two trials."""
         self._open_editor(Draft.new(self._registry, self.own))
 
     def copy_study(self) -> None:
-        """Open the form with a copy of the chosen study."""
+        """Open the editor with a copy of the selected study."""
         study = self._study
         draft = Draft.of(study.protocol, self._registry, self.own)
         draft.raw["title"] = f"{study.protocol.title or study.name}, my own"
@@ -233,7 +233,7 @@ class ExperimentWorkspace(Workspace):
         self._open_editor(draft)
 
     def edit_study(self) -> None:
-        """Open the form with the chosen study, where that is a person's own."""
+        """Open the editor with the selected study, if it is the user's own."""
         study = self._study
         if study.is_own:
             count = len(sessions_of(self.root, study))
@@ -244,7 +244,7 @@ class ExperimentWorkspace(Workspace):
             )
 
     def ask_to_delete_study(self) -> None:
-        """Delete the chosen study's file, where that is a person's own, after asking."""
+        """Delete the selected study's file, if it is the user's own, after a question."""
         study = self._study
         if study.is_own:
             title = study.protocol.title or study.name
@@ -266,15 +266,15 @@ class ExperimentWorkspace(Workspace):
             self.stack.setCurrentWidget(self.protocol_editor)
 
     def _close_editor(self) -> None:
-        """Back to the studies; where something was saved, the participant's id is next."""
+        """Return to the list of studies; after a save, focus the field of the participant's id."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         (self.overview.participant if self._has_saved else self.list.list).setFocus()
 
     def _protocol_saved(self, path: Path) -> None:
-        """A protocol was saved: it is in the list, and chosen there."""
+        """Add a saved protocol to the list, and select it."""
         study = load_study(path, self._registry, is_own=True)
-        self._people.pop(path, None)  # its methods may be others now
+        self._people.pop(path, None)  # its methods may have changed
         known = [study.path for study in self.studies]
         if path in known:
             self.studies[known.index(path)] = study
@@ -286,7 +286,7 @@ class ExperimentWorkspace(Workspace):
         self.notified.emit(f"Saved as {path}")
 
     def restore_unsaved(self) -> None:
-        """Open the form with what was not saved when the window was closed."""
+        """Open the editor with the draft that was unsaved when the window was closed."""
         kept = self.own / UNSAVED
         if not kept.is_file():
             return
@@ -305,17 +305,17 @@ class ExperimentWorkspace(Workspace):
     # --- findings ---
 
     def simulate(self) -> None:
-        """Run the study on simulated people, and show bias and spread of what it estimates."""
+        """Run the study with simulated people, and show bias and spread of its estimates."""
         study, people = self._study, self.people
         self._compute(f"Simulating {people.count} people…", lambda task: simulated_study(study, people, task))
 
     @property
     def people(self) -> SimulatedPeople:
-        """Who is simulated for the chosen study."""
+        """The simulated participants of the selected study."""
         return self._people.get(self._study.path, SimulatedPeople())
 
     def ask_people(self) -> None:
-        """Ask how many people are simulated, and what is true of them."""
+        """Ask for the number of simulated participants and their true parameters."""
         PeopleDialog(self._use_people, self._study.protocol, self.people, self.window()).open()
 
     def _use_people(self, people: SimulatedPeople) -> None:
@@ -323,7 +323,7 @@ class ExperimentWorkspace(Workspace):
         self.overview.show_people(people_text(people))
 
     def analyse(self) -> None:
-        """Show what the sessions so far say."""
+        """Show the findings of the sessions so far."""
         self._analyse_files(sessions_of(self.root, self._study), self._study.protocol)
 
     def _analyse_files(self, paths: Sequence[Path], protocol: Protocol | None = None) -> None:
@@ -336,7 +336,7 @@ class ExperimentWorkspace(Workspace):
         self._compute(f"Writing {form}…", lambda task: written_in_process(paths, study.protocol, form, where, task))
 
     def _compute(self, text: str, make: Callable[[Task], list[Any]]) -> None:
-        """Compute this, or stop what is being computed."""
+        """Start a computation, or stop the running one."""
         if self.background.is_busy:
             self.background.stop()
             return
@@ -361,7 +361,7 @@ class ExperimentWorkspace(Workspace):
     # --- equipment ---
 
     def ask_equipment(self) -> None:
-        """Ask what is used beside the floor."""
+        """Ask for the equipment beside the floor."""
         calibrated = "" if self._settings is None else self._settings.calibrated_plate
         EquipmentDialog(self._use_equipment, self.equipment, self.window(), calibrated).open()
 
@@ -374,11 +374,11 @@ class ExperimentWorkspace(Workspace):
     # --- a session ---
 
     def begin(self, participant: str) -> None:
-        """Begin or go on with a participant's session; what hinders it is said."""
+        """Begin or continue a participant's session; show errors."""
         self._begin(self._study, participant)
 
     def begin_pilot(self) -> None:
-        """Begin two trials of each stage of the study, on oneself."""
+        """Begin a pilot: two trials of each stage of the study."""
         pilot = self._study.pilot()
         self._begin(pilot, unused_id(self.root, pilot))
 
@@ -400,7 +400,7 @@ class ExperimentWorkspace(Workspace):
             self.running.show_participant()
 
     def _show_choice(self, done: str) -> None:
-        """The session was ended for now, or `done` is who has come to its end: the next id is another's."""
+        """Return to the choice of a study after a session; `done` is the id of a finished participant, else ""."""
         self.list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self.overview.participant.setFocus()

@@ -1,4 +1,4 @@
-"""The Recordings workspace: what was recorded, on one time axis, its steps, and its way into other programs."""
+"""The Recordings workspace: recordings on a time axis, their steps, and export to other programs."""
 
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration
 

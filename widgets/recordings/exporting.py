@@ -1,4 +1,4 @@
-"""Exporting a recording from the window: a file is asked for, a process writes it, with progress and a stop."""
+"""Export of a recording from the window: file dialog, export in a process, progress, and stop."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ _WORDS = {
 
 
 class ExportDialog(QDialog):
-    """Which format, and which vibration where it carries one kind; says what it does not carry."""
+    """Choice of the format, and of the vibration signal if the format has only one; lists what the format omits."""
 
     wanted = Signal(str, str)
     """Suffix, and one of `VIBRATION`."""
@@ -75,10 +75,10 @@ class ExportDialog(QDialog):
 
 
 class Exporting(QWidget):
-    """One export at a time; shows nothing of itself but its dialogs."""
+    """Runs one export at a time; its only display is its dialogs."""
 
     progressed = Signal(str)
-    """What is being done, in words; "" for nothing."""
+    """Carries the current action in words; "" for none."""
     notified = Signal(str)
 
     def __init__(self, parent: QWidget) -> None:
@@ -96,7 +96,7 @@ class Exporting(QWidget):
         return self._process is not None
 
     def ask(self, source: Path) -> None:
-        """Ask for format and file, and export the recording `source` there."""
+        """Ask for format and file, and export the recording `source`."""
         if self.is_busy:
             self.notified.emit("An export is being written; stop it, or wait until it is done.")
             return
@@ -106,20 +106,20 @@ class Exporting(QWidget):
         dialog.open()
 
     def begin(self, source: Path, path: Path, vibration: str) -> None:
-        """Export a recording to a file, in a process."""
+        """Export the recording `source` to the file `path`, in a process."""
         request = ExportRequest(str(source), str(path), vibration)
         self._process = ChildProcess("export", "underfoot.engine.export_process", request)
         self._timer.start()
         self.progressed.emit("Exporting…")
 
     def stop(self) -> None:
-        """Stop what is being written; nothing is left of it."""
+        """Stop the export and delete the partial file."""
         if self._process is not None:
             self._process.send("stop")
             self.progressed.emit("Stopping…")
 
     def close_down(self) -> None:
-        """Stop, and wait until the process is gone."""
+        """Stop the export, and wait for the process to end."""
         process, self._process = self._process, None
         self._timer.stop()
         if process is not None:

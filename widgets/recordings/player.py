@@ -1,4 +1,4 @@
-"""Plays a stretch of a recording on the window's session: its forces, through its own patch or another."""
+"""Playback of a range of a recording on the window's session: its forces, through its own patch or another."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from underfoot.widgets.session.open_patch import OpenPatch
 
 
 class RecordingPlayer(QObject):
-    """Takes the controller's target for as long as it plays, and gives it back."""
+    """Replaces the controller's target during playback, and restores it afterwards."""
 
     moved = Signal(float)
     """Seconds of the recording that are played now; NaN when it has ended."""
@@ -37,11 +37,11 @@ class RecordingPlayer(QObject):
 
     @property
     def is_playing(self) -> bool:
-        """Whether a recording is played, or about to be."""
+        """Whether a recording is playing, or about to play."""
         return self._target_before is not None
 
     def play(self, opened: OpenedRecording, begin_s: float, end_s: float, recorded_patch: bool) -> None:
-        """Play from one second to another, through the patch of the recording or through the one in Design."""
+        """Play from `begin_s` to `end_s`, through the recording's patch or the one in Design."""
         if self._controller.target_is_locked:
             self.notified.emit("A study or a calibration has the floor: it ends before something else is played.")
             return
@@ -80,7 +80,7 @@ class RecordingPlayer(QObject):
         self._controller.play()
 
     def stop(self) -> None:
-        """Go back to the floor and the patch that were there before."""
+        """Restore the previous floor and patch."""
         before, self._target_before, self._target = self._target_before, None, None
         if before is not None:
             self._controller.edit(self._open_patch.patch, self._open_patch.folder)
@@ -92,7 +92,7 @@ class RecordingPlayer(QObject):
         return replace(plain, accelerometers=(), round_trip_frames=0, stretch_s=self._stretch_s)
 
     def _note_target(self, target: Target) -> None:
-        """Another target was chosen meanwhile: that one stays."""
+        """Keep a target that the user chose during playback."""
         if self._target_before is not None and (self._target is None or target.source != self._target.source):
             self._target_before = self._target = None
             self._controller.edit(self._open_patch.patch, self._open_patch.folder)

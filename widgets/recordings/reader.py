@@ -1,4 +1,4 @@
-"""Reads a recording in a thread of its own, so that the window never waits for a disk."""
+"""Reads a recording in a separate thread, so that the window never waits for a disk."""
 
 import sqlite3
 import threading
@@ -20,16 +20,16 @@ from underfoot.records.recording import Gap, Mark, Recording
 from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
 
 LEVELS = (1, 4, 16, 64)
-"""How many blocks are in a bin of each level that is kept in memory."""
+"""Number of blocks in a bin of each level that is kept in memory."""
 RAW_S, FINE_S = 0.004, 0.1
-"""Where a pixel is shorter than this, samples are read; where it is shorter than that, fine bins."""
+"""Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
 """Vibration at the cursor is that of so long about it."""
 
 
 @dataclass(frozen=True)
 class OpenedRecording:
-    """What is known of a recording at once. Times are session frames."""
+    """Immediately available facts of a recording. Times are session frames."""
 
     path: Path
     about: dict[str, str]
@@ -42,24 +42,25 @@ class OpenedRecording:
     gaps: list[Gap]
     survey: Survey | None
     is_drawn: bool
-    """Whether its envelopes are whole."""
+    """Whether the envelopes are complete."""
 
     @property
     def length_s(self) -> float:
-        """The seconds that were recorded."""
+        """Duration of the recording in seconds."""
         return (self.end - self.first) / self.rate
 
 
 @dataclass(frozen=True)
 class OverviewEnvelopes:
-    """The envelopes of a whole recording, by source, the finest level first; `baseline_n` is what each column of force
-    reads where nobody stands."""
+    """The envelopes of a whole recording by source, finest level first; `baseline_n` is the unloaded reading of each
+    force column, in N.
+    """
 
     levels: dict[str, tuple[Envelope, ...]]
     baseline_n: NDArray[np.float32]
 
     def envelope(self, source: str, frames: float) -> Envelope:
-        """The level whose bins are as long as `frames`, or the next shorter ones."""
+        """Return the level with bins of `frames`, or the next finer one."""
         levels = self.levels[source]
         fitting = [level for level in levels if len(level) and float(np.median(level.end - level.begin)) <= frames]
         return fitting[-1] if fitting else levels[0]
@@ -67,7 +68,7 @@ class OverviewEnvelopes:
 
 @dataclass(frozen=True)
 class DetailEnvelopes:
-    """Envelopes of a stretch of session frames, finer than those of the overview; vibration is of one tile alone."""
+    """Envelopes of a range of session frames, finer than the overview; vibration of one tile only."""
 
     begin: float
     end: float
@@ -79,7 +80,9 @@ class DetailEnvelopes:
 
 @dataclass(frozen=True)
 class Vibration:
-    """What one tile does about a moment: largest acceleration, m/s^2, level, dB re 1 m/s^2, and strongest frequency."""
+    """The vibration of a tile around a moment: peak acceleration in m/s^2, level in dB re 1 m/s^2, and strongest
+    frequency in Hz.
+    """
 
     peak_m_s2: float
     level_db: float
@@ -88,7 +91,7 @@ class Vibration:
 
 @dataclass(frozen=True)
 class CursorValues:
-    """What there is at a session frame: corner forces (tiles, 4), N, and the vibration of a tile by source."""
+    """Values at a session frame: corner forces (tiles, 4) in N, and the vibration of a tile by source."""
 
     frame: float
     tile: int
@@ -97,12 +100,12 @@ class CursorValues:
 
 
 class RecordingReader(QObject):
-    """One recording at a time. Of several wishes of a kind only the latest is read."""
+    """Reads one recording at a time. Of several requests of a kind, it reads only the latest."""
 
     opened = Signal(object)
     """`OpenedRecording`."""
     extended = Signal(object)
-    """`OpenedRecording` anew: there is more of it now."""
+    """Carries a new `OpenedRecording`, because the recording has grown."""
     overview_read = Signal(object)
     """`OverviewEnvelopes`: once it is opened, and after each `reread`."""
     detail_read = Signal(object)
@@ -110,7 +113,7 @@ class RecordingReader(QObject):
     cursor_values_read = Signal(object)
     """`CursorValues`."""
     marked = Signal(list)
-    """All marks of the recording, when they have changed."""
+    """Carries all marks of the recording after a change."""
     failed = Signal(str)
     """Why something could not be done, in a line."""
 
@@ -125,7 +128,7 @@ class RecordingReader(QObject):
         self._base: sqlite3.Connection | None = None
         self._columns: dict[str, int] = {}
 
-    # --- wishes, from the window's thread ---
+    # --- requests, from the window's thread ---
 
     def open(self, path: Path) -> None:
         """Open a recording in the place of the one before."""
@@ -134,31 +137,31 @@ class RecordingReader(QObject):
         self._enqueue("open", partial(self._open, path))
 
     def reread(self) -> None:
-        """Read the overview anew: there is more of it now."""
+        """Read the overview again, because the recording has grown."""
         self._enqueue("overview", self._read_overview)
 
     def read_new(self) -> None:
-        """Read anew all that grows while a recording is written."""
+        """Read again the parts that grow during recording."""
         self._enqueue("grown", self._read_new)
 
     def request_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
-        """Read a stretch of session frames for pixels that are `frames` long."""
+        """Request envelopes from frame `begin` to `end`, with `frames` per pixel."""
         self._enqueue("strip", partial(self._read_detail, begin, end, frames, tile))
 
     def request_cursor_values(self, frame: float, tile: int) -> None:
-        """Read what there is at a session frame."""
+        """Request the values at a session frame."""
         self._enqueue("moment", partial(self._read_cursor_values, frame, tile))
 
     def change_marks(self, change: Callable[[Recording], object]) -> None:
-        """Do something to the recording's marks."""
+        """Apply an edit to the recording's marks."""
         self._enqueue(f"mark {id(change)}", partial(self._change_marks, change))
 
     def close_file(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._enqueue("open", self._close_recording)
 
     def close(self) -> None:
-        """End the thread, and let go of the file."""
+        """End the thread, and close the file."""
         with self._condition:
             self._is_ending = True
             self._condition.notify()
@@ -212,7 +215,7 @@ class RecordingReader(QObject):
             self._read_overview()
 
     def _find_base(self) -> None:
-        """Where envelopes are: in the recording, else in the cache, where they may yet be made."""
+        """Find the envelopes: in the recording, else in the cache, where they are made if missing."""
         if self._recording is None or self._base is not None:
             return
         self._base = self._recording.envelope_base()
@@ -236,7 +239,7 @@ class RecordingReader(QObject):
             np.percentile(lows, 10.0, axis=0).astype(np.float32) if len(lows) else np.zeros(lows.shape[1], np.float32)
         )
         rest = np.nan_to_num(rest)
-        rest[-1] = rest[:-1].sum()  # somebody may stand on the floor all the time, but on no tile
+        rest[-1] = rest[:-1].sum()  # a person may be on the floor all the time, but not on the same tile
         self.overview_read.emit(OverviewEnvelopes(levels, rest))
 
     def _read_detail(self, begin: float, end: float, frames: float, tile: int) -> None:
@@ -248,7 +251,7 @@ class RecordingReader(QObject):
         for source, columns in self._columns.items():
             if frames > RAW_S * rate:
                 fine = envelopes.read(self._base, source, envelopes.FINE, columns, begin, end)
-                # No finer than half a pixel: all of it is looked at for each picture.
+                # No finer than half a pixel, because each picture reads all bins.
                 made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":
                 rows = recording.forces_between(begin, end)
@@ -282,7 +285,7 @@ class RecordingReader(QObject):
 
 
 def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
-    """What is known of a recording as it is now."""
+    """Return the current facts of a recording."""
     return OpenedRecording(
         recording.path,
         recording.about,
@@ -298,7 +301,7 @@ def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
 
 
 def _samples_of(recording: Recording, source: str, begin: float, end: float, tile: int) -> Envelope:
-    """The samples of one tile between two session frames, a bin each."""
+    """Return the samples of one tile between two session frames, one per bin."""
     parts = [(first, rows[:, tile : tile + 1]) for first, rows in recording.blocks(source, int(begin), int(end))]
     if not parts:
         return envelopes.empty(1)
@@ -307,7 +310,7 @@ def _samples_of(recording: Recording, source: str, begin: float, end: float, til
 
 
 def vibration_of(samples: NDArray[np.float32], rate: float) -> Vibration:
-    """The vibration of a stretch, m/s^2 (n,); its frequency is where the spectrum is largest, NaN where all is still.
+    """Return the vibration of a signal in m/s^2 (n,); its frequency is the largest of the spectrum, NaN for silence.
 
     >>> tone = 0.5 * np.sin(2 * np.pi * 200 / 48000 * np.arange(4800))
     >>> found = vibration_of(tone.astype(np.float32), 48000.0)
@@ -317,6 +320,6 @@ def vibration_of(samples: NDArray[np.float32], rate: float) -> Vibration:
     peak, rms = float(np.abs(samples).max()), float(np.sqrt(np.mean(np.square(samples, dtype=np.float64))))
     if rms < 1e-6:
         return Vibration(peak, -np.inf, np.nan)
-    size = 8 * len(samples)  # so that a tone between two bins is told to a hertz or two
+    size = 8 * len(samples)  # zero-padded: accurate to 1 or 2 Hz between bins
     spectrum = np.abs(np.fft.rfft(samples * np.hanning(len(samples)), size))
     return Vibration(peak, 20.0 * float(np.log10(rms)), float(np.argmax(spectrum)) * rate / size)

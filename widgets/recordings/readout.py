@@ -1,4 +1,4 @@
-"""What there is at the cursor, in words: newtons, m/s², hertz and decibels."""
+"""The values at the cursor as text: N, m/s², Hz and dB."""
 
 import math
 
@@ -13,7 +13,7 @@ from underfoot.widgets.recordings.tracks import RecordingContent, time_text
 
 
 def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floating], time_s: float) -> str:
-    """One line: time, force of all tiles and of the chosen one, what that was asked and did.
+    """Return one line: time, force of all tiles and of the selected one, its commanded and measured vibration.
 
     >>> from underfoot.floor.layout import default_floor
     >>> corners = np.array([[100.0, 200.0, 200.0, 100.0], [0.0, 0.0, 0.0, 0.0]])
@@ -33,7 +33,7 @@ def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floa
 
 
 def contacts_at(content: RecordingContent, time_s: float) -> list[OngoingContact]:
-    """The contacts at a second of the recording, each where it presses, with its person."""
+    """Return the contacts at `time_s` of the recording, each with its centroid and person."""
     begun, over = (content.spans_s[:, column] for column in (0, 1))
     found = []
     for place in np.flatnonzero((begun <= time_s) & (time_s <= over)).tolist():
@@ -46,7 +46,7 @@ def contacts_at(content: RecordingContent, time_s: float) -> list[OngoingContact
 
 
 def vibration_text(one: Vibration) -> str:
-    """Largest acceleration, strongest frequency, and level in dB re 1 m/s².
+    """Return peak acceleration, strongest frequency, and level in dB re 1 m/s² as text.
 
     >>> vibration_text(Vibration(0.0, -math.inf, math.nan))
     'still'

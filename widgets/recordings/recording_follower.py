@@ -1,4 +1,4 @@
-"""A recording that is open while it is written: what is new in it is read again and again."""
+"""Follows an open recording while it is being written: new parts are read periodically."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ POLL_MS = 1000
 
 
 class RecordingFollower(QObject):
-    """Lets the reader look again while the file that is open is the one that the session records to."""
+    """Requests reads from the reader while the session records to the open file."""
 
     ended = Signal(object)
     """The `Path` of a recording that is whole now."""
@@ -26,16 +26,16 @@ class RecordingFollower(QObject):
         self._timer.timeout.connect(self._poll)
 
     def attach(self, controller: SessionController) -> None:
-        """Follow what this controller records."""
+        """Follow the recordings of this controller."""
         self._controller = controller
 
     def is_written(self, path: Path) -> bool:
-        """Whether this file is being recorded to now."""
+        """Return whether the session is recording to this file."""
         session = self._controller.session if self._controller is not None else None
         return session is not None and session.recording is not None and session.recording.absolute() == path
 
     def follow(self, path: Path) -> None:
-        """This file was opened."""
+        """Follow this file, which has been opened."""
         self._path = path if self.is_written(path) else None
         if self._path is not None:
             self._timer.start()

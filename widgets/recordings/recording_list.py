@@ -1,4 +1,4 @@
-"""The list of recordings: those of the program's folder, and files and folders that were added."""
+"""The list of recordings: those in the program's folder, and added files and folders."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ _WORDS = Qt.ItemDataRole.UserRole + 1
 
 
 class Summaries(QObject):
-    """Reads what the list says of recordings, one after the other, in a thread."""
+    """Reads the summaries of recordings in sequence, in a thread."""
 
     found = Signal(object)
     """`Summary`."""
@@ -50,7 +50,7 @@ class Summaries(QObject):
         self._is_closed = False
 
     def read(self, paths: Sequence[Path]) -> None:
-        """Read these instead of those that were asked for before; nothing once it is closed."""
+        """Read these recordings instead of the previous request; do nothing after `close`."""
         self._stop_event.set()
         if self._is_closed:
             return
@@ -61,19 +61,19 @@ class Summaries(QObject):
         self._thread.start()
 
     def stop(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         self._stop_event.set()
         if self._thread is not None:
             self._thread.join()
 
     def close(self) -> None:
-        """Read no more for good: whoever still wants to look when the window closes starts no thread."""
+        """Stop reading for good; later requests start no thread."""
         self._is_closed = True
         self.stop()
 
     def _run(self, paths: list[Path], stops: threading.Event, before: threading.Thread | None) -> None:
         if before is not None:
-            before.join()  # here, where nobody waits for the disk
+            before.join()  # in this thread, which may wait for the disk
         for path in paths:
             if stops.is_set():
                 return
@@ -84,16 +84,19 @@ class Summaries(QObject):
 
 
 class RecordingList(QWidget):
-    """The recordings there are, newest first; one is chosen."""
+    """The list of recordings, newest first; one is selected."""
 
     chosen = Signal(object)
     """The `Path` of the recording to be opened."""
     notified = Signal(str)
     deleted = Signal(object)
-    """The `Path` of one that is about to be deleted: whoever has it open lets go of it."""
+    """Carries the `Path` of a recording that is about to be deleted, and must be closed."""
 
     def __init__(self, folder: Callable[[], Path], added: list[str]) -> None:
-        """`folder` says where the program records; `added` are further files and folders, and is added to."""
+        """Create the list. `folder` returns the program's folder of recordings.
+
+        `added` are further files and folders; `add` appends to it.
+        """
         super().__init__()
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -120,7 +123,7 @@ class RecordingList(QWidget):
         self._connect()
 
     def refresh(self) -> None:
-        """Look what there is now."""
+        """Update the list from the folders."""
         paths = self._paths()
         chosen = self.chosen_path()
         self.list.blockSignals(True)
@@ -142,14 +145,14 @@ class RecordingList(QWidget):
         self.summaries.read(paths)
 
     def add(self, path: Path) -> None:
-        """Put a file or folder on the list for good."""
+        """Add a file or folder to the list permanently."""
         path = path.absolute()
         if path not in self._paths() and str(path) not in self._added:
             self._added.append(str(path))
         self.refresh()
 
     def mark(self, path: Path) -> None:
-        """Mark the recording that is open."""
+        """Mark the open recording."""
         for item in self._items():
             if item.data(_PATH) == path.absolute():
                 self.list.blockSignals(True)
@@ -158,12 +161,12 @@ class RecordingList(QWidget):
                 self.delete.setEnabled(True)
 
     def chosen_path(self) -> Path | None:
-        """The recording that is chosen."""
+        """Return the selected recording; None if there is none."""
         item = self.list.currentItem()
         return item.data(_PATH) if item is not None else None
 
     def ask_to_delete(self) -> None:
-        """Delete the chosen recording when the person has said so."""
+        """Delete the selected recording, after a question."""
         path = self.chosen_path()
         if path is not None:
             text = f"Move “{path.stem}” to the trash?"
@@ -176,7 +179,7 @@ class RecordingList(QWidget):
     # --- files ---
 
     def _paths(self) -> list[Path]:
-        """The recordings of all folders, and the files; the newest first."""
+        """Return the recordings in all folders, and the single files, newest first."""
         found: dict[Path, float] = {}
         for place in (self._folder(), *map(Path, self._added)):
             try:
@@ -220,13 +223,13 @@ class RecordingList(QWidget):
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
-    # --- what it shows ---
+    # --- display ---
 
     def _items(self) -> list[QListWidgetItem]:
         return [self.list.item(row) for row in range(self.list.count())]
 
     def update_colours(self) -> None:
-        """Draw the pictures anew."""
+        """Redraw the pictures in the current colours."""
         for summary in self._known.values():
             self._show(summary)
 
@@ -285,14 +288,14 @@ class RecordingList(QWidget):
 
 
 def summary_text(summary: Summary) -> str:
-    """When it was and how long, and in another line on which floor, and how many steps."""
+    """Return time and duration, and on a second line the floor and the number of steps."""
     steps = "" if summary.steps is None else f"  ·  {summary.steps} steps"
     when = f"{summary.begun:%d %b %H:%M}".lstrip("0")
     return f"{when}  ·  {time_text(summary.length_s, 1.0)}\n{floor_text(summary.floor)}{steps}"
 
 
 def floor_text(floor: Floor) -> str:
-    """A floor in a few signs.
+    """Return a short description of a floor.
 
     >>> from underfoot.floor.layout import default_floor
     >>> floor_text(default_floor(2, 3))
@@ -303,7 +306,7 @@ def floor_text(floor: Floor) -> str:
 
 
 def _icon(force_n: NDArray[np.float32]) -> QIcon:
-    """The picture, the same whether it is chosen or not."""
+    """Return the picture as an icon that looks the same when selected."""
     made, picture = QIcon(), _picture(force_n)
     for mode in (QIcon.Mode.Normal, QIcon.Mode.Selected):
         made.addPixmap(picture, mode)
@@ -311,7 +314,7 @@ def _icon(force_n: NDArray[np.float32]) -> QIcon:
 
 
 def _picture(force_n: NDArray[np.float32]) -> QPixmap:
-    """The largest forces over time, small."""
+    """Return a small picture of the largest forces over time."""
     ratio = 2.0
     picture = QPixmap(PICTURE * ratio)
     picture.setDevicePixelRatio(ratio)

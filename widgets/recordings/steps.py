@@ -1,4 +1,4 @@
-"""The steps of a recording: their table, sorted and filtered, and their curves over 0 to 100 % of stance."""
+"""The steps of a recording: a table with sorting and filters, and curves over 0 to 100 % of stance."""
 
 from collections.abc import Sequence
 
@@ -18,12 +18,12 @@ from underfoot.widgets.plots.plot import Plot
 
 ALL = "all"
 MAX_CURVES = 80
-"""So many curves are drawn one by one; mean and band are of all."""
+"""Number of single curves that are drawn; mean and band include all."""
 _FILTERS = ("person", "side", "tile")
 
 
 class RecordedSteps(QWidget):
-    """All steps of a recording. Those that the filters let through are in the table and in the picture."""
+    """All steps of a recording. The table and the picture show those that match the filters."""
 
     chosen = Signal(int)
     """The number of a step in the list that `show_steps` was given."""
@@ -75,7 +75,7 @@ class RecordedSteps(QWidget):
         self.show_steps(())
 
     def show_steps(self, steps: Sequence[Stance], choice: int = -1) -> None:
-        """Show these steps instead of those before; filters stay where they can."""
+        """Replace the steps; filters are kept if possible."""
         self._steps, self._choice = steps, choice
         place = self.table.verticalScrollBar().value()
         values = {
@@ -98,11 +98,11 @@ class RecordedSteps(QWidget):
 
     @property
     def every(self) -> int:
-        """How many steps it was given."""
+        """The number of all steps."""
         return len(self._steps)
 
     def choose(self, number: int) -> None:
-        """Mark a step of the list, in table and picture."""
+        """Select a step in table and picture."""
         self._choice = number
         if number in self._visible:
             self.table.select_step(self._steps[number].step)
@@ -111,7 +111,7 @@ class RecordedSteps(QWidget):
         self._draw()
 
     def matching(self, steps: Sequence[Stance]) -> list[int]:
-        """The numbers of those that the filters let through."""
+        """Return the indices of the steps that match the filters."""
         wanted = {name: box.currentData() for name, box in self.filters.items() if box.currentData() != ALL}
         return [
             number
@@ -120,11 +120,11 @@ class RecordedSteps(QWidget):
         ]
 
     def visible_steps(self) -> list[Step]:
-        """The steps that are shown."""
+        """Return the steps that match the filters."""
         return [self._steps[number].step for number in self._visible]
 
     def copy(self) -> None:
-        """Put the selected steps, or all that are shown, on the clipboard, as CSV."""
+        """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
         steps = self.table.selected_steps() or self.table.steps_in_order()
         QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
         self.notified.emit(f"{len(steps)} steps were copied as CSV.")
@@ -158,7 +158,7 @@ class RecordedSteps(QWidget):
 
 
 def stance_drawing(curves: Sequence[Sequence[float]], chosen: Stance | None = None) -> Drawing:
-    """Curves of stance over one another, their mean, and a band of one standard deviation about it.
+    """Return a drawing of stance curves, with their mean and a band of one standard deviation.
 
     >>> [one.name for one in stance_drawing([np.zeros(101), np.ones(101)]).series if one.name]
     ['± 1 SD', 'mean of 2']

@@ -1,4 +1,4 @@
-"""Surveys the recording that is open in a process, and gathers what that finds."""
+"""Surveys the open recording in a process, and collects the results."""
 
 from pathlib import Path
 
@@ -12,12 +12,12 @@ POLL_MS = 100
 
 
 class Surveyor(QObject):
-    """One recording at a time."""
+    """Surveys one recording at a time, in a process."""
 
     progressed = Signal(object)
     """`Progress`."""
     found = Signal(object)
-    """`Survey`: all that was found so far."""
+    """Carries the `Survey` so far."""
     failed = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -34,18 +34,18 @@ class Surveyor(QObject):
         return self._process is not None
 
     def begin(self, path: Path) -> None:
-        """Survey this one instead of the one before."""
+        """Survey this recording instead of the previous one."""
         self.stop()
         self._survey = Survey()
         self._process = ChildProcess("survey", "underfoot.engine.survey_process", str(path))
         self._timer.start()
 
     def stop(self) -> None:
-        """Go no further; what was found stays."""
+        """Stop the survey; its results are kept."""
         self._timer.stop()
         process, self._process = self._process, None
         if process is not None:
-            process.kill()  # what it writes is moved into place, or a table that is gone on with
+            process.kill()  # safe to kill: files are moved into place, and tables are resumed
             process.end(0.0)
 
     def _poll(self) -> None:

@@ -1,4 +1,4 @@
-"""The time axis of a recording: scrolled, zoomed, scrubbed and selected with mouse and keys."""
+"""The time axis of a recording: scrolling, zooming, scrubbing and selection with mouse and keys."""
 
 import math
 from bisect import bisect_left
@@ -36,7 +36,7 @@ _SCROLL_STEPS = 10_000
 
 
 class Axis(QWidget):
-    """The picture of a recording over time, with its cursor and a selected stretch."""
+    """The picture of a recording over time, with its cursor and a selected range."""
 
     cursor_moved = Signal(float)
     """Seconds of the recording."""
@@ -66,7 +66,7 @@ class Axis(QWidget):
         self._drag = ""
         self._from_s = self._from_x = 0.0
 
-    # --- what it shows ---
+    # --- display ---
 
     def show_content(self, content: RecordingContent | None, note: str = "") -> None:
         """Show another recording, from its beginning to its end; `note` says why there is none."""
@@ -77,11 +77,11 @@ class Axis(QWidget):
         self.view_changed.emit()
 
     def update_colours(self) -> None:
-        """Paint all anew."""
+        """Repaint in the current colours."""
         self._picture = None
 
     def redraw(self) -> None:
-        """There is more to be shown than there was."""
+        """Repaint after the recording has grown."""
         self._picture = None
         self.update()
 
@@ -92,11 +92,11 @@ class Axis(QWidget):
 
     @property
     def seconds_per_px(self) -> float:
-        """How long a pixel is."""
+        """Seconds per pixel."""
         return (self.view.end_s - self.view.begin_s) / max(self.width() - GUTTER_PX, 1)
 
     def set_view(self, begin_s: float, end_s: float) -> None:
-        """Show this stretch, or as much of it as there is."""
+        """Show this time range in seconds, limited to the recording."""
         whole_s = max(self.length_s, MIN_VIEW_S)
         span_s = min(max(end_s - begin_s, MIN_VIEW_S), whole_s)
         begin_s = min(max(begin_s, 0.0), whole_s - span_s)
@@ -106,7 +106,7 @@ class Axis(QWidget):
             self.view_changed.emit()
 
     def zoom(self, factor: float, about_s: float | None = None) -> None:
-        """Show `factor` times less, about a time or the cursor."""
+        """Zoom by `factor` about a time in seconds, or the cursor."""
         view = self.view
         at = about_s if about_s is not None else self.cursor_s
         if not view.begin_s <= at <= view.end_s:
@@ -118,12 +118,12 @@ class Axis(QWidget):
         self.set_view(0.0, self.length_s)
 
     def scroll(self, share: float) -> None:  # type: ignore[override]
-        """Go on by a share of what is seen."""
+        """Scroll by a share of the visible range."""
         span_s = self.view.end_s - self.view.begin_s
         self.set_view(self.view.begin_s + share * span_s, self.view.end_s + share * span_s)
 
     def set_cursor(self, time_s: float, follow: bool = True) -> None:
-        """Put the cursor here, and scroll there where `follow`."""
+        """Set the cursor, and with `follow` scroll to it."""
         self.cursor_s = min(max(time_s, 0.0), self.length_s)
         span_s = self.view.end_s - self.view.begin_s
         if follow and not self.view.begin_s <= self.cursor_s <= self.view.end_s:
@@ -132,21 +132,21 @@ class Axis(QWidget):
         self.update()
 
     def set_playing(self, time_s: float) -> None:
-        """Show what is being played; NaN for nothing. What is seen goes on with it where it was in sight."""
+        """Show the playback position; NaN for none. The view follows it if it was visible."""
         view, before_s, self.playing_s = self.view, self.playing_s, time_s
         if view.begin_s <= before_s <= view.end_s and (time_s < view.begin_s or time_s > view.end_s):
             self.set_view(time_s, time_s + view.end_s - view.begin_s)
         self.update()
 
     def select(self, begin_s: float, end_s: float) -> None:
-        """Select a stretch; none where it is no longer than a pixel."""
+        """Select a time range; a range of at most one pixel clears the selection."""
         begin_s, end_s = max(min(begin_s, end_s), 0.0), min(max(begin_s, end_s), self.length_s)
         self.selection = (begin_s, end_s) if end_s - begin_s > self.seconds_per_px else None
         self.selected.emit()
         self.update()
 
     def choose_step(self, number: int) -> None:
-        """Mark a step, and bring it into sight."""
+        """Select a step, and scroll to it."""
         self.view.step = number
         if self.content is not None and number >= 0:
             step = self.content.steps[number].step
@@ -157,22 +157,22 @@ class Axis(QWidget):
         self.redraw()
 
     def choose_tile(self, tile: int) -> None:
-        """Show the vibration of this row of the floor."""
+        """Show the vibration of a tile, by its row of the floor."""
         if tile != self.view.tile:
             self.view.tile = tile
             self.redraw()
             self.view_changed.emit()
 
-    # --- places ---
+    # --- positions ---
 
     def time_at(self, x: float) -> float:
-        """The time under a pixel."""
+        """Return the time at the pixel `x`, in seconds."""
         tracks = self._painter()
         share = (x - tracks.left) / (tracks.right - tracks.left)
         return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
 
     def position_of(self, time_s: float, track: str) -> QPointF:
-        """Where a time is in a lane, in pixels."""
+        """Return the position of a time in a track, in pixels."""
         tracks = self._painter()
         return QPointF(tracks.x(time_s), 0.5 * (tracks.tracks[track].top + tracks.tracks[track].bottom))
 
@@ -194,7 +194,7 @@ class Axis(QWidget):
             in_ruler = at.y() < RULER_PX or bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._drag = "select" if in_ruler else "scrub"
             if self._drag == "scrub" and self._choose_at(at):
-                self._drag = ""  # the cursor is at the step's beginning
+                self._drag = ""  # set the cursor to the step's beginning
             elif self._drag == "scrub":
                 self.set_cursor(self._from_s, follow=False)
 
@@ -216,7 +216,7 @@ class Axis(QWidget):
         self._drag = ""
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Show a contact large."""
+        """Zoom to the contact under the mouse."""
         for contact, bar in self._painter().bars() if self.content is not None else ():
             if bar.adjusted(-2, 0, 2, 0).contains(event.position()):
                 length_s = contact.end_s - contact.start_s
@@ -233,7 +233,7 @@ class Axis(QWidget):
         event.accept()
 
     def _choose_at(self, at: QPointF) -> bool:
-        """Choose the step or the tile under the mouse; whether there was a step."""
+        """Select the step or the tile under the mouse; return whether there was a step."""
         tracks = self._painter()
         assert self.content is not None
         tiles = tracks.tracks["tiles"]
@@ -253,14 +253,14 @@ class Axis(QWidget):
             super().keyPressEvent(event)
 
     def forward_keys_of(self, widget: QWidget) -> None:
-        """Act on signs that are typed while `widget` has the focus, too."""
+        """Handle characters that are typed while `widget` has the focus."""
         for key in _SHARED_KEYS:
             QShortcut(key, widget, partial(self.handle_key, key)).setContext(
                 Qt.ShortcutContext.WidgetWithChildrenShortcut
             )
 
     def handle_key(self, key: Qt.Key, shift: bool = False) -> bool:
-        """Do what a key says; whether it says anything."""
+        """Handle a key; return whether it had an effect."""
         fine_s = 0.001 if shift else 5.0 * self.seconds_per_px
         acts = {
             Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
@@ -286,8 +286,9 @@ class Axis(QWidget):
         return True
 
     def _next_step(self, direction: int) -> None:
-        """Choose the step before or behind the chosen one; where that is not at the cursor, the cursor's next. What is
-        filtered out is passed over."""
+        """Select the step after the selected one (`direction` 1) or before it (-1). If the cursor is not at the
+        selected step, start from the cursor. Steps that do not match the filters are skipped.
+        """
         if self.content is None or not self.content.visible_steps:
             return
         numbers = sorted(self.content.visible_steps, key=self._start_s)
@@ -349,7 +350,7 @@ class Axis(QWidget):
 
 
 class Timeline(QWidget):
-    """The axis, and a scroll bar under it."""
+    """The axis with a scroll bar."""
 
     def __init__(self) -> None:
         super().__init__()

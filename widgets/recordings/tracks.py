@@ -1,4 +1,4 @@
-"""What the time axis of a recording shows, painted: force, tiles, vibration, contacts, marks and gaps."""
+"""Painting of a recording's time axis: force, tiles, vibration, contacts, marks and gaps."""
 
 import math
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ _TICKS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 2
 
 @dataclass
 class TimelineView:
-    """What is to be seen: seconds from `begin_s` to `end_s` of a recording, `tile` a row of its floor."""
+    """The visible range of a recording: `begin_s` to `end_s` in seconds; `tile` is the index of a tile of its floor."""
 
     begin_s: float = 0.0
     end_s: float = 1.0
@@ -43,7 +43,7 @@ class TimelineView:
 
 @dataclass
 class RecordingContent:
-    """What a recording has, as far as it is known."""
+    """The content of a recording, as far as it has been read."""
 
     opened: OpenedRecording
     overview: OverviewEnvelopes | None = None
@@ -55,7 +55,7 @@ class RecordingContent:
         self.show_survey(self.contacts, self.steps)
 
     def show_survey(self, contacts: Sequence[ContactSpan], steps: Sequence[Stance]) -> None:
-        """There are these contacts and steps."""
+        """Set contacts and steps."""
         self.contacts, self.steps = contacts, steps
         self.number_of = {one.step.contact: number for number, one in enumerate(steps)}
         """The number of a contact's step in the list."""
@@ -71,7 +71,7 @@ class RecordingContent:
         self.bar_rows = np.array(rows, np.intp)
 
     def envelope(self, source: str, begin: float, end: float, frames: float, tile: int) -> tuple[Envelope, int]:
-        """What to draw a source of, and which column of it is the tile's (of force: that is all tiles')."""
+        """Return the envelope to draw of a source, and the tile's column in it; force has all tiles."""
         detail, overview = self.detail, self.overview
         fits = detail is not None and detail.begin <= begin and end <= detail.end and detail.tile == tile
         if fits and detail is not None and frames < FINE_S * self.opened.rate and detail.frames <= 2.0 * frames:
@@ -82,7 +82,7 @@ class RecordingContent:
 
 @dataclass(frozen=True)
 class Track:
-    """A band of the picture from `top` to `bottom`, in pixels."""
+    """A horizontal band of the picture from `top` to `bottom`, in pixels."""
 
     name: str
     top: float
@@ -90,7 +90,7 @@ class Track:
 
 
 def tracks_of(height: float, tiles: int) -> dict[str, Track]:
-    """Where each lane is in a picture of this height."""
+    """Return the tracks by name, for a picture of this height in pixels."""
     left = height - RULER_PX - 6.0
     bars = _BARS * _BAR_PX + 8.0
     rows = min(max(_ROW_PX[0] * tiles, min(_ROW_PX[1] * tiles, 0.25 * left)), 0.4 * left)
@@ -122,12 +122,12 @@ class TrackPainter:
         self._frames = float(self._edges[1] - self._edges[0])
 
     def x(self, time_s: float) -> float:
-        """Where a time of the recording is, in pixels."""
+        """Return the position of a time in pixels."""
         share = (time_s - self.view.begin_s) / (self.view.end_s - self.view.begin_s)
         return self.left + share * (self.right - self.left)
 
     def paint(self, painter: QPainter) -> None:
-        """Paint all but what moves: cursor and selection."""
+        """Paint everything except cursor and selection, which move."""
         painter.setFont(theme.font(theme.SMALL_PX))
         self._paint_ruler(painter)
         for track in self.tracks.values():
@@ -155,7 +155,7 @@ class TrackPainter:
             painter.drawLine(QPointF(x, RULER_PX - 6.0), QPointF(x, RULER_PX - 1.0))
             painter.setPen(QColor(theme.MUTED))
             text = time_text(k * step_s, step_s)
-            room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends where the picture does
+            room = min(50.0, self.right + RIGHT_PX - x)  # the last one ends at the picture's edge
             wide = max(2.0 * room, painter.fontMetrics().horizontalAdvance(text) + 2.0)
             at = QRectF(x + room - wide, 14.0, wide, 14.0)
             painter.drawText(at, Qt.AlignmentFlag.AlignHCenter, text)
@@ -218,7 +218,7 @@ class TrackPainter:
         self._paint_tiles(painter, (envelope.most(self._edges) - overview.baseline_n)[:, :-1])
 
     def _paint_tiles(self, painter: QPainter, load_n: NDArray[np.float32]) -> None:
-        """A row for each tile, the chosen one marked."""
+        """Paint a row for each tile, with the selected one marked."""
         track, count = self.tracks["tiles"], load_n.shape[1]
         levels = np.clip(np.nan_to_num(load_n) * (255.0 / FULL_SCALE_N), 0.0, 255.0).astype(np.uint8)
         pixels = np.ascontiguousarray(_shades(theme.FORCE, theme.PANEL)[levels].T)
@@ -242,7 +242,7 @@ class TrackPainter:
             source, float(self._edges[0]), float(self._edges[-1]), self._frames, self.view.tile
         )
         whole = overview.levels[source][-1]
-        both = [overview.levels[one][-1] for one in ("commanded", "measured")]  # on one scale, to be compared
+        both = [overview.levels[one][-1] for one in ("commanded", "measured")]  # on a common scale, for comparison
         largest = max(max(np.nanmax(one.high, initial=0.0), -np.nanmin(one.low, initial=0.0)) for one in both)
         top = max(0.01, round_top(1.05 * float(largest)))
         self._paint_axis(painter, track, (source.capitalize() + ",", f"m/s², {self._tile()}"), -top, top)
@@ -257,7 +257,7 @@ class TrackPainter:
         return f"tile {self.content.opened.floor.tiles[self.view.tile].id}"
 
     def _paint_axis(self, painter: QPainter, track: Track, labels: tuple[str, str], low: float, high: float) -> None:
-        """The lane's name, and lines at 0 and at the top."""
+        """Paint the track's labels, and lines at zero and at the top."""
         metrics = painter.fontMetrics()
         painter.setPen(QColor(theme.TEXT))
         painter.drawText(QPointF(8.0, track.top + 11.0), labels[0])
@@ -288,14 +288,14 @@ class TrackPainter:
         ends: tuple[float, float],
         colour: QColor,
     ) -> None:
-        """The area between the least and the most, at least a pixel high; nothing where nothing was recorded."""
+        """Paint the area between minimum and maximum, at least one pixel high; nothing in gaps."""
         height = max(round(track.bottom - track.top), 1)
         top, bottom = (
             np.nan_to_num(np.asarray(_place(track, values.astype(np.float64), *ends)) - track.top, nan=-9.0)
             for values in (high, low)
         )
         rows = np.arange(height)[:, None]
-        # An outline of a thousand corners takes Qt ten times as long as this picture.
+        # An outline of a thousand corners takes ten times as long to paint as this image.
         inside = (rows >= np.floor(np.minimum(top, height - 1))) & (rows <= np.maximum(bottom - 0.5, top))
         pixels = np.where(inside, np.uint32(colour.rgb()), np.uint32(0))
         image = QImage(pixels.data, len(high), height, 4 * len(high), QImage.Format.Format_ARGB32_Premultiplied)
@@ -337,7 +337,7 @@ class TrackPainter:
                 painter.drawText(bar, Qt.AlignmentFlag.AlignCenter, text + person)
 
     def bars(self, chosen: int = 0) -> list[tuple[ContactSpan, QRectF]]:
-        """The contacts that can be seen, each with its bar; those that are too thin for one only if they are chosen."""
+        """Return the visible contacts with their bars; those too thin for a bar only if `chosen`."""
         track, found = self.tracks["contacts"], []
         left, right, seen = self._spans_px()
         wide = (right - left >= _THIN_PX) | np.array([contact.id == chosen for contact in self.content.contacts], bool)
@@ -348,7 +348,7 @@ class TrackPainter:
         return found
 
     def _spans_px(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-        """Where each contact begins and ends, and whether it can be seen."""
+        """Return begin and end of each contact in pixels, and whether it is visible."""
         spans_s = self.content.spans_s
         scale = (self.right - self.left) / (self.view.end_s - self.view.begin_s)
         left, right = (self.left + scale * (spans_s[:, k] - self.view.begin_s) for k in (0, 1))
@@ -356,7 +356,7 @@ class TrackPainter:
         return np.maximum(left, self.left), np.minimum(right, self.right), seen
 
     def _paint_thin(self, painter: QPainter) -> None:
-        """Contacts that are hardly wider than a pixel, all at once."""
+        """Paint all contacts that are about a pixel wide in one operation."""
         left, right, seen = self._spans_px()
         thin = seen & (right - left < _THIN_PX)
         if not thin.any():
@@ -372,7 +372,7 @@ class TrackPainter:
 
 
 def time_text(time_s: float, step_s: float = 0.001) -> str:
-    """A time of the recording, to what `step_s` needs.
+    """Return a time of the recording as text, with the precision of `step_s`.
 
     >>> time_text(75.0, 5), time_text(2.5, 0.5), time_text(0.0, 60.0), time_text(3661.25, 0.01)
     ('1:15', '2.5 s', '0:00', '1:01:01.25')
@@ -396,5 +396,5 @@ def _place(
 
 @cache
 def _shades(full: str, none: str) -> NDArray[np.uint32]:
-    """The colours of a tile's row at 256 levels, from one to the other."""
+    """Return 256 colours from `none` to `full`, for the rows of tiles."""
     return np.array([QColor(theme.mixed(full, none, level / 255.0)).rgb() for level in range(256)], np.uint32)

@@ -1,4 +1,4 @@
-"""The Recordings workspace: a list, the recording that is open on its time axis, its steps, and the floor."""
+"""The Recordings workspace: the list, the open recording on its time axis, its steps, and the floor."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -55,11 +55,11 @@ NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 180
 """The name of a recording has so much room, whatever stands beside it."""
 _MARGIN = 0.6
-"""So many times what is seen is read on either side of it, so that scrolling finds it there."""
+"""Read-ahead on each side, as a multiple of the visible range, for scrolling."""
 
 
 class RecordingsWorkspace(Workspace):
-    """Shows recordings; nothing of it waits for a file."""
+    """Shows recordings; it never waits for a file."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
@@ -91,7 +91,7 @@ class RecordingsWorkspace(Workspace):
         context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.refresh))
 
     def open_file(self, path: Path) -> None:
-        """Open a recording, and put it on the list."""
+        """Open a recording, and add it to the list."""
         self.recordings.add(path)
         self.open(path)
 
@@ -114,7 +114,7 @@ class RecordingsWorkspace(Workspace):
     # --- the recording ---
 
     def open(self, path: Path) -> None:
-        """Open a recording; what is wrong with it is said."""
+        """Open a recording; show errors."""
         self._close_recording()
         self.axis.show_content(None, f"Opening {path.name}…")
         self.title.setText(path.stem)
@@ -149,7 +149,7 @@ class RecordingsWorkspace(Workspace):
         folder = opened.about.get("target", "")
         length, tiles = time_text(opened.length_s, 0.1), len(opened.floor.tiles)
         self.title.setText(opened.path.stem)
-        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it give way
+        self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
         self.facts.set_full_text(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.follower.follow(opened.path)
@@ -161,7 +161,7 @@ class RecordingsWorkspace(Workspace):
         self.axis.set_cursor(0.0)
 
     def _show_extended(self, opened: OpenedRecording) -> None:
-        """The recording goes on; what is seen follows it where its end was seen."""
+        """Show a recording that has grown; follow its end if that was visible."""
         content, view = self.content, self.axis.view
         if content is None or content.opened.path != opened.path:
             return
@@ -215,7 +215,7 @@ class RecordingsWorkspace(Workspace):
         if self.content is None:
             self.axis.show_content(None, why)
 
-    # --- what is seen of it ---
+    # --- the visible part ---
 
     def _request_detail(self) -> None:
         content, view = self.content, self.axis.view
@@ -275,7 +275,7 @@ class RecordingsWorkspace(Workspace):
             self.axis.redraw()
 
     def _choose_step(self, number: int) -> None:
-        """A step was chosen, on the axis or in the table: its curve, its time and its tile."""
+        """Show the curve, time and tile of a step selected on the axis or in the table."""
         if self.content is None:
             return
         step = self.content.steps[number].step
@@ -285,14 +285,14 @@ class RecordingsWorkspace(Workspace):
         self.axis.set_cursor(step.start_s)
         self.axis.select(step.start_s, step.start_s + 1e-3 * step.contact_ms)
 
-    # --- what the person does ---
+    # --- actions of the user ---
 
     def mark(self) -> None:
         """Mark the cursor's time, in the recording."""
         self._mark("")
 
     def ask_mark(self) -> None:
-        """Mark the cursor's time with a text."""
+        """Add a mark with a text at the cursor's time."""
         if self.content is None:
             return
         dialog = QInputDialog(self)
@@ -308,7 +308,7 @@ class RecordingsWorkspace(Workspace):
             self._change(lambda recording: recording.add_mark(frame, text))
 
     def remove_mark(self) -> None:
-        """Take away the mark that is nearest to the cursor, within a few pixels."""
+        """Remove the mark nearest to the cursor, within a few pixels."""
         if self.content is None:
             return
         opened = self.content.opened
@@ -321,7 +321,7 @@ class RecordingsWorkspace(Workspace):
         self.reader.change_marks(change)
 
     def play_or_stop(self) -> None:
-        """Play the selected stretch, or from the cursor on; or stop."""
+        """Play the selected range, or from the cursor on; stop if playing."""
         player, content = self.player, self.content
         if player is None or content is None:
             self._enable()
@@ -336,7 +336,7 @@ class RecordingsWorkspace(Workspace):
         self._show_play()
 
     def export(self) -> bool:
-        """Ask for a file, and write the recording into it."""
+        """Ask for a file, and export the recording to it."""
         if self.content is not None:
             self.exporting.ask(self.content.opened.path)
         else:

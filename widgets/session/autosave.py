@@ -21,7 +21,7 @@ RegisterNodes = Callable[[Patch, Path | None], None]
 
 @dataclass(frozen=True)
 class RecoveredWork:
-    """What was open in a window that crashed or starts again, and its file, if any."""
+    """The open patch of a window that crashed or restarts, and its file, if any."""
 
     patch: Patch
     path: Path | None
@@ -67,10 +67,7 @@ class Autosave:
     def recover(
         self, registry: Registry, register_nodes: RegisterNodes = lambda patch, folder: None
     ) -> RecoveredWork | None:
-        """Return what a crashed window left in this slot; None if there is nothing, or it cannot be used.
-
-        `register_nodes` is called with each patch and its folder before the patch is checked.
-        """
+        """Return the work that a crashed window left in this slot; None if there is none, or it cannot be read."""
         if self._lock is None:
             return None
         try:

@@ -133,7 +133,7 @@ class Bridge(QObject):
         self.ticked.emit()
 
     def _read(self, session: "Session", tracker: FootstepTracker) -> None:
-        """Read what is new in the rings, which hold it for seconds."""
+        """Read new data from the rings, which hold several seconds."""
         frames, force_n = session.force.read()
         self._watch_floor(len(frames) == 0 and session.health.running)
         tracker.add(frames, force_n)
@@ -160,7 +160,7 @@ class Bridge(QObject):
         match report:
             case Started():
                 if self._tracker is not None:
-                    self._tracker.load_kernels()  # in the cache by now
+                    self._tracker.load_kernels()  # now in the cache
                 self.started.emit(report)  # its notice stays at the right: as a message it hid the one before
             case Compiling(ready, total):
                 self.compile_progressed.emit(ready, total)

@@ -57,7 +57,7 @@ class SessionController(QObject):
     outlines_computed = Signal(object)
     """The last `Outlines` requested."""
     equaliser_changed = Signal(str)
-    """The tile whose calibrated vibration is used from now on: what it does of a signal is another."""
+    """Carries the tile whose calibration has changed, and with it the tile's response."""
     _session_closed = Signal()
     _session_made = Signal(object)
     _session_failed = Signal(str)
@@ -71,7 +71,9 @@ class SessionController(QObject):
         parent: QObject | None = None,
         engine: ChildProcess | None = None,
     ) -> None:
-        """`profiles` has a folder for each floor; `engine` is a process that was started for the first session."""
+        """Create the controller. `profiles` has a folder per floor; `engine` is a process started for the first
+        session.
+        """
         super().__init__(parent)
         self.bridge = Bridge(self)
         self.session: Session | None = None
@@ -145,7 +147,7 @@ class SessionController(QObject):
             self._drop(self.session)
 
     def use_sound(self, on: bool) -> None:
-        """Before `start`: use the sound device of the settings, or none."""
+        """Use the sound device of the settings, or none; call before `start`."""
         kept = self._settings
         self.target = replace(self.target, sound=kept.sound if on else None, rate=kept.rate, block=kept.block)
 
@@ -273,7 +275,7 @@ class SessionController(QObject):
         self.bridge.attach(session, self.target.floor, self.target.rate)
 
     def _fall_back(self, why: str) -> None:
-        """Report that the target cannot be played on, and return to one that can."""
+        """Report that the target cannot be used, and return to one that can."""
         self.notified.emit(why)
         if self.target.profiles:
             self.target = replace(self.target, profiles="")
@@ -411,7 +413,7 @@ class SessionController(QObject):
             self.preview_computed.emit(preview, self._preview_node)
 
     def _end_silent_start(self, report: Started) -> None:
-        """Without a sound card nobody is startled, so playing may start at once."""
+        """End the silent start: without a sound card, nobody is startled by sound."""
         if self._is_silent_start and report.where != SOUND_CARD:
             self.play()
         elif self._is_silent_start:

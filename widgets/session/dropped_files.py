@@ -40,7 +40,7 @@ class DroppedFiles(QObject):
         return super().eventFilter(watched, event)
 
     def open(self, paths: Sequence[Path]) -> None:
-        """Open the first of these that can be opened; the line below says what was not."""
+        """Open the first of these that can be opened; report in the status line those that cannot."""
         known = self._known(paths)
         if not known:
             self._notify(f"{paths[0].name} cannot be opened here")
@@ -58,5 +58,5 @@ class DroppedFiles(QObject):
 
 
 def local_files(data: QMimeData) -> list[Path]:
-    """The files of this computer that are dragged, or were copied in a file manager."""
+    """Return the local files that are dragged, or were copied in a file manager."""
     return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]

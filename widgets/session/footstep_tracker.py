@@ -20,7 +20,7 @@ CHUNK = 4096
 """Tiles times samples tracked at once: 2 ms."""
 
 _YIELD_S = 0.01
-"""How long a thread waits before it imports Numba: else the one that starts it stands still until that is done."""
+"""Delay of the thread before it imports Numba, because the import blocks the thread that starts it."""
 
 
 @dataclass(frozen=True)

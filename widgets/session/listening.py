@@ -1,4 +1,4 @@
-"""Selection of what is played: slot A or B, with matched levels; a single node; once, or in a loop."""
+"""Selection of the played signal: slot A or B, with matched levels; a single node; once, or in a loop."""
 
 import math
 from dataclasses import dataclass
@@ -210,7 +210,7 @@ class Listening(QObject):
             patch, text = self._auditioned_patch(patch, self.auditioned_output)
         patch = attenuated(patch, self._registry, self.gain(slot))
         patch = with_files_kept(patch, self._registry, chosen.folder, None)
-        # An edit is played at once; another selection, once it has settled.
+        # An edit is played at once; a different selection, after a short delay.
         is_other, self._played = (slot, self.auditioned_output) != self._played, (slot, self.auditioned_output)
         self._controller.edit(patch, chosen.folder, anew=anew, settle_s=SETTLE_S if is_other else 0.0)
         return text

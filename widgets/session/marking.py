@@ -9,7 +9,7 @@ from underfoot.widgets.session.controller import SessionController
 
 
 class Marking(QObject):
-    """Sends marks to the session, and reports each one, whoever set it, here or over the network."""
+    """Sends marks to the session, and reports all marks, whether set here or over the network."""
 
     def __init__(self, controller: SessionController, window: QWidget) -> None:
         super().__init__(window)

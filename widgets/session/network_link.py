@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from underfoot.network.cue_player import CuePlayer
     from underfoot.network.server import Counts, NetworkServer
 
-_HEALTH_DIVISOR = 5  # one of this many reports, which come ten times a second
+_HEALTH_DIVISOR = 5  # one of this many reports, which come at 10 Hz
 LENT_MESSAGE = "a study has the floor, which takes no cues meanwhile"
 
 
@@ -26,7 +26,7 @@ class NetworkLink(QObject):
     """Serves the window's session by the settings, which `apply` changes. Another thread handles the sockets."""
 
     def __init__(self, controller: SessionController, settings: Settings, panic: Callable[[], None]) -> None:
-        """`panic` silences everything that the window plays."""
+        """Create the link; `panic` silences all output of the window."""
         super().__init__(controller)
         self._controller, self._settings, self._panic = controller, settings, panic
         self._server: NetworkServer | None = None
@@ -70,7 +70,7 @@ class NetworkLink(QObject):
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:
-        """Serve a session that was opened, and report what leaves this computer."""
+        """Serve a newly opened session, and report which data leave this computer."""
         try:
             plan = NetworkPlan.chosen(
                 {**DEFAULT_ADDRESSES, **self._settings.network_addresses}, self._settings.network_on

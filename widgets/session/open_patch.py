@@ -58,7 +58,7 @@ class SlotContent:
 
     @property
     def folder(self) -> Path | None:
-        """Its folder; None without a file."""
+        """The folder of its file; None without a file."""
         return self.path.absolute().parent if self.path else None
 
 
@@ -96,7 +96,7 @@ class OpenPatch(QObject):
     """A line for the user."""
 
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
-        """Copies of unsaved work are kept in `folder`; `window` is the parent of dialogs."""
+        """Create the open patch; copies of unsaved work are kept in `folder`, and `window` is the parent of dialogs."""
         super().__init__(window)
         self.patch = Patch()
         self.path: Path | None = None
@@ -165,7 +165,7 @@ class OpenPatch(QObject):
         return True
 
     def _restore_file(self, step: "_PresetOpening", is_after: bool) -> None:
-        """A preset has no file of the user's, so saving asks for one. Undo restores the previous patch's file."""
+        """Restore the file after an undo or redo. A preset has no file of the user's, so saving asks for one."""
         was_saved = step.before == step.saved
         self._saved = step.after if is_after and was_saved else step.saved
         self._set_path(None if is_after else step.path)
@@ -202,7 +202,7 @@ class OpenPatch(QObject):
     # --- start ---
 
     def restore_or_open(self, path: Path | None, default_patch: Patch) -> None:
-        """Open, at the start, what a crash left, else the requested file, else this patch."""
+        """Open, at the start, the work left by a crash, else the requested file, else this patch."""
         recovered = self.autosave.recover(self._registry, self.nodes.register_nodes)
         if path is not None and self.read(path):
             if recovered is not None:
@@ -335,7 +335,7 @@ class OpenPatch(QObject):
         box.open()
 
     def ask_to_save_all(self, then: Callable[[], object]) -> None:
-        """The same for both slots, one after the other."""
+        """Ask for both slots, in sequence."""
         if self.is_saved and not self.is_all_saved:
             self.switch()
         self.ask_to_save(then if self.is_all_saved or self.other is None else lambda: self.ask_to_save_all(then))

@@ -115,7 +115,7 @@ class Settings(msgspec.Struct):
 
     @property
     def placement(self) -> Placement:
-        """How a projector's picture lies."""
+        """The placement of a projector's picture."""
         return Placement(self.projector_scale, self.projector_at, self.projector_turn)
 
     @placement.setter

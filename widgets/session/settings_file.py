@@ -10,11 +10,11 @@ from underfoot.errors import UnderfootError
 from underfoot.widgets.session.settings import Settings
 
 LOOK_MS = 2000
-"""How often changes are looked for: so much is lost at most if the window is killed."""
+"""Interval between checks for changes: the most that is lost if the window is killed."""
 
 
 class SettingsFile(QObject):
-    """Loads the `settings` in `folder`, and writes them when they have changed; `notify` gets what prevents that."""
+    """Loads the `settings` in `folder`, and writes them after changes; `notify` receives errors."""
 
     def __init__(self, folder: Path, notify: Callable[[str], None], parent: QObject) -> None:
         super().__init__(parent)
@@ -42,7 +42,7 @@ class SettingsFile(QObject):
         self._writer.shutdown()
 
     def _write_changes(self) -> None:
-        """In a thread, because disks can be slow. What cannot be written is said when the window closes."""
+        """Write changes, in a thread because disks can be slow; an error is reported when the window closes."""
         if self._written != (encoded := self.settings.encoded()):
             self._written = encoded
             self._writer.submit(Settings.write, encoded, self._folder)

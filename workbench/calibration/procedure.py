@@ -49,7 +49,7 @@ class Page:
 
 @dataclass(frozen=True)
 class PageProgress:
-    """Live state of a page: `hint` says what is missing, `ready` is the progress, 0 to 1."""
+    """Live state of a page: `hint` tells the user what is missing, `ready` is the progress, 0 to 1."""
 
     hint: str = ""
     ready: float = 0.0
@@ -58,7 +58,7 @@ class PageProgress:
 
 
 class Procedure(Protocol):
-    """State machine that requests data, takes it, and ends in a result."""
+    """State machine that requests data, takes it, and ends with a result."""
 
     @property
     def page(self) -> Page:

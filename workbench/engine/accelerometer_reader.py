@@ -118,7 +118,7 @@ class CardReader:
 
     @staticmethod
     def delay_s(stream: Stream) -> float:
-        """Latency in seconds from output to input, as reported by the stream."""
+        """Return the latency in seconds from output to input, as reported by the stream."""
         return stream.round_trip_s
 
 
@@ -150,7 +150,7 @@ class LinkReader:
 
     @staticmethod
     def delay_s(stream: Stream) -> float:
-        """Latency in seconds from the output to the tile, as reported by the stream."""
+        """Return the latency in seconds from the output to the tile, as reported by the stream."""
         return stream.latency_s
 
 

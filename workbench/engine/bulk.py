@@ -37,7 +37,7 @@ Job = RenderJob | ReplayJob
 
 @dataclass(frozen=True)
 class Item:
-    """One file to render: the job, its patch file, and the values set in the patch."""
+    """A file to render: the job, its patch file, and the parameter values set in the patch."""
 
     job: Job
     patch: str

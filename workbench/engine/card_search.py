@@ -1,4 +1,4 @@
-"""Search for sound cards in a process of its own: PortAudio lists devices once, and again only if no stream is open."""
+"""Search for sound cards in a separate process, because PortAudio lists devices only once while a stream is open."""
 
 import time
 from multiprocessing.connection import Connection

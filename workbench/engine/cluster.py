@@ -72,7 +72,9 @@ def _words(error: Exception) -> str:
 
 
 def _require_reachable(address: str) -> None:
-    """Raise `DeviceError` at once if nobody listens: the library would retry for long, and leave a thread behind."""
+    """Raise `DeviceError` at once if the scheduler does not answer, because the library would retry for long and leave
+    a thread behind.
+    """
     parts = urlsplit(address)
     try:
         host, port = parts.hostname, parts.port

@@ -57,14 +57,14 @@ class Action:
     """An operation that the loop performs at a span edge."""
 
     def free_from(self, loop: LoopParts) -> int:
-        """First frame at which it can be applied; 0 if there is no restriction."""
+        """Return the first frame at which the action can be applied; 0 if there is no restriction."""
         return 0
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         """Apply it from `frame` on. Runs in the audio callback: allocates, loads and locks nothing."""
 
     def reported(self) -> "Command | None":
-        """Command to report once it is applied; None for none."""
+        """Return the command to report after it was applied; None for none."""
         return None
 
 
@@ -97,12 +97,8 @@ class Command(Action):
 
 @dataclass(frozen=True)
 class Swap(Command):
-    """Replace the program by this patch (JSON text): built first, states kept, faded in. Kernels are cached.
-
-    If both programs at once would cost too much, the engine fades out the old one first, not `together` with the new
-    one. A patch that begins `anew` plays from its start: only states that follow the floor are kept. Where states
-    cannot be kept, the patch runs silently for `settle_s` seconds before it is faded in, so that feet already standing
-    trigger no steps.
+    """Replace the program by this patch (JSON text). It is built first, states are kept, and it is faded in. Kernels
+    are cached.
     """
 
     patch: bytes
@@ -140,7 +136,7 @@ class Start(Swap):
 
 @dataclass(frozen=True)
 class CancelStart(Command):
-    """Cancel a waiting start. Not recorded: what did not begin is not recorded, either."""
+    """Cancel a waiting start. Not recorded, because a start is recorded only when it begins."""
 
     def reported(self) -> None:  # type: ignore[override]
         return None
@@ -171,7 +167,7 @@ class Strike(Command):
     delay_s: float = 0.0
 
     def check(self, floor: Floor) -> None:
-        """Also raise `BadValue` for a delay outside 0 to `MOST_DELAY_S`."""
+        """Check the tile, and raise `BadValue` for a delay outside 0 to `MOST_DELAY_S`."""
         super().check(floor)
         require(0.0 <= self.delay_s <= MOST_DELAY_S, "delay_s", self.delay_s, f"0 to {MOST_DELAY_S:g} s")
 
@@ -292,7 +288,7 @@ class TileEqualiser(Command, kind="Correct"):
         return TileEqualiser(tile, response.acceleration_per_unit, response.equaliser, response.rate_hz)
 
     def check(self, floor: Floor) -> None:
-        """Also raise `BadValue` for sections that are not stable, or a scale that is not above 0."""
+        """Check the tile, and raise `BadValue` for unstable sections, or a scale that is not above 0."""
         super().check(floor)
         scale = self.acceleration_per_unit
         require(scale > 0.0, "acceleration_per_unit", scale, "above 0")

@@ -1,4 +1,4 @@
-"""Progress of two processes that compile the same kernels, each from another end of the list."""
+"""Progress of two processes that compile the same kernels, from opposite ends of the list."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ from underfoot.engine.reports import Compiling
 
 @dataclass
 class CompileProgress:
-    """How many parts the engine and the compiler have ready, as one number that only grows.
+    """The number of parts that the engine and the compiler have ready, as one number that never decreases.
 
     >>> progress = CompileProgress()
     >>> progress.take("engine", Compiling(2, 9)), progress.take("compiler", Compiling(1, 9))
@@ -19,14 +19,14 @@ class CompileProgress:
     _ready: dict[str, int] = field(default_factory=dict)
 
     def take(self, process: str, report: Compiling) -> list[Compiling]:
-        """Return what is to be shown after a report of one process, if it is more than before."""
+        """Return the progress to show after a report of one process, if it has increased."""
         before = sum(self._ready.values())
         self._ready[process] = report.ready
-        ready = min(sum(self._ready.values()), report.total - 1)  # the last one is ready when it is said
+        ready = min(sum(self._ready.values()), report.total - 1)  # the last part is ready when it is reported
         return [Compiling(ready, report.total)] if ready > before or not before else []
 
     def forget(self, process: str) -> bool:
-        """Forget what a process has ready; return whether that was anything."""
+        """Forget the progress of a process; return whether there was any."""
         return self._ready.pop(process, 0) > 0
 
     def clear(self) -> None:

@@ -25,12 +25,8 @@ from underfoot.patch.patch import Patch
 
 
 def run(connection: Connection) -> None:
-    """The process's main function; returns when the connection ends.
-
-    What is compiled comes first, then pictures, of which the newest counts, then laws, which take long, and last what
-    takes until something else is asked for.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever opened the session
+    """Run the compiler's process until the connection ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     picture: PreviewRequest | OutlinesRequest | None = None
     laws: PreviewRequest | None = None
     curve: ErrorCurveRequest | None = None
@@ -98,7 +94,7 @@ def _preview(request: PreviewRequest) -> Preview:
 
 
 def _port(name: str) -> str:
-    """The port of an output "node.port"; other names as they are."""
+    """Return the port of an output "node.port"; other names unchanged."""
     return name.rpartition(".")[2]
 
 
@@ -112,7 +108,7 @@ def _outlines(request: OutlinesRequest) -> Outlines:
 
 
 def _measure_errors(request: ErrorCurveRequest, connection: Connection) -> None:
-    """Send what is known of the node's run time over error after each point, until something else is asked for."""
+    """Send the node's run time as a function of error after each measured point, until another request comes."""
     from underfoot.engine.error_curve import error_curve
 
     try:

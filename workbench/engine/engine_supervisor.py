@@ -90,4 +90,4 @@ class EngineSupervisor:
             self._engine.send(Quit())
             self._engine.end(END_S if self._memory.status.get(Field.RUNNING) else 0.0)
         if self._standby is not None:
-            self._standby.end(0.0)  # it has nothing to finish
+            self._standby.end(0.0)  # it has no unfinished work

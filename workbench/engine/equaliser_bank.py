@@ -46,11 +46,11 @@ class EqualiserBank:
         self._works = True
 
     def free_from(self, row: int) -> int:
-        """First frame at which a tile's equaliser can be changed."""
+        """Return the first frame at which a tile's equaliser can be changed."""
         return int(self._rows["fade_frame"][row]) + FADE
 
     def ringing(self) -> tuple[bool, ...]:
-        """Whether the equaliser of each tile still rings."""
+        """Return, for each tile, whether its equaliser is still decaying."""
         return tuple(bool(awake) for awake in self._rows["awake"])
 
     def apply(self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], frame: int, n: int) -> None:

@@ -1,8 +1,4 @@
-"""Run time against error of one node: what its requested error costs.
-
-Points are cached on disk under a digest of the measured code and the node's values: a change of either measures them
-again.
-"""
+"""Run time of one node as a function of its error."""
 
 import hashlib
 import json
@@ -74,7 +70,7 @@ class ErrorCurve:
         return Drawing("", "error found", "run time, ms", series, x_log=True, y_log=True, x_range=x, y_range=y)
 
     def _least_ms(self) -> dict[float, float]:
-        """Least time for each error found: equal errors mean equal work."""
+        """Return the shortest time for each error, because equal errors require equal work."""
         least: dict[float, float] = {}
         for point in (*self.points, self.here):
             least[point.found] = min(point.ms, least.get(point.found, np.inf))
@@ -107,7 +103,7 @@ def error_curve(type: NodeType, given: Mapping[str, Any]) -> Iterator[ErrorCurve
 
 
 def _errors_to_try(type: NodeType) -> list[Any]:
-    """Errors that can be asked of a node, from the largest and cheapest on."""
+    """Return the errors to measure of a node type, largest and cheapest first."""
     parameter = type.parameters["error"]
     if isinstance(parameter, Choice):
         return sorted(parameter.options, key=float, reverse=True)
@@ -126,7 +122,7 @@ def _point(type: NodeType, requested_error: RequestedError, values: Mapping[str,
 
 
 def _least_s(work: Callable[[], Any]) -> float:
-    """Least processor time of a run, over some batches: other work on the machine only lengthens it."""
+    """Return the shortest processor time of a run over several batches; other load on the machine only lengthens it."""
     work()
     began = time.thread_time()
     work()
@@ -141,7 +137,9 @@ def _least_s(work: Callable[[], Any]) -> float:
 
 
 def _name(functions: Sequence[Any], values: Mapping[str, Any]) -> str:
-    """Digest of what is measured: the code of the functions and of those they call, the values, the processor."""
+    """Return a digest of all that determines a measurement: the functions' code, callees included, values and
+    processor.
+    """
     code = [digest(function) for function in functions]
     text = json.dumps([code, dict(values), binding.get_host_cpu_name()], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:32]

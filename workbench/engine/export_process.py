@@ -1,4 +1,4 @@
-"""Export of a recording in a process of its own, while the window goes on."""
+"""Export of a recording in a separate process, while the window stays responsive."""
 
 import signal
 import time

@@ -18,8 +18,8 @@ from underfoot.models.filtering.resampling import BEFORE, BEHIND, resampled
 
 _FRAMES = 1 << 15
 _PULL_HZ = 0.05
-"""Bandwidth of the delay control: low enough that its changes of pitch stay below what is felt, high enough that a
-drift of 200 ppm shifts the delay by less than a millisecond.
+"""Bandwidth of the delay control: low enough to keep its pitch changes below the sensation threshold, high enough that
+a drift of 200 ppm shifts the delay by less than 1 ms.
 """
 _MOST_RATIO = 0.005
 _SETTLED_S = 0.5
@@ -108,7 +108,9 @@ class FurtherCard:
             self.offset_frames = 0.0
 
     def _ratio(self, now_s: float) -> float:
-        """Engine frames per card frame: the ratio of both clocks, corrected to remove the deviation."""
+        """Return engine frames per card frame: the ratio of the clock rates, with a correction of the delay's
+        deviation.
+        """
         ratio = self._engine.rate_hz / self._own.rate_hz
         ahead = self._played - len(self._out) - self._own.frame_at(now_s)
         self.offset_frames = self._engine.frame_at(now_s) - self.delay_frames - (self._position - ratio * ahead)

@@ -58,7 +58,7 @@ class FurtherStream:
 
     @property
     def is_due(self) -> bool:
-        """Whether to try again to open a card that is away."""
+        """Whether to try again to open a missing card."""
         return self.stream is None and time.monotonic() - self._asked_s >= RETRY_S
 
     def _fill(self) -> int:
@@ -126,7 +126,7 @@ class FurtherStreams:
 
     @property
     def silence(self) -> tuple[str, ...]:
-        """Which cards are away, and the tiles that are silent without them."""
+        """The missing cards, and the tiles that are silent without them."""
         return tuple(
             f"{stream.name} is not there; silent: {stream.tiles}" for stream in self._streams if stream.stream is None
         )

@@ -48,7 +48,7 @@ class KernelParts:
         types = sorted({node.type for node in patch.nodes})
         kernels: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
         kernels += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
-        # A part returns True if it made something that no listener of the compiler hears of.
+        # A part returns True if it made something that is not reported to listeners of the compiler.
         self._parts: list[Callable[[], bool]] = [partial(_loaded, load) for load in kernels]
         self._parts += [
             partial(load_plate, tile, options.simulation, float(options.rate_hz), heard)

@@ -181,7 +181,7 @@ class Loop:
         return played.pop(""), played
 
     def _await_start(self, start: ProgramStart | None) -> None:
-        """Make a start wait for its frame, in place of the one that waits; None cancels it."""
+        """Delay a start until its frame, instead of any other delayed start; None cancels it."""
         if self._start is not None:
             self.programs.retired.append(self._start.program)
         self._start = start

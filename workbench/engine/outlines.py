@@ -1,4 +1,4 @@
-"""What several nodes do in one step, in the few points of a small picture: one rendering for all of them."""
+"""Small pictures of several nodes' responses to one step, from one rendering for all of them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,7 @@ Outline = NDArray[np.floating]
 def outlines(
     patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
 ) -> tuple[dict[str, Outline], dict[str, Outline]]:
-    """The signals and the events of nodes, by "node.port", as `Outlines` has them; `seconds` as in `previewed`.
-
-    Where one of the nodes cannot be rendered, each is by itself, and that one is left out.
-    """
+    """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as in `previewed`."""
     types = {node.id: REGISTRY[node.type] for node in patch.nodes}
     scopes = tuple(f"{node}.{port.name}" for node in nodes if node in types for port in types[node].outputs)
     try:
@@ -37,7 +34,7 @@ def outlines(
 
 
 def outline(values: Outline) -> Outline:
-    """The least and the largest value of each of at most 256 stretches, one after the other.
+    """Return the minimum and maximum of each of at most 256 consecutive stretches.
 
     >>> outline(np.sin(np.linspace(0.0, 6.283, 10_000))).shape
     (512,)
@@ -47,7 +44,8 @@ def outline(values: Outline) -> Outline:
 
 
 def strongest_events(events: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
-    """Of events as rows of (frame, strength, duration) the strongest of each stretch: (share of `frames`, strength).
+    """Return the strongest event of each stretch, as (share of `frames`, strength), from rows of (frame, strength,
+    duration).
 
     >>> strongest_events(np.array([[0.0, 1.0, 0.0], [250.0, 3.0, 0.0], [250.0, 4.0, 0.0]]), 1000)
     array([[0.  , 1.  ],

@@ -20,10 +20,7 @@ _LATE_S = 0.05  # lateness at which a block paced by the clock counts as an xrun
 
 
 class Pacer:
-    """Runs blocks at the right pace until `leave` is set. `notify` is called with what the user is to know.
-
-    The first of `cards` sets the pace; further ones follow on their own clocks.
-    """
+    """Runs blocks at the right pace until `leave` is set. `notify` receives messages for the user."""
 
     def __init__(
         self, runner: BlockRunner, target: Target, cards: Sequence[CardChannels], notify: Callable[[Notice], None]
@@ -40,13 +37,13 @@ class Pacer:
         self._asked_s, self._is_away = 0.0, False
         self._late = 0
         self._ramp = np.linspace(0.0, 1.0, FADE, dtype=np.float32)[:, None]
-        self._ramped = FADE  # frames of the ramp that have been played in a stream that came back
+        self._ramped = FADE  # frames of the ramp that have been played in a reopened stream
         self._stream: Stream | None = None
         self._status.put(Field.LATENCY_S, runner.block_s + SPAN / target.rate)
 
     @property
     def where(self) -> str:
-        """What plays, as in `Started`."""
+        """The device that plays, as in `Started`."""
         forces_from = "the simulator" if self._target.kind == "simulator" else self._target.kind
         return SOUND_CARD if self._stream is not None else f"{forces_from}, without sound"
 
@@ -166,14 +163,14 @@ class Pacer:
                 self._tell_output(f"{self._first.name} is back")
 
     def _tell_output(self, line: str) -> None:
-        """Tell what has become of a card, and what is silent now."""
+        """Report the state of a card, and the tiles that are silent now."""
         silence = self._further.silence
         if self._is_away and self._first is not None:
             silence = (f"{self._first.name} is not there", *silence)
         self._notify(OutputChanged(line, self.where, "; ".join(silence)))
 
     def _without_sound(self) -> str:
-        """Return what is silent without the first card."""
+        """Return the tiles that are silent without the first card, as text."""
         loop = self._runner.loop
         if not self._further.any_playing or self._first is None:
             return "going on without sound"

@@ -55,7 +55,7 @@ def picture_of(path: Path) -> PresetPicture:
 
 
 def picture_in_background(path: Path) -> PresetPicture:
-    """Do the same in a process of its own at the lowest priority."""
+    """Do the same in a separate process of lowest priority."""
     with suppress(OSError, AttributeError):
         os.nice(19 - os.nice(0))
     return picture_of(path)

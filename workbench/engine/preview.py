@@ -1,4 +1,4 @@
-"""Previews: one step on one tile, and a strike as the foot comes down, through a patch; what each node makes of it."""
+"""Previews: the response of a patch's nodes to one step on one tile, with a strike at the foot's contact."""
 
 from pathlib import Path
 
@@ -16,10 +16,10 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 WHOLE_STEP_S = 0.9
-"""A step, with what rings on after it: the least that a preview lasts which has no length of its own."""
+"""Duration of a step and its decay: the shortest preview of a patch without a duration of its own."""
 LONGEST_S = 10.0
 _RINGING_S = 1.0
-"""How long a patch may ring on after the last of its notes."""
+"""Decay time after the last note of a patch, in seconds."""
 DRIVE = "drive"
 _BLOCK = 480  # the strike falls between two blocks
 
@@ -35,15 +35,7 @@ def previewed(
     measures: bool = False,
     equalisers: tuple[TileEqualiser, ...] = (),
 ) -> tuple[NDArray[np.float32], dict[str, NDArray[np.float32]], dict[str, NDArray[np.float64]]]:
-    """The step's force in newtons (frames,), and what comes from each scope ("node.port"), for so many seconds.
-
-    0 seconds are until the patch has come to its own end: until all of its nodes sleep after the step, and at most
-    `LONGEST_S`.
-
-    By scope: the frames of signals, shape (frames,), and of events rows of (frame, strength, duration in seconds). With
-    `measures`, there are `COMMANDED`, `MEASURED` and `DRIVE` among the signals: what is asked of a simulated tile of
-    the usual kind, and what it does, m/s^2; and what drives it, through `equalisers`, of full scale.
-    """
+    """Return the step's force in N (frames,), and `seconds` of signals and events of each scope ("node.port")."""
     ends_by_itself = seconds == 0.0
     force_n, source = one_step(tile, seconds or longest_s(patch), rate_hz)
     options = LoopOptions(
@@ -87,7 +79,8 @@ def previewed(
 
 
 def longest_s(patch: Patch) -> float:
-    """How long what happens in a patch at most goes on after the step, s, by its rhythms, notes and delays.
+    """Return an upper bound, in seconds, for how long a patch continues after a step, from its rhythms, notes and
+    delays.
 
     >>> longest_s(Patch().add("tone", REGISTRY))
     0.9
@@ -109,14 +102,14 @@ def longest_s(patch: Patch) -> float:
 
 
 def one_tile(id: str) -> Floor:
-    """A floor of one tile of the usual size."""
+    """Return a floor of one tile of the usual size."""
     edge = 0.1335
     corners = ((edge, edge), (-edge, edge), (-edge, -edge), (edge, -edge))
     return Floor((Tile(id, (0.305, 0.305), (0.1525, 0.1525), sensors_m=corners),))
 
 
 def one_step(tile: str, seconds: float, rate_hz: float) -> tuple[NDArray[np.float32], Replay]:
-    """A step straight over the middle of a tile: its force at each frame, and what brings it to a loop."""
+    """Return the force of a step over the centre of a tile at each frame in N, and the source that replays it."""
     time_s = np.arange(round((seconds + 0.1) * FORCE_HZ)) / FORCE_HZ
     floor = one_tile(tile)
     force_n, corners_n = adult_step(floor.tiles[0], time_s, STEP_S)

@@ -55,7 +55,7 @@ class Engine:
     """The loop, its pacer, and the thread that listens to the supervisor."""
 
     def __init__(self, connection: Connection, setup: Setup, rehearsed: Setup | None = None) -> None:
-        """`rehearsed` is the setup whose kernels are already loaded."""
+        """Create the engine; `rehearsed` is the setup whose kernels are already loaded."""
         self._connection, self._setup = connection, setup
         self.memory = SessionMemory.open(setup.memory)
         target = setup.target
@@ -67,7 +67,7 @@ class Engine:
             cards = card_channels(target.sound, behind + 1)
             most = cards[-1].first + cards[-1].count
             channels = [channel if channel < most else -1 for channel in channels]
-            # Open no channel without need: a sound server spreads one that its card lacks over the others.
+            # Open only the needed channels: a sound server mixes channels that its card lacks into the others.
             has_sound = any(REGISTRY[node.type].to_sound for node in patch.nodes)
             sound_channel = behind if has_sound and behind < most else -1
         options = _options(setup, tuple(channels), sound_channel)

@@ -71,7 +71,7 @@ class ProgramFader:
 
     @property
     def read_centroid(self) -> bool:
-        """Whether a running program reads where on their tiles people stand. Allocates nothing."""
+        """Whether a running program reads centroids. Allocates nothing."""
         now, old = self.current.engine_signals, self._old.engine_signals
         return "x_m" in now or "y_m" in now or "x_m" in old or "y_m" in old
 

@@ -23,7 +23,7 @@ from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
 
 COMMIT_S = 0.05
-"""Interval in seconds between commits: half of what a kill may cost, since a busy machine is late."""
+"""Interval in seconds between commits: half of the allowed loss at a kill, because a busy machine is late."""
 _LOOK_S, _SEEN_S = 0.02, 0.001
 
 
@@ -109,7 +109,7 @@ class Recorder:
     """
 
     def __init__(self, path: Path, about: dict[str, str], rings: dict[str, Ring]) -> None:
-        """`rings` has the names of the recording's tables as keys."""
+        """Create the recorder; the keys of `rings` are the names of the recording's tables."""
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; choose another name for the recording")
         self.path = path
@@ -162,7 +162,7 @@ class Recorder:
         return lines
 
     def death(self) -> str | None:
-        """None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
+        """Return None while the process lives, otherwise the reason of its death; "" if it has reported that itself."""
         if self._process.is_alive:
             return None
         failed = self._process.has_failed

@@ -1,4 +1,4 @@
-"""Reports to whoever opened a session: from the engine, the compiler and the supervisor. Plain frozen data."""
+"""Reports from the engine, the compiler and the supervisor to the user of a session. Plain frozen data."""
 
 from dataclasses import dataclass, field
 
@@ -9,16 +9,12 @@ from underfoot.drawing import Drawing
 from underfoot.engine.commands import Command
 
 SOUND_CARD = "sound card"
-"""What `Started` says where a sound card plays."""
+"""The output in `Started` if a sound card plays."""
 
 
 @dataclass(frozen=True)
 class Started:
-    """The engine runs: what it plays on, in words, and why it is not what was asked for, if so.
-
-    `channels` has that of each tile, or -1 for a tile that is silent because the sound card has none for it. The engine
-    begins with `level_db` and `playing`.
-    """
+    """The engine has started: the output in words, and the reason if it is not the requested one."""
 
     where: str
     notice: str = ""
@@ -30,7 +26,7 @@ class Started:
 
 @dataclass(frozen=True)
 class CommandApplied:
-    """A command took effect at this session frame: with the force samples, all that a replay needs."""
+    """A command took effect at this session frame. With the force samples, this suffices for a replay."""
 
     frame: int
     command: Command
@@ -47,7 +43,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Costs:
-    """What each node costs (share of the time a block may take) and for how many tiles it is awake, twice a second."""
+    """Each node's cost (share of the block time) and number of awake tiles, twice a second."""
 
     share: dict[str, float]
     awake: dict[str, int]
@@ -70,7 +66,7 @@ class Notice:
 
 @dataclass(frozen=True)
 class PatchRefused(Notice):
-    """A patch cannot be played; what was played before goes on."""
+    """A patch cannot be played; the previous one continues."""
 
     @classmethod
     def because(cls, error: Exception | str) -> "PatchRefused":
@@ -80,10 +76,7 @@ class PatchRefused(Notice):
 
 @dataclass(frozen=True)
 class OutputChanged(Notice):
-    """A sound card went away or came back, or cannot be opened again after a panic.
-
-    `where` is what plays now, as in `Started`; `silence` says why not all that was asked for is heard, "" if it is.
-    """
+    """A sound card has disappeared or returned, or cannot be reopened after a panic."""
 
     where: str
     silence: str = ""
@@ -106,16 +99,16 @@ class Compiled:
 
 
 MEASURED = "measured"
-"""Under this name a preview of an output has, among its signals, what the tile does, m/s^2."""
+"""The name of the tile's response, m/s^2, among the signals of an output's preview."""
 
 
 COMMANDED = "commanded"
-"""Under this name a preview of what a tile plays has all that the patch asks of it, m/s^2."""
+"""The name of the whole commanded acceleration, m/s^2, among the signals of a tile output's preview."""
 
 
 @dataclass(frozen=True)
 class Preview:
-    """What a patch does for one step on one tile: force in newtons, and the frames of each output asked for."""
+    """The response of a patch to one step on one tile: force in N, and the frames of each requested output."""
 
     ticket: int
     rate_hz: float
@@ -124,16 +117,12 @@ class Preview:
     error: str = ""
     events: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     headroom_db: float | None = None
-    """How far what drives the tile stays below the limiter at full level, where the node plays and is not silent."""
+    """Margin of the tile's drive below the limiter at full level, in dB, if the node plays and is not silent."""
 
 
 @dataclass(frozen=True)
 class Outlines:
-    """What several nodes do for one step on one tile, in few points; by "node.port".
-
-    Of a signal the least and the largest value of each of at most 256 stretches, one after the other; of events rows of
-    (time as a share of the whole, strength), the strongest of each stretch. A node that cannot be rendered is left out.
-    """
+    """The responses of several nodes to one step on one tile, in few points, by "node.port"."""
 
     ticket: int
     signals: dict[str, NDArray[np.floating]]
@@ -151,11 +140,7 @@ class Distributions:
 
 @dataclass(frozen=True)
 class ErrorCurveDrawn:
-    """Run time over error of a node, as far as it is measured.
-
-    `description` says where the node stands, and `left` how many points are still to come. `error` says why there is
-    none.
-    """
+    """Run time as a function of error of a node, as far as it has been measured."""
 
     ticket: int
     drawing: Drawing
@@ -182,7 +167,7 @@ Report = (
 
 @dataclass(frozen=True)
 class Health:
-    """How the engine is, read at any time."""
+    """The state of the engine, which can be read at any time."""
 
     running: bool
     load: float
@@ -193,11 +178,11 @@ class Health:
     lost: int
     """Force samples that did not arrive."""
     latency_s: float
-    """From a force sample's arrival to the first output frame that it can change: the block, and the hold."""
+    """From a force sample's arrival to the first output frame that depends on it: the block, and the hold."""
     hold_s: float
-    """By how much of that samples of hardware are set back because some of them are late."""
+    """The part of it by which samples of hardware are delayed because some arrive late."""
     stream_latency_s: float
-    """What the output stream adds: by the card's clock, else half of a measured round trip, else as it was asked."""
+    """Latency of the output stream: by the card's clock, else half of a measured round trip, else as requested."""
     round_trip_s: float
     """The round trip of the card, as calibration or its own inputs measured it; 0 where it is not known."""
     frame: int
@@ -207,12 +192,12 @@ class Health:
     awake: int
     """Tiles for which something is awake."""
     cards_delay_s: float = 0.0
-    """By how much further sound cards play later than the first; 0 without any."""
+    """Delay of further sound cards re the first; 0 without any."""
     cards_offset_s: float = 0.0
-    """How far the worst of them is from that now."""
+    """The largest current deviation from that delay."""
     cards_drift_ppm: float = 0.0
-    """How much faster its clock goes than the first card's."""
+    """Deviation of that card's clock rate from the first card's."""
     jumps: int = 0
-    """How often the card's inputs went on at another distance from its outputs: frames were lost without a word."""
+    """Number of changes of delay between the card's inputs and outputs, which show that frames were lost silently."""
     clock_trip_s: float = 0.0
     """The round trip by the card's clock, which stamps blocks as they come in and leave; 0 where it does not."""

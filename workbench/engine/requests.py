@@ -1,4 +1,4 @@
-"""What the supervisor asks of the engine and of the compiler. Plain frozen data."""
+"""Requests of the supervisor to the engine and the compiler. Plain frozen data."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,7 @@ from underfoot.floor.simulated_plates import PlateOutput
 
 @dataclass(frozen=True)
 class Setup:
-    """All that the engine's process is given: target, patch, where the shared memory is, and where to go on from.
-
-    `since` is when it was `frame`, by `time.monotonic`; None at the session's beginning, which waits for the engine.
-    """
+    """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from."""
 
     target: Target
     patch: bytes
@@ -27,17 +24,14 @@ class Setup:
 
 @dataclass(frozen=True)
 class StandBy:
-    """Load the kernels of what another engine plays, so that it can be taken over at once."""
+    """Load the kernels of the other engine's program, for an immediate takeover."""
 
     setup: Setup
 
 
 @dataclass(frozen=True)
 class CompileRequest:
-    """Have every kernel of a patch, and of what brings the target's force, in the cache; answered with `Compiled`.
-
-    `plates` are as in `LoopOptions`. `from_end` is for a process that shares this with another one.
-    """
+    """Compile all kernels of a patch, and of the target's force source, into the cache; answered by `Compiled`."""
 
     ticket: int
     patch: bytes
@@ -49,7 +43,7 @@ class CompileRequest:
 
 @dataclass(frozen=True)
 class PreviewRequest:
-    """Render what a node does in one step; answered with `Preview`, and with `Distributions` where these are wanted."""
+    """Render a node's response to one step; answered by `Preview`, and on request by `Distributions`."""
 
     ticket: int
     patch: bytes
@@ -64,7 +58,7 @@ class PreviewRequest:
 
 @dataclass(frozen=True)
 class OutlinesRequest:
-    """Render what several nodes do in one step, for small pictures; answered with `Outlines`."""
+    """Render several nodes' responses to one step, for small pictures; answered by `Outlines`."""
 
     ticket: int
     patch: bytes

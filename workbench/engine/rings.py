@@ -96,7 +96,7 @@ def _skip(header: NDArray[np.void], count: int) -> None:
 
 @dataclass(frozen=True)
 class RingName:
-    """What another process needs to open a ring."""
+    """The data another process needs to open a ring."""
 
     name: str
     dtype: str
@@ -196,7 +196,7 @@ class Reader:
         if most is not None:
             end = min(end, first + most)
         out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
-        if not len(out):  # nothing new: a window waiting for the engine need not load Numba
+        if not len(out):  # nothing new: a window that waits for the engine need not load Numba
             self.next = end
             return first, out
         now = copy(ring.header, ring.rows, first, out)

@@ -111,7 +111,7 @@ class Safety:
         _turn(self._opening, 0.0, frame, PANIC)
 
     def closed(self, frame: int) -> bool:
-        """Whether the outputs are closed from `frame` on."""
+        """Return whether the outputs are closed from `frame` on."""
         _, target, begun, length = self._opening[0].item()
         return bool(target == 0.0 and frame >= begun + length)
 

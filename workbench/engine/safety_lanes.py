@@ -117,7 +117,7 @@ def _fill(ramp: np.record, frame: int, gains: Floats) -> None:
 
 @inlined
 def _are_steady(rows: NDArray[np.void], members: NDArray[np.int64], count: int, frame: int) -> bool:
-    """Whether no row is silent and all scales are constant."""
+    """Return whether no row is silent and all scales are constant."""
     steady = True
     for place in range(count):
         row = rows[members[1, place]]

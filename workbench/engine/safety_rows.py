@@ -71,7 +71,7 @@ def along(ramp: np.record, frame: float) -> float:
 
 @inlined
 def is_still(row: np.record) -> bool:
-    """Whether a row's state has decayed to zero."""
+    """Return whether a row's state has decayed to zero."""
     return row.dc_in == row.dc_out == 0.0
 
 
@@ -114,7 +114,7 @@ def limit_row(
         dc_in = now
         dc_out = y if abs(y) > NEGLIGIBLE else 0.0
         burst_square = _toward(burst_square, y * y, burst_share)
-        # The unused part of the mean square may be spent in a burst, so that the mean itself stays within its limit.
+        # A burst may use the remainder of the mean square, so that the mean itself stays within its limit.
         allowed = square + max(square - mean_square, 0.0) * spare
         if burst_square > allowed:
             y *= math.sqrt(allowed / burst_square)
@@ -141,6 +141,6 @@ def _toward(mean: float, value: float, share: float) -> float:
 
 @inlined
 def _decayed(mean: float, share: float, frames: int) -> float:
-    """Return a mean after so many frames of silence."""
+    """Return a running mean after `frames` frames of silence."""
     left = mean * math.exp(frames * math.log1p(-share)) if mean != 0.0 else 0.0
     return left if left > NEGLIGIBLE else 0.0

@@ -59,16 +59,17 @@ FIRST_LEVEL_DB = -20.0
 MOST_DEATHS, WITHIN_S = 4, 20.0
 """Processes that die more often than this are not started again."""
 STANDBY_AFTER_S = 3.0
-"""How long after the first engine's start another is loaded that stands by, and the compiler is started, unless it is
-needed sooner: until then the processor is for what the person waits for."""
+"""Time after the first engine's start at which a standby engine and the compiler are started, unless needed sooner.
+Until then, the processor is free for what the user waits for.
+"""
 RECORDER_END_S = 120.0
-"""How long the recorder may take to close its file: one that died on a busy machine is loaded again before that."""
+"""Time limit for the recorder to close its file; a recorder that died on a busy machine restarts within it."""
 
-_SHARED = -1  # the ticket of what the compiler shares with an engine that starts: nobody waits for its answer
+_SHARED = -1  # the ticket of requests for a starting engine, whose answers are not used
 
 
 class Session:
-    """One running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
+    """A running target with the patch that it plays. Nothing starts before `start`; `close` ends all."""
 
     def __init__(
         self,
@@ -78,7 +79,7 @@ class Session:
         folder: Path | None = None,
         engine: ChildProcess | None = None,
     ) -> None:
-        """`engine` is a process that was started before (`engine_process`), so that it is ready sooner."""
+        """Create the session; `engine` is a process started earlier (`engine_process`), which is ready sooner."""
         self.target, self.registry, self.folder = target, registry, folder
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
@@ -98,23 +99,23 @@ class Session:
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler: ChildProcess | None = None
         self._recorder: Recorder | None = None
-        self._waits_for_recorder = False  # so that what is played first is recorded
+        self._waits_for_recorder = False  # so that the beginning is recorded
         self._ending_recorders: list[Recorder] = []
         self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
-        self._setup: Setup | None = None  # what the engine was last told to play
-        self._started = False  # whether it plays that
+        self._setup: Setup | None = None  # the program last sent to the engine
+        self._started = False  # whether the engine plays it
         self._standby_due = math.inf
-        self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # what can be played at once
+        self._compiled: tuple[Patch, tuple[str, ...]] = (self.patch, self.scopes)  # programs that can be played at once
         self._settle_s = 0.0
-        self._begins_anew = False  # whether the patch that is compiled is to keep no states
-        self._is_compiled = True  # whether that is the present patch; the engine compiles the first one by itself
+        self._begins_anew = False  # whether the patch being compiled starts without old states
+        self._is_compiled = True  # whether it is the present patch; the engine compiles the first one itself
         self._ticket = self._compile_ticket = 0
         self._preview_request: PreviewRequest | None = None
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
         self._closed = False
         self.repeats = Repeats(self, target.rate)
-        atexit.register(self.close)  # or the interpreter would wait for the recorder for ever
+        atexit.register(self.close)  # otherwise the interpreter would wait for the recorder forever
 
     # --- life ---
 
@@ -129,7 +130,7 @@ class Session:
         self._start_engine()
 
     def close(self) -> None:
-        """Ramp down, end the processes, and let go of the shared memory."""
+        """Ramp down, end the processes, and release the shared memory."""
         if self._closed:
             return
         self._closed = True
@@ -137,11 +138,11 @@ class Session:
         self.stop_recording()
         self._engine.close()
         if self._compiler is not None:
-            self._compiler.end(0.0)  # it has nothing to bring to an end
+            self._compiler.end(0.0)  # it has no unfinished work
         self.memory.close()
 
     def poll(self) -> list[Report]:
-        """What happened since the last call; processes that died are started again."""
+        """Return the reports since the last call, and restart processes that have died."""
         if self._closed:
             return []
         self._handle_compiler_answers()
@@ -162,7 +163,7 @@ class Session:
 
     @property
     def health(self) -> Health:
-        """How the engine is."""
+        """The state of the engine."""
         return self.memory.status.health()
 
     @property
@@ -174,14 +175,13 @@ class Session:
     # --- playing ---
 
     def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
-        """Play this patch from now on: moved numbers go in ramps, anything else is built beside and faded in.
-
-        `anew` plays it from its start, however little it differs. `settle_s` as in `Swap`.
+        """Play this patch from now on: changed numbers are ramped; other changes build a new program, which is faded
+        in.
         """
         moved = moved_numbers(self.patch, patch, self.registry) if scopes == self.scopes and not anew else None
         if self._is_compiled:
             self._begins_anew, self._settle_s = anew, settle_s
-        else:  # what an edit before this one asked for was not done yet
+        else:  # a previous edit has not been carried out yet
             self._begins_anew, self._settle_s = anew or self._begins_anew, max(settle_s, self._settle_s)
         self.patch, self.scopes = patch, scopes
         if moved is None:
@@ -189,14 +189,10 @@ class Session:
         else:
             for command in moved:
                 self.send(command)
-            self.patch = patch  # as it was given: `send` has written defaults out
+            self.patch = patch  # as given: `send` has written defaults out
 
     def send(self, command: Command) -> None:
-        """Send one command to the engine; what it sets outlives the engine.
-
-        Raises `BadValue` for a tile that the floor does not have and for a number that is not finite: nothing of that
-        kind may reach the engine.
-        """
+        """Send one command to the engine; its settings are restored after a restart of the engine."""
         command.check(self.target.floor)
         match command:
             case Play(on):
@@ -228,7 +224,7 @@ class Session:
         return can_start
 
     def play(self) -> None:
-        """Let sound out, also after a panic."""
+        """Open the output, also after a panic."""
         self.memory.status.panic = False
         self.send(Play(True))
 
@@ -244,18 +240,13 @@ class Session:
 
     @property
     def panicked(self) -> bool:
-        """Whether a panic holds."""
+        """Whether a panic is in effect."""
         return self.memory.status.panic
 
     def preview(
         self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", distributions: bool = False
     ) -> int:
-        """Ask what a node does in one step: a `Preview` with this ticket follows, unless a newer one is asked for.
-
-        It lasts so many seconds; 0: until the patch has come to its own end.
-
-        With `distributions`, the node's `Distributions` follow that, if it has any.
-        """
+        """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
         self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
@@ -269,9 +260,8 @@ class Session:
         return self._ticket
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
-        """Ask what nodes do in one step, in few points: `Outlines` of this ticket follow, unless a preview is wanted.
-
-        `seconds` as in `preview`.
+        """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
+        request cancels it.
         """
         self._ticket += 1
         wanted = patch.dumps(), tuple(nodes), tile or self.target.floor.tiles[0].id, seconds
@@ -323,10 +313,7 @@ class Session:
             self._ending_recorders.pop().has_ended(RECORDER_END_S)
 
     def end_recording(self) -> None:
-        """Close the recording; the file is whole some 0.2 s later, for which nobody waits.
-
-        It ends where the engine last reported all commands: some 20 ms ago.
-        """
+        """Close the recording; the file is complete about 0.2 s later, without blocking."""
         if self._recorder is not None:
             reported = int(self.memory.status.get(Field.REPORTED))
             self._handle_engine_reports()
@@ -344,7 +331,7 @@ class Session:
     # --- the compiler ---
 
     def _start_compiler(self, *requests: CompileRequest | PreviewRequest) -> None:
-        """Send requests to the compiler; one that is started here is given the preview that is awaited, too."""
+        """Send requests to the compiler, started if necessary; a new compiler also receives the pending preview."""
         if self._compiler is None:
             self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
             requests = (*requests, *filter(None, [self._preview_request]))
@@ -379,7 +366,7 @@ class Session:
                         self.repeats.resend()
                     self._begins_anew = False
                 case Compiled():
-                    pass  # of a patch that was edited since, or that the engine loads by itself
+                    pass  # of a patch edited since, or one that the engine loads itself
                 case Compiling():
                     if not (self._started and self._is_compiled):
                         self._reports += self._compile_progress.take("compiler", message)
@@ -401,7 +388,7 @@ class Session:
     # --- the engine ---
 
     def _start_engine(self) -> None:
-        """Give the engine, which waits, all that it needs to run; not before a recording that was asked for."""
+        """Send the waiting engine its configuration, after a requested recording has started."""
         if self._waits_for_recorder:
             return
         patch, scopes = (self.patch, self.scopes) if self._is_compiled else self._compiled
@@ -423,7 +410,7 @@ class Session:
         self._engine.send(self._setup)
 
     def _catch_up(self, setup: Setup, started: Started) -> None:
-        """Send the engine what was changed while it loaded: until then nothing was sent, which nobody would take."""
+        """Send the engine the changes made while it loaded, during which nothing could be sent."""
         self._started = True
         self._compile_progress.clear()
         if self.level_db != started.level_db:
@@ -461,7 +448,7 @@ class Session:
             self._reports.append(message)  # type: ignore[arg-type]
 
     def _record_of(self, frame: int, command: Command) -> RecordCommand | RecordMark:
-        """What a recording keeps of a command that took effect."""
+        """Return what a recording stores of a command that took effect."""
         if isinstance(command, Mark):
             return RecordMark(command.frame(frame, self.target.rate), command.text)
         return RecordCommand(frame, *to_text(command))

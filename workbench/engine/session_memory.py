@@ -16,7 +16,7 @@ _LEAST_FORCE_HZ = 2000.0
 
 @dataclass(frozen=True)
 class MemoryNames:
-    """What another process needs to open the memory of a session."""
+    """The data another process needs to open the memory of a session."""
 
     status: str
     force: RingName
@@ -44,7 +44,7 @@ class SessionMemory:
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """Create memory for this number of tiles, and remove what killed programs left."""
+        """Create memory for this number of tiles, and remove blocks left by killed programs."""
         remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))
@@ -98,7 +98,7 @@ class VibrationReader:
         self._reader = Reader(ring)
 
     def read(self) -> tuple[int, NDArray[np.float32]]:
-        """Return what is new since the last read."""
+        """Return the first new session frame, and the frames since the last read."""
         return self._reader.read()
 
 
@@ -110,12 +110,12 @@ class ResponseReader:
         self._waiting = [(0, np.zeros((0, ring.where.width), np.float32)) for ring in (commanded, measured)]
 
     def read(self) -> tuple[int, NDArray[np.float32], NDArray[np.float32]]:
-        """The first new session frame, and both from it on, float32 [frame, tile]."""
+        """Return the first new session frame, and both signals from it on, float32 [frame, tile]."""
         for which, reader in enumerate(self._readers):
             first, rows = reader.read()
             begin, waiting = self._waiting[which]
             if len(rows):
-                follows = len(waiting) and begin + len(waiting) == first  # usually nothing waits, and nothing is copied
+                follows = len(waiting) and begin + len(waiting) == first  # usually no backlog and no copy
                 self._waiting[which] = (begin, np.concatenate([waiting, rows])) if follows else (first, rows)
         (one, commanded_rows), (other, measured_rows) = self._waiting
         first = max(one, other)
@@ -133,6 +133,6 @@ class ForceReader:
         self._reader = Reader(ring)
 
     def read(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what is new since the last read."""
+        """Return the times and forces since the last read."""
         _, rows = self._reader.read()
         return rows[:, 0].copy(), rows[:, 2:].reshape(len(rows), rows.shape[1] // 4, 4).copy()

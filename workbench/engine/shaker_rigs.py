@@ -115,7 +115,7 @@ class SimulatedShaker:
         """Do nothing: loads come with the sounds."""
 
     def read(self) -> Readings:
-        """No readings."""
+        """Return no readings."""
         return NO_READINGS
 
     def play(self, sound: Sound) -> NDArray[np.float64]:

@@ -37,5 +37,5 @@ def _lives(pid: int) -> bool:
     except ProcessLookupError:
         return False
     except OSError:
-        return True  # owned by somebody else
+        return True  # owned by another process
     return True

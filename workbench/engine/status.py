@@ -73,7 +73,7 @@ class Status:
 
     @property
     def panic(self) -> bool:
-        """Whether somebody has asked for immediate silence."""
+        """Whether immediate silence has been requested."""
         return bool(self._panic[0])
 
     @panic.setter

@@ -1,4 +1,4 @@
-"""Survey of a recording in a process of its own, while the window goes on."""
+"""Survey of a recording in a separate process, while the window stays responsive."""
 
 import signal
 import time
@@ -24,10 +24,7 @@ class Progress:
 
 
 def run(connection: Connection, path: str) -> None:
-    """Send `Progress` and each time a `Survey` of what is new, the last one whole; or a line on a failure.
-
-    The main function of the process. It ends when nobody listens any more.
-    """
+    """Send `Progress`, and each time a `Survey` of new data, the last one complete; or an error line."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
     with suppress(OSError):
         try:

@@ -19,16 +19,7 @@ from underfoot.records.force_files import read_force_file
 
 @dataclass(frozen=True)
 class Target:
-    """Where force comes from and vibration goes.
-
-    `kind` is "simulator", "replay" (of the force file `source`, or of seconds `stretch_s` of it), or a scheme of
-    `TRANSPORTS` (of the address `source`). `sound` is None for no sound card, "" for the default one, else a device's
-    name. `latency_s` is requested of the sound device, 0 for its own low latency. `profiles` is a folder with the
-    tiles' calibration files, "" for none. `simulation` is a file of a simulated floor's parameters, or its walkers
-    ("people=2,path=crossing"), "" for ideal sensors; `sensor_hz` is the sample rate of hardware tiles.
-    `accelerometers` are on inputs of the sound device, which lag the output by `round_trip_frames` (0 for what the
-    device reports), or come over the link of hardware tiles.
-    """
+    """The source of force and the output of vibration."""
 
     floor: Floor
     kind: str = "simulator"
@@ -67,11 +58,7 @@ def force_rate_hz(target: Target) -> float:
 
 
 def is_simulated(target: Target) -> bool:
-    """Whether the tiles' response is simulated. Accelerometers on the card's inputs take precedence.
-
-    It is also simulated for emulated tiles behind a transport, if `simulation` gives their parameters and the
-    transport delivers no acceleration.
-    """
+    """Return whether the tiles' response is simulated. Accelerometers on the card's inputs take precedence."""
     if target.kind in ("simulator", "replay"):
         return all(accelerometer.channel == LINK for accelerometer in target.accelerometers)
     return bool(target.simulation) and not target.accelerometers

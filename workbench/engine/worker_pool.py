@@ -1,4 +1,4 @@
-"""A pool of worker processes, one per core, each of which is given one job after another."""
+"""A pool of worker processes, one per core, which run jobs one after another."""
 
 import os
 import signal

@@ -1,6 +1,7 @@
-"""Experiments on people: protocols, methods, simulated participants, sessions on disk, and what comes of them.
+"""Experiments with participants: protocols, methods, simulated participants, stored sessions and their analysis.
 
-`protocol` is the document, `methods` decide what is asked next, a class in a file each, `study` goes through the pages
-of a protocol and takes answers, `observers` are simulated participants whose truth is known, `store` keeps every answer
-the moment it is given, and `analysis` says what all of it says. Nothing here has a screen or starts the engine.
+`protocol` is the study's document. Each module of `methods` holds one method, which selects the next trial. `study` is
+the state machine of a session: it goes through the pages of a protocol and takes the answers. `observers` are simulated
+participants with known parameters. `store` writes each answer to disk immediately. `analysis` computes the results. The
+package needs no window and does not start the engine.
 """

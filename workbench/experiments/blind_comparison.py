@@ -1,4 +1,4 @@
-"""Is X A or B? A blind comparison of two patches (ABX): who is X, what was answered, and the table of it."""
+"""Blind comparison of two patches (ABX): the identity of X in each trial, the answers, and their table."""
 
 import math
 from dataclasses import dataclass, field
@@ -15,7 +15,9 @@ MOST_TRIALS = 200
 
 @dataclass
 class BlindComparison:
-    """So many trials, in each of which X is drawn anew from seed and participant. Titles and `facts` go into the table.
+    """A number of ABX trials. X is drawn in each trial, from seed and participant.
+
+    Titles and `facts` are copied to the table.
 
     >>> test = BlindComparison("P01", 4, seed=1)
     >>> while not test.is_over:
@@ -40,31 +42,34 @@ class BlindComparison:
 
     @property
     def number(self) -> int:
-        """The trial that is under way, from 1."""
+        """The number of the current trial, from 1."""
         return len(self._answers) + 1
 
     @property
     def is_over(self) -> bool:
-        """Whether all trials are answered."""
+        """Whether all trials have been answered."""
         return len(self._answers) == self.trials
 
     @property
     def x(self) -> str:
-        """What X is in the trial that is under way: "A" or "B"."""
+        """The slot that X is in the current trial: "A" or "B"."""
         return self._drawn[len(self._answers)]
 
     @property
     def right(self) -> int:
-        """How many answers are right."""
+        """The number of right answers so far."""
         return sum(answer["answered"] == answer["correct"] for answer in self._answers)
 
     def answer(self, slot: str, response_s: float, plays: int) -> None:
-        """X is said to be this slot, so long after the trial began, and after so many presentations."""
+        """Store the answer that X is `slot`.
+
+        `response_s` is the time since the trial began, in seconds; `plays` is the number of presentations.
+        """
         require(slot in SLOTS, "answer", slot, "A or B")
         self._answers.append({"correct": self.x, "answered": slot, "response_s": round(response_s, 3), "plays": plays})
 
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each trial that was answered, as `underfoot analyse` reads them."""
+        """Return a row for each answered trial, in the format that `underfoot analyse` reads."""
         same = {"participant": self.participant, "stage": "A and B", "method": METHOD, "practice": False}
         about = {"a": self.a, "b": self.b, "seed": self.seed, **self.facts}
         return [
@@ -74,7 +79,7 @@ class BlindComparison:
 
 
 def chance_p(right: int, of: int) -> float:
-    """How probable it is to be right so often or more by guessing: the exact binomial test, of one side.
+    """Return the probability of `right` or more right answers out of `of` by guessing (one-sided exact binomial test).
 
     >>> round(chance_p(12, 16), 4)
     0.0384

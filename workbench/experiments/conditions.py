@@ -1,9 +1,9 @@
-"""Conditions in a CSV, as other programs for experiments have them: a row is a stimulus, columns say what it is.
+"""Conditions from a CSV, as other programs for experiments write them: one stimulus per row.
 
-`stimulus` is its name (c1, c2, … without), `like` a stimulus of the protocol that it begins as; `patch`, `scaled_by`,
-`measured_m_s2`, `level_m_s2`, `stiffness_n_mm` and `correct` (in PsychoPy: `corrAns`) are those of `Stimulus`. A column
-"node.parameter" sets the patch, and every other column is a factor, which the analysis compares. An empty cell says
-nothing.
+`stimulus` is the name of the stimulus; without this column, names are c1, c2, and so on. `like` names a stimulus of the
+protocol whose fields are the defaults. `patch`, `scaled_by`, `measured_m_s2`, `level_m_s2`, `stiffness_n_mm` and
+`correct` (in PsychoPy: `corrAns`) are the fields of `Stimulus`. A column "node.parameter" sets a parameter of the
+patch. Every other column is a factor, which the analysis compares. An empty cell leaves its field unset.
 """
 
 import math
@@ -31,9 +31,9 @@ _COLUMNS = ("stimulus", "like", *_FIELDS)
 
 
 def with_conditions(protocol: Protocol, path: Path, registry: Registry) -> Protocol:
-    """The protocol with the lines of a table in the place of the stimuli that its methods list.
+    """Return the protocol with the stimuli of a table instead of those that its methods list.
 
-    Patches lie among the presets or beside the table. `BadFile` names the line that cannot be.
+    Patches are presets, or files beside the table. Raises `BadFile` with the line of a mistake.
     """
     draft = Draft.of(protocol, registry, path.parent)
     draft.take_conditions(read_conditions(path, draft))
@@ -41,9 +41,9 @@ def with_conditions(protocol: Protocol, path: Path, registry: Registry) -> Proto
 
 
 def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
-    """The stimuli of a table as plain values, by their names in its order, to be presented by a draft.
+    """Return the stimuli of a table as plain values by name, in its order, for use in a draft.
 
-    A patch that lies beside the table is copied beside the draft, if that is elsewhere.
+    Copies a patch from the table's folder to the draft's, if the folders differ.
     """
     header, lines = cells_of(path, "a table of conditions")
     named = ["correct" if column == _PSYCHOPY_CORRECT else column for column in header]
@@ -56,7 +56,7 @@ def read_conditions(path: Path, draft: Draft) -> dict[str, dict[str, Any]]:
     if not any(given):
         raise BadFile(f"{path} has no conditions; allowed: a header, and a line for each condition")
     limit = draft.raw.get("limit_m_s2")
-    limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # of which the draft has its own line
+    limit_m_s2 = float(limit) if isinstance(limit, int | float) else math.inf  # the draft reports a wrong limit
     found: dict[str, dict[str, Any]] = {}
     for number, cells in enumerate(given, 2):
         if not cells:
@@ -87,7 +87,7 @@ def _check_column(path: Path, column: str, header: Sequence[str]) -> None:
 
 
 def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -> dict[str, Any]:
-    """A line's stimulus as plain values; a level needs a peak that was measured with the same settings."""
+    """Return a row's stimulus as plain values. A level requires a peak that was measured with the same settings."""
     like, known = given.get("like", ""), draft.raw["stimuli"]
     if like and like not in known:
         raise BadValue(f"like is {like!r}; allowed: a stimulus of the protocol ({', '.join(known) or 'none'})")
@@ -95,7 +95,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
     settings = {column: value_of(cell) for column, cell in given.items() if "." in column}
     factors = {column: _fact(cell) for column, cell in given.items() if column not in _COLUMNS and "." not in column}
     if settings or "patch" in given:
-        made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # they were those of other settings
+        made |= {"measured_m_s2": 0.0, "level_m_s2": 0.0}  # measured with other settings
     for column in _FIELDS:
         if column in given:
             made[column] = given[column] if column in _WORDS else value_of(given[column])
@@ -113,7 +113,7 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
                 f"measured_m_s2 of {name} is missing; allowed: the peak that its level is set from, as --levels "
                 "measures it where level_m_s2 is empty"
             )
-        made["scaled_by"] = ""  # it plays as it is
+        made["scaled_by"] = ""  # the patch plays unscaled
     return made
 
 

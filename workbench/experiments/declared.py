@@ -1,4 +1,4 @@
-"""The fields of a protocol's documents as parameters, read from their types: what a form shows."""
+"""Fields of a protocol's documents as parameters, derived from their types, for forms."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from underfoot.experiments.questions import ask
 from underfoot.parameters import Choice, Count, Number, Parameter, Text
 
 _UNITS = {"_m_s2": "m/s^2", "_n_mm": "N/mm", "_hz": "Hz", "_db": "dB", "_deg": "deg", "_s": "s", "_n": "N", "_m": "m"}
-"""What a name ends in that says its unit, the longest first."""
+"""Suffixes of field names that give the unit, longest first."""
 _LONGEST = 20_000
 
 
@@ -33,7 +33,7 @@ class BooleanField(Parameter):
 
 @dataclass(frozen=True)
 class TextLine(Parameter):
-    """Several short texts, each once, in an order that counts."""
+    """Several distinct short texts, in a meaningful order."""
 
     default: tuple[str, ...] = ()
     kind: ClassVar[str] = "words"
@@ -51,7 +51,7 @@ class TextLine(Parameter):
 
 @dataclass(frozen=True)
 class NamedChoice(Parameter):
-    """One of several values; `values` has them by the words that a form shows."""
+    """One of several values; `values` maps the labels that a form shows to them."""
 
     values: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     kind: ClassVar[str] = "named"
@@ -67,7 +67,7 @@ class NamedChoice(Parameter):
 
 
 def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str, Parameter]:
-    """The fields of these names that a person can set alone, in this order; fields that hold others are left out.
+    """Return the fields of these names as parameters, in this order; fields that contain documents are omitted.
 
     >>> from underfoot.experiments.protocol import Sounds
     >>> sounds = fields_of(Sounds, ("noise", "noise_db"))
@@ -87,7 +87,7 @@ def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str,
 
 
 def caption(name: str) -> tuple[str, str]:
-    """What a name is called in a form, and the unit that it ends with.
+    """Return the caption of a field name in a form, and the unit with which the name ends.
 
     >>> caption("trial_pause_s"), caption("blocks")
     (('Trial pause', 's'), ('Blocks', ''))
@@ -99,7 +99,7 @@ def caption(name: str) -> tuple[str, str]:
 
 
 def shown_name(name: str, parameter: Parameter | None) -> str:
-    """What a form calls a field: by the label that was declared for it, or by its name.
+    """Return a field's name in a form: its declared label, or a caption made of its name.
 
     >>> from underfoot.experiments.protocol import Stage
     >>> shown_name("start", fields_of(Stage, ["start"])["start"]), shown_name("trial_pause_s", None)

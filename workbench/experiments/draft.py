@@ -1,4 +1,4 @@
-"""A protocol while somebody makes it: a document that may still have mistakes, and where it is kept without them."""
+"""A protocol during editing: a document that may contain mistakes, and the folder of its files."""
 
 import json
 import re
@@ -38,11 +38,11 @@ _NEW: Mapping[str, Any] = {
         }
     ],
 }
-"""What a new protocol begins as: two trials, which can be run as they are."""
+"""The content of a new protocol: two trials, which can be run unchanged."""
 
 
 class Draft:
-    """A protocol as plain JSON values, `raw`, to be changed in place, whose files lie in `folder`.
+    """A protocol as plain JSON values in `raw`, which editors change in place; its files are in `folder`.
 
     >>> from underfoot.nodes import REGISTRY
     >>> draft = Draft.new(REGISTRY, Path("."))
@@ -58,20 +58,20 @@ class Draft:
 
     @staticmethod
     def new(registry: Registry, folder: Path) -> "Draft":
-        """A protocol of two trials to begin with."""
+        """Return a new draft with a minimal protocol of two trials."""
         return Draft.of(msgspec.convert(_NEW, Protocol), registry, folder)
 
     @staticmethod
     def of(protocol: Protocol, registry: Registry, folder: Path) -> "Draft":
-        """A protocol that is there, to be changed; the patches beside it are taken along by `take_patch`."""
+        """Return a draft of an existing protocol; `take_patch` copies the patches beside it."""
         return Draft(json.loads(msgspec.json.encode(protocol)), registry, folder)
 
     def checked(self) -> Protocol:
-        """The protocol; `BadFile` names the first mistake as it does for a file."""
+        """Return the protocol; raise `BadFile` for the first mistake, as when a file is read."""
         return Protocol.loads(json.dumps(self.raw), self.registry, "protocol", self.folder)
 
     def first_mistake(self) -> str:
-        """The first mistake in one line; "" for none."""
+        """Return the first mistake in one line; "" for none."""
         try:
             self.checked()
         except UnderfootError as error:
@@ -79,16 +79,17 @@ class Draft:
         return ""
 
     def save(self, path: Path) -> Protocol:
-        """Write the protocol, which must be without mistakes, to a file in `folder`."""
+        """Write the protocol to a file in `folder`, and return it; raise `BadFile` for a mistake in it."""
         protocol = self.checked()
         make_folder(path.parent)
         protocol.save(path)
         return protocol
 
     def take_patch(self, path: Path) -> str:
-        """Copy a patch, and nodes that it needs beside it, beside the protocol: its name there. So it stays as it is.
+        """Copy a patch, and the custom nodes that it needs, to the protocol's folder; return its file name there.
 
-        A copy that is there and says the same is used; one that says something else keeps its name.
+        Later edits of the original then do not affect the study. If an identical copy exists, it is used; a different
+        file of that name is kept, and the copy gets another name.
         """
         data = read_file(path)
         for k in range(1, 1000):
@@ -106,7 +107,7 @@ class Draft:
         raise BadFile(f"{path} cannot be copied to {self.folder / PATCHES}: a thousand of this name are there")
 
     def take_patches(self, folder: Path) -> None:
-        """Copy the patches of all stimuli that lie in `folder` beside this protocol."""
+        """Copy the patches of all stimuli from `folder` to the folder of this protocol."""
         presets = preset_files.patches()
         for stimulus in self.raw["stimuli"].values():
             name = stimulus.get("patch", "")
@@ -114,9 +115,9 @@ class Draft:
                 stimulus["patch"] = self.take_patch(folder / name)
 
     def take_conditions(self, conditions: Mapping[str, Any]) -> None:
-        """Present these stimuli, by name, in the place of all that methods list.
+        """Replace all stimuli that methods list by these, given by name.
 
-        What a stage names alone, such as a standard, stays.
+        Stimuli that a stage names individually, such as a standard, are kept.
         """
         alone = set()
         for stage in self.raw["stages"]:
@@ -132,7 +133,7 @@ class Draft:
         self.raw["stimuli"] = {**stay, **conditions}
 
     def rename_stimulus(self, old: str, new: str) -> None:
-        """Give a stimulus another name, also where stages name it; its place stays."""
+        """Rename a stimulus, also where stages refer to it; its position is kept."""
         self.raw["stimuli"] = {new if name == old else name: one for name, one in self.raw["stimuli"].items()}
         for stage in self.raw["stages"]:
             if stage.get("stimulus") == old:
@@ -147,7 +148,7 @@ class Draft:
 
 
 def unused_path(title: str, folder: Path, sessions: Path) -> Path:
-    """A file for a new protocol of this title: none has its name yet, neither a protocol nor a folder of sessions.
+    """Return the path of a new protocol in `folder`, with a name that no preset, protocol or folder in `sessions` has.
 
     >>> unused_path("Thin ice?", Path("nowhere"), Path("nowhere")).as_posix()
     'nowhere/thin-ice.json'

@@ -1,4 +1,4 @@
-"""About how long a study takes: what one plans with, and what progress is told from."""
+"""Estimated duration of a study, for planning and for the progress display."""
 
 import math
 from collections.abc import Mapping
@@ -8,11 +8,14 @@ from underfoot.experiments.protocol import Protocol, Stage
 
 _PAGE_S, _QUESTION_S, _ANSWER_S = 15.0, 8.0, 2.5
 _BY_FOOT_S: Mapping[str, float] = {"step": 3.0, "crossings": 8.0}
-"""How long a presentation lasts that a foot begins."""
+"""Usual duration of a presentation started by foot, in seconds."""
 
 
 def usual_trials(protocol: Protocol, stage: Stage) -> tuple[int, int]:
-    """About how many trials a stage has, and in how many blocks; where answers decide, as most people need."""
+    """Return the approximate numbers of trials and of blocks of a stage.
+
+    For an adaptive method they are those that most people need.
+    """
     if stage.method is None:
         return 0, 0
     method = METHODS[stage.method.kind]
@@ -23,7 +26,7 @@ def usual_trials(protocol: Protocol, stage: Stage) -> tuple[int, int]:
 
 
 def usual_s(protocol: Protocol, stage: Stage) -> float:
-    """About how many seconds a stage lasts.
+    """Return the approximate duration of a stage in seconds.
 
     >>> usual_s(Protocol(), Stage(id="pause", kind="pause", seconds=60.0))
     60.0
@@ -45,7 +48,7 @@ def usual_s(protocol: Protocol, stage: Stage) -> float:
 
 
 def about(seconds: float) -> str:
-    """A time in words.
+    """Return a duration in words; `seconds` is rounded.
 
     >>> about(20.0), about(754.0), about(8000.0)
     ('less than a minute', 'about 13 min', 'about 2 h 15 min')

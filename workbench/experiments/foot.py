@@ -1,4 +1,4 @@
-"""Answers by foot: what a protocol says of how the floor is stepped on to answer."""
+"""Answers by foot: declaration of the fields of the floor, and of when a step counts as an answer."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
@@ -9,15 +9,15 @@ from underfoot.errors import BadValue, require
 from underfoot.parameters import IDENTIFIER, Choice, Count, Number, Parameter
 
 MOST_FIELDS = 12
-"""Of a slider: it takes as many values as there are tiles, at most so many."""
+"""Largest number of fields of a slider, which otherwise has one per tile."""
 
 
 class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Each answer has a field on the floor: a tile, in the order of `tiles` (none: all of the floor), or the left and
-    the right half of the first of them.
+    """Answers by foot. Each answer has a field on the floor.
 
-    Only a foot that comes after the question counts. Rule "dwell": the answer is given once one foot has been in one
-    field with `force_n` or more for `dwell_s`. Rule "release": once a foot that was there for `dwell_s` has left.
+    A field is a tile, in the order of `tiles` (all tiles if empty), or the left or right half of a single tile. Only
+    contacts that begin after the question count. Rule "dwell": one foot loads one field with at least `force_n` for
+    `dwell_s`. Rule "release": a foot leaves a field after at least `dwell_s` on it.
     """
 
     by: Annotated[
@@ -40,7 +40,7 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     ] = 100.0
 
     def check(self, place: str, questions: Sequence[Parameter]) -> None:
-        """Raise `BadValue` where what is asked cannot be answered by foot, or not by these tiles."""
+        """Raise `BadValue` if the questions cannot be answered by foot, or not with these tiles."""
         good = len(set(self.tiles)) == len(self.tiles) and all(IDENTIFIER.fullmatch(tile) for tile in self.tiles)
         require(good, f"{place}.tiles", list(self.tiles), "ids of tiles, each once")
         least = least_fields(questions)
@@ -57,7 +57,7 @@ class FootAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
 
 
 def least_fields(questions: Sequence[Parameter]) -> int:
-    """How many fields the floor needs for what is asked; 0 where a foot cannot answer it.
+    """Return the number of fields that the questions need; 0 if a foot cannot answer them.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> least_fields([yes_or_no("felt", "Did you?")])
@@ -76,7 +76,7 @@ def least_fields(questions: Sequence[Parameter]) -> int:
 
 
 def values_of(question: Parameter, fields: int) -> list[Any]:
-    """The answers of so many fields, in their order: a slider's are spread evenly over it.
+    """Return the answers of `fields` fields, in order; a slider's values are evenly spaced.
 
     >>> values_of(Number(50.0, 0.0, 100.0), 5)
     [0.0, 25.0, 50.0, 75.0, 100.0]
@@ -93,7 +93,7 @@ def values_of(question: Parameter, fields: int) -> list[Any]:
 
 
 def fields_in_words(foot: FootAnswer, questions: Sequence[Parameter]) -> str:
-    """Which answer has which field, "" for what a foot cannot answer.
+    """Return a description of each answer's field; "" for questions that a foot cannot answer.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> fields_in_words(FootAnswer(tiles=("t2", "t1")), [yes_or_no("felt", "Did you?")])

@@ -1,8 +1,8 @@
-"""A method: a state machine that says which trial comes next, and takes its answer. It knows no screen and no clock.
+"""Base classes of methods: state machines that select the next trial and take its answer.
 
-Each file in `methods/` declares one: a subclass of `Method` whose parameters are declared as those of nodes are. All
-that a method does depends on its parameters, the draws that it is given and the answers so far: fed with the same
-answers again, it stands where it stood. That is how a session that was interrupted goes on.
+Each file in `methods/` declares one subclass of `Method`, with parameters declared as those of nodes. A method has no
+access to a window or clock. Its state depends only on its parameters, the random draws and the answers so far. An
+interrupted session therefore resumes by replaying its answers.
 """
 
 from abc import ABC, abstractmethod
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StimulusNames(TextLine):
-    """Names of stimuli of the protocol, at least `least`; none stands for all of them, in their order."""
+    """Names of stimuli of the protocol, at least `least`; an empty list means all stimuli, in their order."""
 
     least: int = field(default=1, kw_only=True)
     kind: ClassVar[str] = "stimuli"
@@ -35,7 +35,7 @@ class StimulusNames(TextLine):
 
 @dataclass(frozen=True)
 class StimulusName(Parameter):
-    """The name of one stimulus of the protocol; "" stands for none."""
+    """The name of one stimulus of the protocol; "" means none."""
 
     kind: ClassVar[str] = "stimulus"
 
@@ -50,7 +50,7 @@ class StimulusName(Parameter):
 
 
 class Method(ABC):
-    """One method at work. `kind` is its name in files; `name`, `about` are for people."""
+    """A running method. `kind` is its name in files; `name` and `about` are shown to people."""
 
     kind: ClassVar[str]
     name: ClassVar[str]
@@ -66,12 +66,12 @@ class Method(ABC):
         cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
 
     def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
-        """`given` are checked parameters, as `checked` returns them."""
+        """Store `given`, checked parameters as `checked` returns them, and begin at the first trial."""
         self.given, self.stimuli, self.draws = given, stimuli, draws
 
     @classmethod
     def checked(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> dict[str, Any]:
-        """All parameters, those that are not given by default; `BadValue` for what cannot be."""
+        """Return all parameters, with defaults for those not in `given`; raise `BadValue` for an invalid value."""
         known = ", ".join(cls.parameters)
         for name in given:
             require(name in cls.parameters, "parameters", name, f"the parameters of {cls.kind}: {known}")
@@ -89,18 +89,18 @@ class Method(ABC):
         cls.check_together(values)
         return values
 
-    @classmethod  # noqa: B027 - most have nothing to look at
+    @classmethod  # noqa: B027 - most methods have no such rule
     def check_together(cls, given: Mapping[str, Any]) -> None:
-        """Raise `BadValue` for parameters that are good alone and cannot be together."""
+        """Raise `BadValue` for parameters that are valid alone but not in combination."""
 
     @classmethod
     def names_stimuli(cls, parameter: str) -> bool:
-        """Whether a parameter is a list of stimuli."""
+        """Return whether a parameter is a list of names of stimuli."""
         return isinstance(cls.parameters[parameter], StimulusNames)
 
     @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
-        """How far above its level, in dB, each stimulus can be presented, of those that are."""
+        """Return the largest gain in dB re its level with which each presented stimulus can occur, by name."""
         found: dict[str, float] = {}
         for name, parameter in cls.parameters.items():
             named = given[name] if isinstance(parameter, StimulusNames) else (given[name],)
@@ -111,39 +111,41 @@ class Method(ABC):
     @classmethod
     @abstractmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
-        """What is asked in each trial, with these checked parameters."""
+        """Return the questions of each trial, for these checked parameters."""
 
     @classmethod
     @abstractmethod
     def usual_trials(cls, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]") -> tuple[int, int]:
-        """About how many trials there are, and in how many blocks."""
+        """Return the approximate numbers of trials and of blocks."""
 
     @classmethod
     def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
-        """What `correct` of a stimulus can be, "" for none; () for any words, or where it is not looked at."""
+        """Return the allowed values of a stimulus's `correct`, "" for none; () if any text is allowed, or it is not
+        used.
+        """
         return ()
 
     @property
     def questions(self) -> tuple[Parameter, ...]:
-        """What is asked in each trial."""
+        """The questions of each trial."""
         return self.questions_for(self.given)
 
     @property
     @abstractmethod
     def trial(self) -> Trial | None:
-        """The trial that comes next; None when all is done."""
+        """The next trial; None after the last."""
 
     @abstractmethod
     def answer(self, answers: Answers) -> None:
-        """Take the checked answers of `trial`, and go on to the next."""
+        """Store the checked answers to `trial`, and advance to the next."""
 
     @property
     @abstractmethod
     def share(self) -> float:
-        """How much is done, 0 to 1; where it depends on the answers, as far as that can be told."""
+        """The completed share of the trials, 0 to 1; an estimate for adaptive methods."""
 
     def feedback(self, trial: Trial, answers: Answers) -> str:
-        """What is shown after an answer where the stage gives feedback; "" where there is no right answer."""
+        """Return the text shown after an answer if the stage gives feedback; "" if there is no right answer."""
         if trial.correct == "":
             return ""
         if is_right(trial.correct, answers):
@@ -152,7 +154,7 @@ class Method(ABC):
 
 
 class ListedMethod(Method):
-    """A method whose trials are all known beforehand: a list, one after the other."""
+    """A method whose list of trials is known in advance."""
 
     def __init__(self, given: Mapping[str, Any], stimuli: "Mapping[str, Stimulus]", draws: SeededRandom) -> None:
         super().__init__(given, stimuli, draws)
@@ -166,20 +168,20 @@ class ListedMethod(Method):
 
     @abstractmethod
     def listed(self) -> Sequence[Trial]:
-        """All trials in their order."""
+        """Return all trials in their order."""
 
     @property
     def trial(self) -> Trial | None:
-        """The trial that comes next; None when all is done."""
+        """The next trial; None after the last."""
         return self.trials[self._at] if self._at < len(self.trials) else None
 
     def answer(self, answers: Answers) -> None:
-        """Go on to the next trial."""
+        """Advance to the next trial."""
         if self.trial is None:
             raise BadValue(f"{self.name}: all trials are answered")
         self._at += 1
 
     @property
     def share(self) -> float:
-        """How much is done, 0 to 1."""
+        """The completed share of the trials, 0 to 1."""
         return self._at / max(len(self.trials), 1)

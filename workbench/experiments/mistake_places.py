@@ -1,4 +1,4 @@
-"""The place of a mistake in a protocol as its form shows it: the stage, stimulus or question, and the field."""
+"""The place of a mistake in a protocol in the words of its form: the stage, stimulus or question, and the field."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -62,7 +62,7 @@ def _in_stage(steps: Sequence[str | int], stage: Mapping[str, Any]) -> list[str]
 
 
 def _field(document: type[msgspec.Struct], steps: Sequence[str | int]) -> list[str]:
-    """The names of a field of a document, and of what is in it."""
+    """Return the captions of a field of a document, and of the values inside it."""
     if not steps:
         return []
     name = str(steps[0])
@@ -74,7 +74,7 @@ def _shown(name: str, parameters: Mapping[str, Parameter]) -> str:
 
 
 def _plain(steps: Sequence[str | int]) -> list[str]:
-    """Numbers count from 1; the rest are a patch's own names, node.parameter."""
+    """Return steps of a path as text: indices count from 1; others are a patch's names, node.parameter."""
     numbers = [f"number {step + 1}" for step in steps if isinstance(step, int)]
     names = ".".join(step for step in steps if isinstance(step, str))
     return [*([names] if names else []), *numbers]

@@ -1,8 +1,7 @@
-"""Simulated participants whose truth is known: what they answer, and what an analysis should find.
+"""Simulated participants with known parameters: their answers, and the estimates that an analysis should find.
 
-Each observer answers the trials of some methods. Its parameters are its truth, with the thesis's results as
-defaults, and `truths` says by the analysis's names what the estimates should be. Everything that is random comes of one
-generator.
+Each observer answers the trials of some methods. Its parameters are the true values; defaults are the thesis's results.
+`truths` returns the expected estimates by the analysis's names. All random numbers come from one generator.
 """
 
 import math
@@ -26,7 +25,7 @@ _LEVEL = "level_m_s2"
 
 
 class Observer(ABC):
-    """Who answers the trials of one stage."""
+    """A simulated participant for the trials of one stage."""
 
     methods: ClassVar[tuple[str, ...]]
     parameters: ClassVar[dict[str, Parameter]]
@@ -37,8 +36,10 @@ class Observer(ABC):
         cls.parameters = inherited | {name: v for name, v in vars(cls).items() if isinstance(v, Parameter)}
 
     def __init__(self, truth: Mapping[str, float], protocol: Protocol, stage: Stage, place: float = 0.0) -> None:
-        """`truth` are values of some parameters; what is of other observers is left alone. `place` is how far this
-        person is from the middle of all people, in standard deviations."""
+        """Set the observer's parameters from `truth`; names of other observers' parameters are ignored.
+
+        `place` is this person's distance from the mean over people, in standard deviations.
+        """
         self.truth = {name: p.check(truth.get(name, p.default)) for name, p in self.parameters.items()}
         self.protocol, self.place = protocol, place
         use = stage.method
@@ -48,18 +49,18 @@ class Observer(ABC):
 
     @abstractmethod
     def answer(self, trial: Trial, random: np.random.Generator) -> Answers:
-        """What is answered."""
+        """Return the answers to a trial, drawn from `random`."""
 
     @abstractmethod
     def truths(self) -> dict[str, float]:
-        """What the analysis should estimate, by its names."""
+        """Return the expected values of the estimates, by the analysis's names."""
 
 
 class Identifier(Observer):
-    """Names stimuli rightly at a rate that grows from session to session; mistakes fall on all others alike.
+    """Identifies stimuli at a rate that increases from session to session; errors are uniform over the other answers.
 
-    Here, as with labels and targets, people differ a little: a share of few trials takes few values, and how often its
-    interval holds one single truth says more of that truth than of the interval.
+    People differ slightly here, as in labels and targets. A share of few trials has few possible values, so the
+    coverage of a single true value would depend on that value more than on the interval.
     """
 
     methods = ("absolute-identification",)
@@ -96,9 +97,10 @@ class Identifier(Observer):
 
 
 def uniform_guess_bits(rate: float, answers: int, right: Sequence[int] = ()) -> float:
-    """Information in bits where right answers have a rate and mistakes fall on all others alike.
+    """Return the transmitted information in bits, for a rate of right answers and uniformly distributed errors.
 
-    `right` has the place of the right answer to each stimulus, where several can have the same; else each has its own.
+    `right` is the index of the right answer to each stimulus, if several stimuli share one; by default each has its
+    own.
 
     >>> round(uniform_guess_bits(0.61, 8), 3), uniform_guess_bits(1.0, 2, (0, 0, 1, 1))
     (0.94, 1.0)
@@ -111,7 +113,7 @@ def uniform_guess_bits(rate: float, answers: int, right: Sequence[int] = ()) -> 
 
 
 class Detector(Observer):
-    """Feels a stimulus with a probability that rises with its level in dB as a cumulative normal."""
+    """Detects a stimulus with a probability that is a cumulative normal function of its level in dB."""
 
     methods = ("staircases",)
     threshold_m_s2 = Number(thesis.THRESHOLD_M_S2, 0.001, 100.0, doc="Where it is felt half of the time.", unit="m/s^2")
@@ -127,13 +129,13 @@ class Detector(Observer):
         yes = random.random() < guesses + (1.0 - guesses - self.truth["lapses"]) * felt
         if len(trial.intervals) < 2:
             return {"felt": YES if yes else NO}
-        if self.given.get("intervals") == "two":  # the stimulus or nothing: who feels nothing guesses
+        if self.given.get("intervals") == "two":  # one interval has no stimulus; an undetected stimulus is guessed
             yes = yes or random.random() < 0.5
         comparison_first = trial.facts["comparison_at"] == FIRST
         return {"interval": FIRST if yes == comparison_first else SECOND}
 
     def truths(self) -> dict[str, float]:
-        # Guesses and lapses move where the share of yes is a half, unless they are alike.
+        # Unequal rates of guesses and lapses shift the level at which half of the answers are yes.
         guesses, lapses = self.truth["guesses"], self.truth["lapses"]
         share = (0.5 - guesses) / (1.0 - guesses - lapses)
         shift = self._spread_db * _normal_inverse(share)
@@ -153,8 +155,9 @@ class Detector(Observer):
 
 
 class SlopedDetector(Detector):
-    """The same where the spread is estimated, too. People differ in it: how often an interval of what is believed holds
-    one single truth says how near that is to the middle of what is thought of."""
+    """A detector for methods that also estimate the spread. People differ in it: the coverage of a single true value
+    depends on its distance from the middle of the prior.
+    """
 
     methods = ("bayesian",)
     spreads_differ = Number(0.5, 0.0, 2.0, doc="Standard deviation of the spread's logarithm from person to person.")
@@ -169,10 +172,10 @@ class SlopedDetector(Detector):
 
 
 class Discriminator(Observer):
-    """Compares numbers with a spread; vibration moves where comparison and standard seem equal, and widens the spread.
+    """Compares numbers with a spread; vibration shifts the point of subjective equality and increases the spread.
 
-    With the defaults PSE and slope are those of table 6.3 at its levels, straight between them. Where only the level
-    of vibration differs, that is what is judged: against the standard's, or felt above a threshold.
+    With the defaults, PSE and slope are those of table 6.3 at its levels, linear in between. If only the level of
+    vibration differs, the level is judged: against the standard's, or against a threshold.
     """
 
     methods = ("constant-stimuli",)
@@ -214,20 +217,20 @@ class Discriminator(Observer):
         levels = sorted({float(factors.get(_LEVEL, 0.0)) for factors in stimuli})
         for level in levels[:1] if self._judges_level else levels:
             pse, slope = self._at(level)
-            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # as the analysis names it
+            value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # the analysis's name
             found |= {f"pse{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
     @property
     def _judges_level(self) -> bool:
-        """Whether no number but the level differs between comparisons."""
+        """Whether comparisons differ in no number other than the level."""
         factors = [self.protocol.stimuli[name].factors for name in self.given["comparisons"]]
         kinds = {name for one in factors for name, value in one.items() if not isinstance(value, str)} - {_LEVEL}
         return not any(len({one.get(name) for one in factors}) > 1 for name in kinds)
 
     @property
     def _has_numbers(self) -> bool:
-        """Whether comparisons differ in a factor that is a number, or in their level: a curve goes along it."""
+        """Whether comparisons differ in a numeric factor or in level, which is then the axis of a curve."""
         stimuli = [self.protocol.stimuli[name] for name in self.given["comparisons"]]
         kinds = {name for stimulus in stimuli for name, value in stimulus.factors.items() if not isinstance(value, str)}
         differ = any(len({stimulus.factors.get(name) for stimulus in stimuli}) > 1 for name in kinds)
@@ -243,7 +246,7 @@ class Discriminator(Observer):
 
 
 class Rater(Observer):
-    """Puts the slider at a place that rises with the logarithm of the level, with a spread."""
+    """Sets the slider to a value that increases with the logarithm of the level, with a spread."""
 
     methods = ("rating",)
     without = Number(25.0, 0.0, 100.0, doc="Where a plate that does not vibrate is put.")
@@ -264,7 +267,7 @@ class Rater(Observer):
 
 
 class Labeller(Observer):
-    """Gives a label of the first sort at a rate that depends on the set, and of the last one otherwise."""
+    """Gives a label of the first sort at a rate that depends on the set, and otherwise of the last sort."""
 
     methods = ("free-labels",)
     impact_share_it = Number(thesis.IMPACT_LABELS["IT"], 0.0, 1.0, doc="Share of impact labels for the set IT.")
@@ -290,7 +293,7 @@ class Labeller(Observer):
 
 
 class FootSelector(Observer):
-    """Comes down around the middle of a button with an error that is normal in x and in y, after some time."""
+    """Presses a button with a normally distributed error in x and y, after some time."""
 
     methods = ("target-selection",)
     error_m = Number(0.03, 0.001, 1.0, doc="Standard deviation of where the centroid is, in x and in y.", unit="m")
@@ -306,7 +309,7 @@ class FootSelector(Observer):
         return {"selected": YES if inside else NO, "time_s": float(min(max(time, 0.0), longest))}
 
     def truths(self) -> dict[str, float]:
-        """Rates by Rayleigh's distribution; the press comes in time but for a share that is left out here."""
+        """Return rates by Rayleigh's distribution; the small share of presses that come too late is neglected."""
         late = 1.0 - _normal(
             (self.given["visible_s"] - self.truth["reach_s"]) / max(self.truth["reach_spread_s"], 1e-9)
         )
@@ -331,9 +334,9 @@ OBSERVERS: Mapping[str, type[Observer]] = {
 
 
 def truths_of(protocol: Protocol, truth: Mapping[str, float]) -> dict[str, tuple[Parameter, float]]:
-    """What can be said of the people who answer a protocol, by name, and what is true of them.
+    """Return the parameters and true values of the observers of a protocol, by name.
 
-    `BadValue` for a name in `truth` that none of them has, or a value that cannot be.
+    Raises `BadValue` for a name in `truth` that no observer has, or a value out of range.
     """
     kinds = {stage.method.kind for stage in protocol.stages if stage.method is not None}
     known = {name: one for kind in sorted(kinds) for name, one in OBSERVERS[kind].parameters.items()}
@@ -343,7 +346,7 @@ def truths_of(protocol: Protocol, truth: Mapping[str, float]) -> dict[str, tuple
 
 
 class SimulatedParticipant:
-    """Answers all pages of a study: trials as its observers do, everything else as it is by default."""
+    """Answers all pages of a study: trials by its observers, other pages with their defaults."""
 
     def __init__(self, protocol: Protocol, truth: Mapping[str, float], random: np.random.Generator) -> None:
         self._random = random
@@ -355,7 +358,7 @@ class SimulatedParticipant:
         }
 
     def answer(self, page: Page) -> Answers:
-        """What is answered on a page."""
+        """Return the answers to a page."""
         if page.kind == "consent":
             return {"agreed": YES}
         if page.trial is not None:
@@ -364,7 +367,7 @@ class SimulatedParticipant:
 
 
 def _moved(share: float, logits: float) -> float:
-    """A share so many logits higher; 0 and 1 stay.
+    """Return a share increased by `logits`; 0 and 1 stay.
 
     >>> round(_moved(0.5, 1.0), 3), _moved(1.0, -2.0)
     (0.731, 1.0)

@@ -1,9 +1,9 @@
 """Force and vibration of each trial as continuous recordings of BIDS, beside the behavioural file.
 
 BIDS 1.10: `sub-ID_task-NAME_recording-force0012_physio.tsv.gz`, without a header, and a JSON sidecar with the columns,
-the rate and the start. 12 is the `entry` of the trial in the behavioural file; of two intervals the second's name ends
-with b. Force is a recording of the person ("physio"); what the tile did is the stimulus ("stim"). Motion files are
-those of tracking systems: points of a body, in channels none of which is a force.
+the rate and the start. 12 is the `entry` of the trial in the behavioural file. With two intervals, the second one's
+name ends with b. Force is a recording of the person ("physio"); vibration of the tile is the stimulus ("stim"). BIDS's
+motion files do not fit: they hold points of a body from tracking systems, and have no channel type for force.
 """
 
 import gzip
@@ -23,15 +23,15 @@ _KINDS = {
     "vibration": ("commanded", "stim", "m/s^2", "Acceleration that was commanded of the tile {}, after all limits."),
     "measured": ("measured", "stim", "m/s^2", "Acceleration of the tile {} that its accelerometer measured."),
 }
-"""What a stretch is called in BIDS, its suffix there, its unit, and what a column is."""
+"""For each kind of excerpt: its name in BIDS, its suffix there, its unit, and the meaning of a column."""
 _FASTEST = 1
-"""Of gzip: a recording at audio rate is large."""
+"""The fastest level of gzip, because recordings at audio rate are large."""
 
 
 def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]:
-    """Write the recordings of a session's trials under a BIDS `folder`; the paths that were written.
+    """Write the recordings of a session's trials under a BIDS `folder`; return the paths of the files.
 
-    `task` is the one of the behavioural file. Times are those of its `onset_s`: seconds of the session's clock.
+    `task` is the task name of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
     """
     label, name = bids_label(file.participant), bids_label(task) or "study"
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
@@ -53,7 +53,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
 
 
 def _rows(excerpt: Excerpt) -> bytes:
-    """Tab-separated values, five digits; what is no number is n/a."""
+    """Return tab-separated values with five digits; "n/a" for NaN."""
     flat = [f"{value:.5g}" for value in np.asarray(excerpt.values, np.float64).ravel().tolist()]
     if not np.isfinite(excerpt.values).all():
         flat = ["n/a" if text in ("nan", "inf", "-inf") else text for text in flat]

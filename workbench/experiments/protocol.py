@@ -1,7 +1,7 @@
-"""The document of a study: who takes part, what is presented, and stage after stage what happens.
+"""The document of a study: its participants, stimuli and stages.
 
-A protocol is frozen; `check` says whether all of it can be run, and names the place of what cannot. Nothing in a file
-is ever executed.
+A protocol is immutable. `check` verifies that it can be run, and names the place of a mistake. No content of a file is
+executed.
 """
 
 from collections.abc import Mapping
@@ -32,17 +32,17 @@ Decibels = Annotated[float, msgspec.Meta(ge=-120.0, le=0.0)]
 
 
 def _described(text: str, label: str = "") -> msgspec.Meta:
-    """What a form says of a field."""
+    """Return a field's description and label for forms."""
     return msgspec.Meta(description=text, title=label or None)
 
 
 _PILOT_TRIALS, _PILOT_PAUSE_S = 2, 5.0
 END = "end"
-"""What `Stage.next` says where the study ends behind a stage."""
+"""The value of `Stage.next` for the end of the study."""
 
 
 class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Which method a stage uses, and the parameters that were set."""
+    """The method of a stage, and its parameters."""
 
     kind: str
     parameters: Mapping[str, Any] = {}
@@ -50,14 +50,13 @@ class MethodUse(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Stage(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One stage. `kind`: "consent", "questions", "read" (an instruction), "learn" (stimuli to try by number, for
-    `seconds`), "level" (set to where `stimulus` is just felt), "trials" of a `method`, or a "pause" of `seconds`.
+    `seconds`), "level" (adjustment until `stimulus` is just felt), "trials" of a `method`, or a "pause" of `seconds`.
 
-    In trials, `start` is what begins a presentation: a key, a step onto the tile, or two crossings of it (there and
-    back). With `most_trials` the stage ends after so many. Between trials `trial_pause_s` pass, between the intervals
-    of one `interval_pause_s`, between blocks `block_pause_s`, but `long_pause_s` after every `long_pause_every` blocks.
-    `practice` is left out of the analysis.
-    With `foot` the answer can be given by stepping on the floor, too.
-    `next` is the id of the stage behind it, "end" for none, "" for the one that follows in the list.
+    In trials, `start` is what starts a presentation: a key, a step onto the tile, or two crossings of it (there and
+    back). `most_trials` limits the number of trials. The pauses are `trial_pause_s` between trials, `interval_pause_s`
+    between the intervals of a trial and `block_pause_s` between blocks, or `long_pause_s` after every
+    `long_pause_every` blocks. `practice` excludes the stage from the analysis. `foot` allows answers by stepping on the
+    floor. `next` is the id of the next stage: "end" for none, "" for the next in the list.
     """
 
     id: str
@@ -104,8 +103,9 @@ FIELDS_OF_KIND: Mapping[str, tuple[str, ...]] = {
 
 
 class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is heard throughout, on a sound card of its own: `noise` that masks, at `noise_db` (RMS, of full scale), and
-    a metronome, at `metronome_hz` with clicks of `metronome_db`, 0 for none; on `channel` of the card, from 0."""
+    """Sound during the whole study, on a separate sound card: masking `noise` at `noise_db` (RMS, dB re full scale),
+    and a metronome at `metronome_hz` (0 for none) with clicks of `metronome_db`. `channel` of the card counts from 0.
+    """
 
     noise: Annotated[Literal["none", "pink", "white"], _described("Masks what the tiles sound like.")] = "none"
     noise_db: Annotated[Decibels, _described("RMS, re full scale.", "Noise level")] = -30.0
@@ -115,7 +115,9 @@ class Sounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A study. Nothing is stronger than `limit_m_s2`; `present_s` is how long a presentation by a key lasts."""
+    """A study. `limit_m_s2` limits the acceleration of all stimuli, in m/s^2; `present_s` is the duration of a
+    presentation started by a key, in seconds.
+    """
 
     format: str = FORMAT
     version: int = VERSION
@@ -132,14 +134,14 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     stages: tuple[Stage, ...] = ()
 
     def stage(self, id: str) -> Stage:
-        """The stage with this id; `BadValue` where there is none."""
+        """Return the stage with this id; raise `BadValue` if there is none."""
         for stage in self.stages:
             if stage.id == id:
                 return stage
         raise BadValue(f"there is no stage {id!r}; allowed: {', '.join(s.id for s in self.stages) or 'none'}")
 
     def order(self) -> tuple[Stage, ...]:
-        """The stages in the order in which they come; `BadValue` for a cycle."""
+        """Return the stages in order of execution; raise `BadValue` for a cycle."""
         following = {stage.id: place for place, stage in enumerate(self.stages)}
         order: dict[str, Stage] = {}
         at = 0
@@ -153,17 +155,18 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return tuple(order.values())
 
     def pilot(self) -> "Protocol":
-        """The same to be tried on oneself: two trials of each stage of trials, short pauses, and no questions about who
-        takes part."""
+        """Return a short version for a trial run by the experimenter: two trials per stage, short pauses, and no
+        questions about the participant.
+        """
         title, stages = f"{self.title}, pilot", tuple(map(_pilot, self.stages))
         return msgspec.structs.replace(self, title=title, participant=(), stages=stages)
 
     # --- checks ---
 
     def check(self, registry: Registry, folder: Path | None = None) -> "Protocol":
-        """This protocol, or `BadValue`: the place in it, the value, and what is allowed.
+        """Return this protocol if it can be run; else raise `BadValue` with the place, the value, and what is allowed.
 
-        Patches are looked for among the presets and in `folder`.
+        Patches are presets, or files in `folder`.
         """
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
@@ -231,7 +234,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     # --- files ---
 
     def dumps(self) -> bytes:
-        """The protocol as JSON, in a fixed order; what is as it is by default is left out."""
+        """Return the protocol as JSON with a fixed order of fields; fields with default values are omitted."""
         fields = _without_defaults(self)
         return (
             msgspec.json.format(msgspec.json.encode({"format": FORMAT, "version": VERSION, **fields}), indent=1) + b"\n"
@@ -241,7 +244,10 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     def loads(
         text: bytes | str, registry: Registry, source: str = "protocol", folder: Path | None = None
     ) -> "Protocol":
-        """The protocol in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
+        """Return the protocol in `text`.
+
+        Raises `BadFile` with `source`, the place of the mistake, the value and what is allowed.
+        """
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             _check_types_of_stimuli(raw, source)
@@ -249,7 +255,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Protocol":
-        """The protocol in a file, whose patches lie among the presets or beside it."""
+        """Return the protocol in a file; its patches are presets, or files beside it."""
         return Protocol.loads(read_file(path), registry, str(path), Path(path).parent)
 
     def save(self, path: str | Path) -> None:
@@ -258,7 +264,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
 
 def node_files_of(path: Path) -> list[NodeFile]:
-    """The files of custom nodes that the patches of a protocol's file need, and that do not run yet."""
+    """Return the files of custom nodes that the patches of a protocol need and that are not allowed to run yet."""
     stimuli = parse(read_file(path), str(path), FORMAT, VERSION).get("stimuli")
     found: dict[str, NodeFile] = {}
     for stimulus in stimuli.values() if isinstance(stimuli, dict) else ():
@@ -270,7 +276,7 @@ def node_files_of(path: Path) -> list[NodeFile]:
 
 
 def _check_types_of_stimuli(raw: Mapping[str, Any], source: str) -> None:
-    """Raise `BadFile` for a stimulus whose fields have wrong types, by its name, which the library does not tell."""
+    """Raise `BadFile` for a stimulus with fields of wrong types, with its name, which the library's error lacks."""
     stimuli = raw.get("stimuli")
     for name, stimulus in stimuli.items() if isinstance(stimuli, dict) else ():
         try:
@@ -298,7 +304,7 @@ def _check_questions(place: str, questions: tuple[Question, ...]) -> None:
 
 
 def _without_defaults(document: msgspec.Struct) -> dict[str, Any]:
-    """The fields that are not as they are by default, structs within them likewise."""
+    """Return the fields whose values differ from their defaults, nested structs included."""
     found: dict[str, Any] = {}
     for field in msgspec.structs.fields(document):
         value = getattr(document, field.name)

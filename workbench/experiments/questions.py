@@ -1,4 +1,4 @@
-"""What a page asks a participant: parameters under names, and those that a protocol writes down."""
+"""Questions to a participant: named parameters, and the questions that a protocol declares."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
@@ -17,7 +17,7 @@ Bound = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
 
 @dataclass(frozen=True)
 class Scale(Number):
-    """A slider whose ends have words of their own.
+    """A slider with labels at its ends.
 
     >>> Scale(50.0, 0.0, 100.0, ends=("soft", "hard")).allowed
     '0 (soft) to 100 (hard)'
@@ -33,11 +33,11 @@ class Scale(Number):
 
 @dataclass(frozen=True)
 class OpenChoice(Choice):
-    """A choice that need not be made: its default says that it was not."""
+    """An optional choice; its default means "no answer"."""
 
 
 def needs_answer(question: Parameter) -> bool:
-    """Whether a page cannot be left without an answer to this: what nobody said is never kept as if it were said.
+    """Return whether a page requires an answer to this question. A default is never stored as an answer.
 
     >>> needs_answer(Number(50.0, 0.0, 100.0)), needs_answer(Text(""))
     (True, False)
@@ -46,14 +46,14 @@ def needs_answer(question: Parameter) -> bool:
 
 
 def unanswered(question: Parameter) -> BadValue:
-    """What is said where there is no answer, and one is needed."""
+    """Return the error for a required question without an answer."""
     return BadValue(f"Please answer: {question.doc or question.label} ({question.allowed})")
 
 
 def typed_answer(question: Parameter, text: str) -> Any:
-    """The answer that was typed: a number with or without its unit, a choice by its number or by how it begins.
+    """Return the value of a typed answer: a number with or without unit, or a choice by number or first letters.
 
-    `BadValue` has the words of the question, for the person who was asked.
+    Raises `BadValue` in the question's words, for the participant.
 
     >>> weight = ask("mass_kg", Number(70.0, 30.0, 200.0, doc="What do you weigh?", unit="kg"))
     >>> typed_answer(weight, "70,5 kg")
@@ -83,7 +83,7 @@ def _chosen(options: tuple[str, ...], text: str) -> str:
 
 
 def ask(name: str, parameter: Parameter) -> Parameter:
-    """A parameter that a page asks for under `name`; its label comes of the name where it has none.
+    """Return a copy of the parameter under `name`; without a label, its label is derived from the name.
 
     >>> ask("rating", Number(50.0, 0.0, 100.0)).label
     'Rating'
@@ -93,19 +93,19 @@ def ask(name: str, parameter: Parameter) -> Parameter:
 
 
 def yes_or_no(name: str, doc: str) -> Parameter:
-    """A question to be answered with yes or no."""
+    """Return a yes-no question."""
     return ask(name, Choice(NO, options=(YES, NO), doc=doc))
 
 
 def first_or_second(doc: str) -> Parameter:
-    """A question for one of two intervals, under "interval"."""
+    """Return a question for one of two intervals, named "interval"."""
     return ask("interval", Choice(FIRST, options=(FIRST, SECOND), doc=doc))
 
 
 class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A question of a protocol: of a questionnaire, or of the participant beforehand.
+    """A question of a protocol, in a questionnaire or about the participant.
 
-    `kind` says what answers it: "number" and "count" from `low` to `high`, "choice" one of `options`, "text" words.
+    `kind` is the type of the answer: "number" or "count" from `low` to `high`, a "choice" of `options`, or "text".
     Names of people are never asked for.
     """
 
@@ -118,7 +118,7 @@ class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     unit: str = ""
 
     def check(self, place: str) -> None:
-        """Raise `BadValue` for a question that cannot be asked."""
+        """Raise `BadValue` for an invalid question; `place` is its place in the protocol."""
         require(bool(IDENTIFIER.fullmatch(self.name)), f"{place}.name", self.name, "letters, digits, - and _")
         require(self.low < self.high or self.kind in ("choice", "text"), f"{place}.high", self.high, "above low")
         if self.kind == "choice":

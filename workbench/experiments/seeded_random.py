@@ -1,4 +1,4 @@
-"""Random draws of a study: the same for the same seed, participant and stage, whatever is installed."""
+"""Random draws of a study: identical for the same seed, participant and stage, on every installation."""
 
 import random
 from collections.abc import Iterable, Sequence
@@ -8,10 +8,10 @@ Item = TypeVar("Item")
 
 
 class SeededRandom:
-    """Draws from the protocol's seed and words, such as participant and stage.
+    """Random draws, seeded with the protocol's seed and words such as participant and stage.
 
-    Everything is made of `random.Random.random` alone: Python promises its sequence for a seed, so that a study that
-    was begun goes on in the same order after an update.
+    All draws use `random.Random.random` only. Python guarantees its sequence for a given seed, so the order of a
+    started study stays the same after an update.
 
     >>> SeededRandom(1, "P01", "main").shuffled("abcd") == SeededRandom(1, "P01", "main").shuffled("abcd")
     True
@@ -21,22 +21,22 @@ class SeededRandom:
         self._random = random.Random("\0".join((str(seed), *words)))
 
     def shuffled(self, items: Iterable[Item]) -> list[Item]:
-        """The items in random order."""
+        """Return the items in random order."""
         return [item for _, _, item in sorted((self._random.random(), k, item) for k, item in _numbered(items))]
 
     def uniform(self, low: float, high: float) -> float:
-        """A number from `low` to `high`."""
+        """Return a uniformly distributed number from `low` to `high`."""
         return low + (high - low) * self._random.random()
 
     def happens(self, share: float) -> bool:
-        """True in a `share` of all calls."""
+        """Return True with probability `share`."""
         return self._random.random() < share
 
     def one_of(self, items: Sequence[Item]) -> Item:
-        """One of the items."""
+        """Return a random item."""
         return items[int(self._random.random() * len(items))]
 
 
 def _numbered(items: Iterable[Item]) -> list[tuple[int, Item]]:
-    """Items with their places, so that two equal draws compare no items."""
+    """Return the items with their indices, so that sorting never compares two items."""
     return list(enumerate(items))

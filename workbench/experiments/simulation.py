@@ -1,7 +1,7 @@
-"""Studies on simulated participants: what each person's estimates are beside the truth, before the first real one.
+"""Studies with simulated participants: each person's estimates beside the true values, before the first real session.
 
-A person is drawn from the seed and a number, and from nothing else: the same people come out of one process, of many,
-or of a cluster, in whatever order.
+Each person is drawn only from the seed and the person's number. The results are therefore identical for one process,
+several processes or a cluster, in any order.
 """
 
 import math
@@ -31,7 +31,7 @@ EstimateRow = tuple[int, str, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class SimulationSettings:
-    """How people are simulated: the seed, draws for intervals of curves (0: by covariance), what is true of them."""
+    """Settings of a simulation: seed, number of bootstrap draws (0: intervals by covariance), and true values."""
 
     seed: int = 1
     bootstrap: int = 0
@@ -40,7 +40,7 @@ class SimulationSettings:
 
 @dataclass(frozen=True)
 class Job:
-    """People `first` to before `end` of a simulated study; plain data, for any process."""
+    """People `first` to `end` (exclusive) of a simulated study; plain data that can be sent to any process."""
 
     protocol: bytes
     folder: str
@@ -52,7 +52,7 @@ class Job:
 def jobs_of(
     protocol: Protocol, folder: Path, people: int, conditions: SimulationSettings | None = None, each: int = 20
 ) -> list[Job]:
-    """The people of a study, whose patches lie in `folder`, in jobs of `each`."""
+    """Return jobs of `each` people for `people` participants of a study; `folder` contains its patches."""
     require(1 <= people <= MOST_PEOPLE, "people", people, f"1 to {MOST_PEOPLE}")
     how = conditions or SimulationSettings()
     seed_of(how.seed)
@@ -61,7 +61,7 @@ def jobs_of(
 
 
 def simulate(job: Job) -> list[EstimateRow]:
-    """What the people of a job estimate. A function of a module with plain data: it runs in any process."""
+    """Return the estimates of a job's people. A module-level function of plain data, which any process can run."""
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
     how, found = job.conditions, list[EstimateRow]()
     for person in range(job.first, job.end):
@@ -76,7 +76,7 @@ def simulate(job: Job) -> list[EstimateRow]:
 def simulated_rows(
     protocol: Protocol, person: int, seed: int, truth: Mapping[str, float]
 ) -> tuple[list[Row], SimulatedParticipant]:
-    """The trials that a simulated person has answered, and who it was."""
+    """Return the trials that a simulated person answered, and the simulated participant."""
     participant = SimulatedParticipant(protocol, truth, np.random.default_rng([seed, person]))
     name = f"S{person + 1}"
     study = Study(protocol, name)
@@ -95,7 +95,7 @@ def _estimates(
 
 
 def _first(rows: Sequence[Row], share: float) -> Sequence[Row]:
-    """The first blocks of a stage; of one block the first trials."""
+    """Return the first `share` of a stage's blocks, or, of a single block, of its trials."""
     last = max(int(row["block"]) for row in rows)
     if last == 1:
         return rows[: max(round(share * len(rows)), 1)]
@@ -104,11 +104,11 @@ def _first(rows: Sequence[Row], share: float) -> Sequence[Row]:
 
 @dataclass(frozen=True)
 class Summary:
-    """What many people's estimates of one thing say beside its truth, after a share of the trials.
+    """Estimates of one quantity over many people, compared with the true values, after a share of the trials.
 
-    `truth` is the mean over the people, who may differ in it by a standard deviation of `differ`. `bias` and `spread`
-    are mean and standard deviation of what an estimate is beside its person's truth, `covered` is the share of 95 %
-    intervals that hold it; `missing` the share of people who have no estimate.
+    `truth` is the mean true value; people differ in it with a standard deviation of `differ`. `bias` and `spread` are
+    mean and standard deviation of the error, estimate minus true value. `covered` is the share of 95 % intervals that
+    contain the true value; `missing` is the share of people without an estimate.
     """
 
     name: str
@@ -123,7 +123,7 @@ class Summary:
     differ: float = 0.0
 
     def spread_of(self, people: int) -> float:
-        """The standard error of the mean over so many people.
+        """Return the standard error of the mean over `people` participants.
 
         >>> Summary("x", 1.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.95, 0.0, differ=3.0).spread_of(25)
         1.0
@@ -132,7 +132,7 @@ class Summary:
 
 
 def summaries(found: Iterable[EstimateRow]) -> list[Summary]:
-    """One summary for each estimate and share of the trials, of all people; the order of `found` does not matter."""
+    """Return one summary per estimate and share of the trials, over all people, in any order of `found`."""
     by_name: dict[tuple[str, float], list[EstimateRow]] = {}
     for one in sorted(found, key=lambda f: (f[0], f[1], f[2])):
         by_name.setdefault((one[1], one[2]), []).append(one)

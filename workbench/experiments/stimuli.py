@@ -1,4 +1,4 @@
-"""A stimulus of a protocol: a patch with parameter settings, and what its level is in m/s^2."""
+"""A stimulus of a protocol: a patch with parameter settings, and its level in m/s^2."""
 
 import math
 import re
@@ -24,13 +24,13 @@ _USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
 
 
 class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What is presented: a `patch` (a preset's name, or a file beside the protocol; "" for no vibration) with
-    `settings`, values by "node.parameter".
+    """A stimulus: a `patch` with `settings`, values by "node.parameter".
 
-    `scaled_by` is the number of the patch, "node.parameter", to which acceleration is proportional; with the settings
-    the patch's peak was measured as `measured_m_s2`, and `level_m_s2` is the peak that is wanted of it.
-    `stiffness_n_mm` is what the plate is set to first, 0 for no plate. `correct` is the right answer to it, "" where
-    there is none. `factors` are what the analysis compares: stiffness, waveform.
+    `patch` is a preset's name, a file beside the protocol, or "" for no vibration. `scaled_by` is the parameter,
+    "node.parameter", to which acceleration is proportional. `measured_m_s2` is the patch's peak with these settings,
+    and `level_m_s2` the peak to be presented. `stiffness_n_mm` is the stiffness of the plate, 0 for no plate. `correct`
+    is the right answer, "" if there is none. `factors` are the variables that the analysis compares, such as stiffness
+    or waveform.
     """
 
     patch: str = ""
@@ -47,7 +47,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     factors: Mapping[str, Fact] = {}
 
     def peak_m_s2(self, gain_db: float = 0.0) -> float:
-        """The peak acceleration at so many decibels above its level; 0 without a patch.
+        """Return the peak acceleration at `gain_db` re its level, in m/s^2; 0 without a patch.
 
         >>> round(Stimulus(patch="stimulus-td", level_m_s2=0.43).peak_m_s2(6.0206), 3)
         0.86
@@ -55,7 +55,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return self.level_m_s2 * 10.0 ** (gain_db / 20.0) if self.patch else 0.0
 
     def at(self, gain_db: float, registry: Registry, folder: Path | None = None) -> Patch:
-        """The patch to play, with its settings, at so many decibels above the level; empty without a patch."""
+        """Return the patch with its settings, at `gain_db` re its level; an empty patch for no vibration."""
         if not self.patch:
             return Patch(title="nothing")
         patch = _loaded(self.patch, registry, folder)
@@ -72,7 +72,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         return patch.set(node, parameter, now * factor, registry)
 
     def check(self, place: str, registry: Registry, folder: Path | None, limit_m_s2: float) -> None:
-        """Raise `BadValue` where the patch is missing, or a setting or level cannot be."""
+        """Raise `BadValue` if the patch is missing, or a setting or level is invalid. `place` begins the message."""
         for name, value in self.factors.items():
             good = not isinstance(value, float) or math.isfinite(value)
             require(good and bool(name), f"{place}.factors.{name}", value, "text or finite numbers")
@@ -109,7 +109,7 @@ def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) 
 
 
 def usually_scaled(parameters: Container[str]) -> str:
-    """Which of a patch's parameters, "node.parameter", its acceleration is most likely proportional to; "" for none.
+    """Return the parameter, "node.parameter", to which acceleration is most likely proportional, or "".
 
     >>> usually_scaled({"gain.gain": 1.0, "noise.level": 1.0})
     'gain.gain'
@@ -118,13 +118,13 @@ def usually_scaled(parameters: Container[str]) -> str:
 
 
 def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[str, Parameter]:
-    """The parameters of a patch, a preset's or a file's in `folder`, by "node.parameter"."""
+    """Return the parameters of a patch by "node.parameter". `name` is a preset's, or a file's in `folder`."""
     patch = _loaded(name, registry, folder)
     return {f"{node.id}.{p}": one for node in patch.nodes for p, one in registry[node.type].parameters.items()}
 
 
 def patch_path(name: str, folder: Path | None) -> Path:
-    """The file of a preset's name, or in `folder`; `BadFile` where there is none."""
+    """Return the path of a preset, or of a file in `folder`; raise `BadFile` if there is none."""
     require("\0" not in name, "patch", name, "a preset's name, or a file's")
     presets = preset_files.patches()
     inside = not Path(name).is_absolute() and ".." not in Path(name).parts
@@ -141,13 +141,13 @@ def patch_path(name: str, folder: Path | None) -> Path:
 
 
 def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:
-    """The patch of a preset's name, or in a file of `folder`, read once as long as it does not change."""
+    """Return the patch of a preset's name or of a file in `folder`; a file is read again only after a change."""
     path = patch_path(name, folder)
     return _read(path, path.stat().st_mtime_ns, _Registry(registry))
 
 
 class _Registry:
-    """A registry as a key of what was read with it."""
+    """A registry as part of a cache key."""
 
     def __init__(self, registry: Registry) -> None:
         self.registry = registry

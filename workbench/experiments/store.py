@@ -1,8 +1,8 @@
-"""A participant's session on disk: one SQLite file, in which every answer is safe the moment it is given.
+"""A participant's session on disk: one SQLite file, which stores each answer durably as soon as it is given.
 
-The file holds the protocol with its patches, so that it can be read alone; an entry for each page that was answered, in
-order; for each trial the stretch of force and vibration that belongs to it; and notes. An entry and its stretches are
-one transaction, written through to the disk: killed at any moment, the file opens, and the study goes on at the next
+The file contains the protocol with its patches, so that it can be read without other files. It has an entry for each
+answered page, in order, the force and vibration of each trial, and notes. An entry and its excerpts are one
+transaction, flushed to disk. After a crash at any time the file can be opened, and the study continues at the next
 page.
 """
 
@@ -52,12 +52,11 @@ _TYPES = {"force": "<f4", "vibration": "<i2", "measured": "<i2"}
 
 @dataclass(frozen=True)
 class Excerpt:
-    """What was recorded during a presentation, [frame, column].
+    """Samples recorded during a presentation, [frame, column].
 
-    `kind`: "force" (newtons a corner), "vibration" (what was commanded, m/s^2 a tile) or "measured" (what an
-    accelerometer heard, m/s^2).
-    `part` is the interval, from 0; `first` when the first row was, in seconds of the session, with `rate_hz` rows a
-    second.
+    `kind` is "force" (N, per corner), "vibration" (commanded acceleration, m/s^2, per tile) or "measured" (an
+    accelerometer's signal, m/s^2). `part` is the index of the interval. `first` is the time of the first row, in
+    seconds of the session, and `rate_hz` the rate of the rows.
     """
 
     kind: str
@@ -70,7 +69,7 @@ class Excerpt:
 
 @dataclass(frozen=True)
 class Note:
-    """What the experimenter wrote down, at what time, after how many entries."""
+    """A note of the experimenter, with its time and the number of entries before it."""
 
     at: str
     entry: int
@@ -78,14 +77,16 @@ class Note:
 
 
 class SessionFile:
-    """A session that can be gone on with. `create` makes a new file, `open` one that is there; `close` when done."""
+    """A session file that can be continued. `create` makes a new file and `open` opens an existing one; call `close` at
+    the end.
+    """
 
     def __init__(self, path: Path, base: sqlite3.Connection) -> None:
         self.path, self._base = path, base
         self._packer = ThreadPoolExecutor(1, "packing")
         self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
-        """What the disk has refused, to be written before anything else: when, and what."""
+        """Writes that the disk has refused, with their times, to be written before anything else."""
 
     @staticmethod
     def create(
@@ -95,15 +96,16 @@ class SessionFile:
         folder: Path | None = None,
         about: Mapping[str, str] | None = None,
     ) -> "SessionFile":
-        """A new file of a checked protocol, whose patches lie in `folder`; `BadFile` where there is one already.
+        """Return a new session file for a checked protocol, whose patches are in `folder`.
 
-        `about` is what else is to be kept: target, profile. `BadValue` where a method needs what is not installed.
+        `about` is further metadata: target, profile. Raises `BadFile` if the file exists, and `BadValue` if a package
+        that a method needs is not installed.
         """
         path = Path(path)
         require_id(participant)
         for stage in protocol.stages:
             if stage.method is not None:
-                method_of(protocol, stage, participant)  # which says now, not at its first trial, what it lacks
+                method_of(protocol, stage, participant)  # raises now, not at the first trial, if a package is missing
         if os.path.exists(path):
             raise BadFile(f"{path} is there already; go on with it, or choose another name for the session")
         known = {
@@ -128,7 +130,7 @@ class SessionFile:
 
     @staticmethod
     def open(path: str | Path) -> "SessionFile":
-        """A file that is there, also one whose writer was killed; `BadFile` where it is no session."""
+        """Open an existing file, also after its writer was killed; raise `BadFile` if it is not a session."""
         path = Path(path)
         if not path.is_file():
             why = "it is a folder" if path.is_dir() else "there is no such file"
@@ -144,18 +146,18 @@ class SessionFile:
                 if version > VERSION:
                     raise BadFile(f"{path}: version is {version}; allowed: up to {VERSION}, a newer Underfoot wrote it")
                 base.execute("pragma journal_mode = wal")
-                base.execute("pragma wal_autocheckpoint = 0")  # `add` has it done in a thread: nobody waits for it
-                base.execute("pragma synchronous = full")  # not even a power cut loses an answer
+                base.execute("pragma wal_autocheckpoint = 0")  # `add` runs checkpoints in a thread
+                base.execute("pragma synchronous = full")  # answers survive a power cut
             except (sqlite3.Error, UnicodeDecodeError) as error:
                 raise BadFile(f"{path} is not a session of a study: {' '.join(str(error).split())}") from None
             unless_opened.pop_all()
         return SessionFile(path, base)
 
-    # --- what is in it ---
+    # --- reading ---
 
     @property
     def about(self) -> dict[str, str]:
-        """What is known of the session: `protocol`, `participant`, `begun`, `software` and so on."""
+        """Metadata of the session: `protocol`, `participant`, `begun`, `software` and others."""
         with self._readable("about"):
             known = dict(self._base.execute("select key, value from about order by key"))
         missing = [key for key in ("protocol", "participant") if not isinstance(known.get(key), str)]
@@ -169,12 +171,12 @@ class SessionFile:
         return self.about["participant"]
 
     def patches(self) -> dict[str, bytes]:
-        """The patches of the protocol as they were when the session was begun, by their names there."""
+        """Return the protocol's patches as they were at the start of the session, by name."""
         with self._readable("patch"):
             return dict(self._base.execute("select name, body from patch order by name"))
 
     def stored_protocol(self) -> Protocol:
-        """The protocol that the session was begun with, for the analysis: its patches are not looked for."""
+        """Return the protocol at the start of the session, for the analysis; its patches are not checked."""
         raw = parse(self.about["protocol"], f"{self.path}, protocol", FORMAT, PROTOCOL_VERSION)
         try:
             return msgspec.convert(raw, Protocol)
@@ -182,7 +184,7 @@ class SessionFile:
             raise BadFile(f"{self.path}, protocol: {placed(error, raw)}") from None
 
     def entries(self) -> list[Entry]:
-        """What was answered so far, in order."""
+        """Return all answered pages, in order."""
         found = []
         with self._readable("entry"):
             for number, body in self._base.execute("select number, body from entry order by number"):
@@ -193,18 +195,18 @@ class SessionFile:
         return found
 
     def study(self, protocol: Protocol) -> Study:
-        """The study where it stands; `BadFile` where the session was begun with another protocol."""
+        """Return the study in its current state; raise `BadFile` if the session belongs to another protocol."""
         if protocol.dumps().decode() != self.about["protocol"]:
             raise BadFile(f"{self.path} was begun with another protocol; go on with that one, or begin a new session")
         return Study(protocol, self.participant, self.entries())
 
     def notes(self) -> list[Note]:
-        """What the experimenter wrote down, in order."""
+        """Return the experimenter's notes, in order."""
         with self._readable("note"):
             return [Note(*row) for row in self._base.execute("select at, entry, body from note order by id")]
 
     def excerpts(self, number: int) -> list[Excerpt]:
-        """What was recorded for entry `number`, from 1."""
+        """Return the excerpts of entry `number`, which counts from 1."""
         found = []
         with self._readable("stretch"):
             rows = self._base.execute(
@@ -218,17 +220,20 @@ class SessionFile:
                 found.append(Excerpt(kind, part, first, rate_hz, names, values.astype(np.float64) * scale))
         return found
 
-    # --- what is put in ---
+    # --- writing ---
 
     def begin_packing(self, excerpts: Iterable[Excerpt]) -> None:
-        """Pack stretches, in a thread, that are to be added soon: of ten seconds and four tiles that takes half a
-        second, which passes while a person thinks."""
+        """Begin to compress excerpts in a thread, before `add` needs them.
+
+        Ten seconds of four tiles take half a second, during which the participant answers.
+        """
         self._begun += [(excerpt, self._packer.submit(_packed, excerpt)) for excerpt in excerpts]
 
     def add(self, entry: Entry, excerpts: Iterable[Excerpt] = ()) -> int:
-        """Keep an entry with its stretches; safe when this returns. Its number, from 1.
+        """Store an entry with its excerpts durably, and return its number, from 1.
 
-        Where the disk refuses it, `BadFile`: it waits, and is written before the next one, or by `write_waiting`.
+        If the disk refuses the write, raises `BadFile` and keeps the entry; the next `add`, or `write_waiting`, writes
+        it.
         """
         packed = [self._packed_one(excerpt) for excerpt in excerpts]
         self._begun = []
@@ -238,7 +243,7 @@ class SessionFile:
         return int(last)
 
     def write_waiting(self) -> None:
-        """Write what the disk has refused, in its order; `BadFile` where it still does."""
+        """Write the entries that the disk has refused, in order; raise `BadFile` if it still refuses them."""
         while self._waiting:
             at, entry, packed = self._waiting[0]
             with self._transaction():
@@ -257,28 +262,28 @@ class SessionFile:
         return begun.result() if begun is not None else _packed(excerpt)
 
     def replace_last(self, entry: Entry) -> None:
-        """Put an entry in the place of the last one, whose stretches stay: a trial that is spoiled afterwards."""
+        """Replace the last entry, such as for a trial that is spoiled afterwards; its excerpts are kept."""
         self.write_waiting()
         with self._transaction():
             row = (msgspec.json.encode(entry).decode(),)
             self._base.execute("update entry set body = ? where number = (select max(number) from entry)", row)
 
     def add_note(self, text: str) -> None:
-        """Keep what the experimenter writes down."""
+        """Store a note of the experimenter."""
         with self._transaction():
             (last,) = self._base.execute("select coalesce(max(number), 0) from entry").fetchone()
             self._base.execute("insert into note (at, entry, body) values (?, ?, ?)", (time_of_day(), last, text))
 
     def close(self) -> None:
-        """Fold the log into the file, and let go of it."""
+        """Write the log (WAL) back to the file, and close it."""
         self._packer.shutdown(cancel_futures=True)
-        with suppress(sqlite3.Error):  # somebody else reads it: the log stays beside it
+        with suppress(sqlite3.Error):  # another process reads the file: the log stays beside it
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
     @contextmanager
     def _readable(self, table: str) -> Iterator[None]:
-        """Say in one line that a table is damaged."""
+        """Raise an error of one line if a table is damaged."""
         try:
             yield
         except (sqlite3.Error, zlib.error, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
@@ -289,13 +294,13 @@ class SessionFile:
 
 
 def _fold(path: Path) -> None:
-    """Fold what is in the log into the file, as far as nobody reads it; the answers in it are safe as they are."""
+    """Write the log (WAL) back to the file, unless another process reads it; the answers are safe in either case."""
     with suppress(sqlite3.Error), closing(sqlite3.connect(path)) as base:
         base.execute("pragma wal_checkpoint(passive)")
 
 
 class _Transaction:
-    """A block whose writes are all in the file when it ends, or none; `BadFile` where the disk refuses them."""
+    """A block whose writes are stored completely or not at all; raises `BadFile` if the disk refuses them."""
 
     def __init__(self, base: sqlite3.Connection, path: Path) -> None:
         self._base, self._path = base, path
@@ -323,7 +328,7 @@ def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
 
 
 def _unpacked(data: bytes) -> bytes:
-    """What was packed, up to `_LARGEST` bytes: a few bytes can be said to hold any number of zeros."""
+    """Decompress data, up to `_LARGEST` bytes, because a few bytes can expand to any size."""
     unpacking = zlib.decompressobj()
     values = unpacking.decompress(data, _LARGEST)
     if not unpacking.eof:
@@ -332,7 +337,7 @@ def _unpacked(data: bytes) -> bytes:
 
 
 def _packed(excerpt: Excerpt) -> _Packed:
-    """A stretch as a row; vibration with 16 bits of its largest value."""
+    """Return an excerpt as a row of the table; vibration has 16 bits relative to its largest value."""
     values = np.asarray(excerpt.values, np.float64)
     scale = 1.0
     if _TYPES[excerpt.kind] == "<i2":
@@ -344,5 +349,5 @@ def _packed(excerpt: Excerpt) -> _Packed:
 
 
 def time_of_day() -> str:
-    """The time of day, as it is kept."""
+    """Return the time of day in the format of the file."""
     return datetime.now().astimezone().isoformat(timespec="milliseconds")

@@ -1,8 +1,8 @@
-"""A study without a screen: a state machine of pages, each with what it shows and what it asks.
+"""The state machine of a study: a sequence of pages, each with its content and questions.
 
-A `Study` stands on one `Page` at a time. A page is answered with `answer`, which gives the `Entry` to be kept; made
-from a protocol, a participant's id and the entries so far, a study stands where it stood. Whoever shows the pages, a
-window or a terminal, knows no method, and no method knows who shows them.
+A `Study` is always at one `Page`. `answer` answers it and returns the `Entry` to be stored. A study made from a
+protocol, a participant's id and the stored entries has the same state as the original. Windows and terminals do not
+depend on methods, and methods do not depend on them.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,13 +27,13 @@ PARTICIPANT = "participant"
 AGREED = "agreed"
 GAIN_DB = "gain_db"
 LEVEL_RANGE_DB = (-40.0, 0.0)
-"""How far a participant can be below the protocol's levels; never above."""
+"""Range of a participant's gain re the protocol's levels, in dB; never above 0."""
 
 
 class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """One page that was answered: of which `stage`, and of what `kind`; in trials which `trial`, at which `attempt`.
+    """One answered page of `stage`, of a `kind`; in trials also the `trial` and the `attempt`.
 
-    `spoiled` is the reason why it does not count; "" where it does. `facts` are what the runner knows: times, levels.
+    `spoiled` is the reason for which the trial does not count, else "". `facts` come from the runner: times, levels.
     """
 
     stage: str
@@ -47,10 +47,11 @@ class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tru
 
 @dataclass(frozen=True)
 class Page:
-    """What is shown now. `kind` is the stage's, or "end"; `questions` are what is answered.
+    """The current page. `kind` is the stage's, or "end"; `questions` are to be answered.
 
-    In trials: `trial`, at which `attempt`, with as many `plays`, begun by `start`. `seconds` is how long a pause or a
-    time of learning lasts. `feedback` is what to show of the answer before. `share` is how much is done, 0 to 1.
+    In trials, `trial` is presented at its `attempt`, at most `plays` times, started by `start`. `seconds` is the
+    duration of a pause or of learning. `feedback` is the feedback on the previous answer. `share` is the completed
+    share of the study, 0 to 1.
     """
 
     stage: str
@@ -69,21 +70,21 @@ class Page:
 
     @property
     def key(self) -> str:
-        """What tells it from all other pages of the study."""
+        """Text that identifies the page within the study."""
         number = f".{self.trial.number}.{self.attempt}" if self.trial is not None else ""
         return f"{self.stage}.{self.kind}{number}"
 
 
 def require_id(participant: str) -> None:
-    """Raise `BadValue` for what is no participant's id."""
+    """Raise `BadValue` if the text is not a valid participant's id."""
     require(bool(IDENTIFIER.fullmatch(participant)), "participant", participant, "an id of letters, digits, - and _")
 
 
 class Study:
-    """One participant's way through a protocol, which must have been checked."""
+    """One participant's progress through a checked protocol."""
 
     def __init__(self, protocol: Protocol, participant: str, entries: Iterable[Entry] = ()) -> None:
-        """`BadFile` where the entries are not of this protocol and participant."""
+        """Begin the study, and replay `entries`; raise `BadFile` if they are of another protocol or participant."""
         require_id(participant)
         self.protocol, self.participant = protocol, participant
         self._stages = all_stages(protocol)
@@ -94,22 +95,22 @@ class Study:
 
     @property
     def page(self) -> Page:
-        """What is shown now."""
+        """The current page."""
         return replace(self._page, share=self._share())
 
     @property
     def is_done(self) -> bool:
-        """Whether the last page is reached."""
+        """Whether the study is at its last page."""
         return self._page.kind == "end"
 
     @property
     def gain_db(self) -> float:
-        """How far below the protocol's levels this participant is, 0 or less."""
+        """The participant's gain re the protocol's levels, in dB; at most 0."""
         return self._gain_db
 
     @property
     def learnable(self) -> tuple[str, ...]:
-        """The stimuli that can be tried in learning, by their number from 1: those of the next trials."""
+        """The stimuli of the next trials, in the order of their numbers in learning, from 1."""
         stages = self.protocol.order()
         here = next((k for k, stage in enumerate(stages) if stage.id == self._page.stage), 0)
         for stage in stages[here:]:
@@ -121,7 +122,7 @@ class Study:
         return tuple(self.protocol.stimuli)
 
     def answer(self, values: Answers, facts: Mapping[str, Any] | None = None) -> Entry:
-        """Answer the page and go on; what is to be kept of it. `BadValue` leaves all as it was."""
+        """Answer the page and advance; return the entry to be stored. After `BadValue` the state is unchanged."""
         page = self._page
         require(page.kind != "end", "answer", dict(values), "none: the study is at its end")
         entry = Entry(
@@ -136,7 +137,7 @@ class Study:
         return entry
 
     def spoil(self, reason: str, facts: Mapping[str, Any] | None = None) -> Entry:
-        """Leave the trial that is shown unanswered, for a reason, and present it again: the entry to be kept."""
+        """Spoil the current trial for a reason, to be presented again; return the entry to be stored."""
         page = self._page
         require(page.trial is not None, "page", page.kind, "a trial, to be repeated")
         require(bool(reason.strip()), "reason", reason, "why the trial is repeated")
@@ -153,14 +154,15 @@ class Study:
 
     @property
     def can_repeat(self) -> bool:
-        """Whether the last page was a trial that was answered, which can be taken back."""
+        """Whether the previous page was an answered trial, which can be repeated."""
         last = self.entries[-1] if self.entries else None
         return last is not None and last.trial is not None and not last.spoiled
 
     def without_last(self, reason: str) -> "Study":
-        """This study before its last answer, which is spoiled for a reason; `BadValue` where that is no trial.
+        """Return the study before its last answer, which is marked as spoiled.
 
-        The new study's last entry is the spoiled one, to be kept in the place of the one before.
+        The last entry of the new study is the spoiled one; it replaces the stored one. Raises `BadValue` if the last
+        entry is not a trial.
         """
         if not self.can_repeat:
             raise BadValue("the last page was no trial that was answered; only such can be repeated")
@@ -168,7 +170,7 @@ class Study:
         changed = msgspec.structs.replace(self.entries[-1], spoiled=reason)
         return Study(self.protocol, self.participant, [*self.entries[:-1], changed])
 
-    # --- how it goes on ---
+    # --- transitions ---
 
     def _begin(self) -> None:
         self._at, self._attempt, self._answered, self._gain_db = 0, 1, 0, 0.0
@@ -178,7 +180,7 @@ class Study:
         self._open_stage()
 
     def _take(self, entry: Entry) -> None:
-        """Go on behind an entry that fits the page."""
+        """Advance after an entry that fits the page."""
         stage, page = self._stages[self._at], self._page
         self.entries.append(entry)
         self._feedback, self._pause = "", 0.0
@@ -207,7 +209,7 @@ class Study:
             self._page = self._made()
 
     def _open_stage(self) -> None:
-        """Come to the stage that is now due: make its method, and its first page."""
+        """Begin the next stage: create its method and its first page."""
         self._attempt, self._method, self._answered = 1, None, 0
         if self._at < len(self._stages):
             stage = self._stages[self._at]
@@ -252,7 +254,7 @@ class Study:
         return checked
 
     def _take_again(self, entry: Entry, number: int) -> None:
-        """Take an entry that was kept; it must fit what the protocol asks at that place."""
+        """Replay a stored entry; raise an error if it does not fit the page."""
         page = self._page
         if (entry.stage, entry.kind, entry.trial, entry.attempt) != (page.stage, page.kind, page.trial, page.attempt):
             raise BadFile(
@@ -276,7 +278,7 @@ class Study:
 
     @property
     def usual_s(self) -> float:
-        """About how many seconds all pages take."""
+        """The approximate duration of the study in seconds."""
         return sum(self._usual_s)
 
     @cached_property
@@ -285,7 +287,7 @@ class Study:
 
 
 def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
-    """The method of a stage at its first trial, as a participant gets it."""
+    """Return a stage's method at its first trial, with this participant's random order."""
     use = stage.method
     if use is None:
         raise BadValue(f"stage {stage.id!r} has no method")
@@ -295,7 +297,7 @@ def method_of(protocol: Protocol, stage: Stage, participant: str) -> Method:
 
 
 def all_stages(protocol: Protocol) -> Sequence[Stage]:
-    """The stages in their order, with the questions of the participant behind the consent."""
+    """Return the stages in order, with the questions about the participant after the consent."""
     stages = list(protocol.order())
     if protocol.participant:
         first = Stage(id=PARTICIPANT, kind="questions", title="About you", questions=protocol.participant)
@@ -304,7 +306,7 @@ def all_stages(protocol: Protocol) -> Sequence[Stage]:
 
 
 def _pause_s(stage: Stage, trial: Trial, following: Trial | None) -> float:
-    """The pause behind the last trial of a block."""
+    """Return the pause after a trial in seconds; 0 unless it is the last of its block."""
     if following is None or following.block == trial.block:
         return 0.0
     if stage.long_pause_every and trial.block % stage.long_pause_every == 0:

@@ -1,4 +1,4 @@
-"""The table of trials: a row for each trial that was presented, with all that the analysis needs to know of it."""
+"""The table of trials: one row per presented trial, with all variables of the analysis."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,19 +9,19 @@ from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
 
 Row = Mapping[str, Any]
-"""One trial: values by the names of columns. What a trial does not have is not in its row."""
+"""One trial: values by column name; missing values are not in the row."""
 
 OF_PERSON = "participant."
-"""What the columns begin with in which a participant's own answers are."""
+"""Prefix of the columns with participants' answers about themselves."""
 FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
 
 
 def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> list[dict[str, Any]]:
-    """The rows of one participant, spoiled trials and practice among them.
+    """Return the rows of one participant, with spoiled and practice trials.
 
-    `stimulus`, `gain_db` and `level_m_s2` are those of the interval that is judged; with two intervals also `other`.
-    Facts, factors of the stimulus, answers and times have columns of their own names; what participants said of
-    themselves begins with "participant.", and in a questionnaire with "participant." and its stage.
+    `stimulus`, `gain_db` and `level_m_s2` are those of the judged interval; with two intervals, `other` is the other
+    stimulus. Facts, factors of the stimulus, answers and times have columns with their own names. Answers about the
+    participant have the prefix "participant.", and those of a questionnaire "participant." and its stage.
     """
     stages = {stage.id: stage for stage in protocol.stages}
     found: list[dict[str, Any]] = []
@@ -43,7 +43,7 @@ def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> l
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
-    """The rows that the analysis counts: no practice, nothing that was spoiled.
+    """Return the rows that the analysis counts: neither practice nor spoiled.
 
     >>> counted([{"trial": 1, "spoiled": "noise"}, {"trial": 1}, {"trial": 2, "practice": True}])
     [{'trial': 1}]
@@ -52,7 +52,7 @@ def counted(rows: Sequence[Row]) -> list[Row]:
 
 
 def columns_of(rows: Iterable[Row]) -> list[str]:
-    """The columns of a table, the common ones first, then in the order in which they come."""
+    """Return the columns of a table: the common ones, then others in order of appearance."""
     names: dict[str, None] = dict.fromkeys(FIRST_COLUMNS)
     for row in rows:
         names |= dict.fromkeys(row)
@@ -60,7 +60,7 @@ def columns_of(rows: Iterable[Row]) -> list[str]:
 
 
 def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Row]]:
-    """Rows by the values of columns, in the order in which those first come.
+    """Return the rows grouped by the values of columns, in order of first appearance.
 
     >>> grouped([{"a": 1, "b": 2}, {"a": 1, "b": 3}], "a")
     {(1,): [{'a': 1, 'b': 2}, {'a': 1, 'b': 3}]}
@@ -74,7 +74,7 @@ def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Ro
 def _row(
     protocol: Protocol, stage: Stage, participant: str, entry: Entry, number: int, gain_db: float
 ) -> dict[str, Any]:
-    """The row of a trial's entry, by its number, without what the participant said before."""
+    """Return the row of a trial's entry, without the participant's previous answers; `number` is the entry's."""
     trial = entry.trial
     assert trial is not None
     judged, other = _judged(trial.intervals, trial.facts.get("comparison"))
@@ -106,7 +106,7 @@ def _row(
 
 
 def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Presentation | None, Presentation | None]:
-    """The presentation that is judged, and the one beside it: of two the comparison, where it is named."""
+    """Return the judged presentation, which is the comparison if there is one, and the other one of the trial."""
     if not intervals:
         return None, None
     if len(intervals) == 1:
@@ -137,11 +137,11 @@ NOT_FACTORS = frozenset(
         *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
     )
 )
-"""Columns that are no factors of stimuli: what a trial is, what was answered, and what was measured."""
+"""Columns that are not factors of stimuli: identification, answers and measurements of a trial."""
 
 
 def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
-    """Rows by the values of a column that each of them must have, in the order of these values.
+    """Return the rows grouped by the values of a column, sorted; every row must have the column.
 
     >>> by_value([{"a": 2, "b": 2}, {"a": 1, "b": 3}], "a")
     [(1, [{'a': 1, 'b': 3}]), (2, [{'a': 2, 'b': 2}])]
@@ -153,7 +153,7 @@ def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
 
 
 def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
-    """The columns that are factors of stimuli, and take more than one value.
+    """Return the columns that are factors of stimuli and have more than one value.
 
     >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
     ('set',)

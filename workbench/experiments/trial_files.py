@@ -1,4 +1,4 @@
-"""Trials for other programs: tidy CSV, a row a trial, BIDS behavioural files, and a CSV of trials read in.
+"""Trials for other programs: tidy CSV with a row per trial, BIDS behavioural files, and import of CSVs.
 
 BIDS: Brain Imaging Data Structure 1.10, behavioural recordings: `sub-ID_task-NAME_beh.tsv` with a JSON sidecar that
 describes its columns.
@@ -60,7 +60,7 @@ _TEXT_COLUMNS = (
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """A table of trials as CSV: a header, then a row a trial; what a trial does not have is an empty cell.
+    """Return a table of trials as CSV with a header; missing values are empty cells.
 
     >>> print(csv_text([{"participant": "P1", "trial": 1, "rating": 40.0}]).splitlines()[0])
     participant,stage,method,practice,trial,block,attempt,spoiled,rating
@@ -69,15 +69,15 @@ def csv_text(rows: Sequence[Row]) -> str:
 
 
 def write_csv(path: str | Path, rows: Sequence[Row]) -> None:
-    """Write a table of trials, whole or not at all."""
+    """Write a table of trials; an interrupted write leaves no partial file."""
     write_file(path, csv_text(rows).encode())
 
 
 def read_csv(path: str | Path) -> list[Row]:
-    """The trials of a CSV, for the analysis alone: `BadFile` for what is no table of trials.
+    """Return the trials of a CSV, for the analysis; raise `BadFile` if it is not a table of trials.
 
-    It needs the columns participant, method and trial; stage and block are "main" and 1 where they are missing. Cells
-    that are numbers are read as such, but not in a column of labels, some of which look like numbers.
+    The columns participant, method and trial are required; stage defaults to "main", and block to 1. Numeric cells
+    become numbers, except in a column of labels, in which a number can be a label.
     """
     header, lines = cells_of(path, "a table of trials")
     for column in ("participant", "method", "trial"):
@@ -96,9 +96,9 @@ def read_csv(path: str | Path) -> list[Row]:
 
 
 def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str, str]]]:
-    """The header of a CSV, and the cells of each line below by their columns; `BadFile` for no such table.
+    """Return the header of a CSV, and the cells of each row by column; raise `BadFile` if it is not a table.
 
-    Cells are parted by commas, semicolons or tabs, whatever the header has most of.
+    The separator is the most frequent of comma, semicolon and tab in the header.
     """
     try:
         text = read_file(path).decode("utf-8-sig")
@@ -120,9 +120,9 @@ def cells_of(path: str | Path, what: str) -> tuple[Sequence[str], list[dict[str,
 
 
 def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Protocol | None = None) -> list[Path]:
-    """Write a behavioural file and its sidecar for each participant under `folder`, and what a data set must have.
+    """Write each participant's behavioural file and sidecar, and the required files of a data set, under `folder`.
 
-    `BadFile` where they cannot be written. The paths that were written.
+    Returns the paths of the files; raises `BadFile` if they cannot be written.
     """
     folder = Path(folder)
     name = bids_label(task) or "study"
@@ -145,7 +145,7 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
 
 
 def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
-    """A line for each participant, with what was asked of them beforehand and in questionnaires."""
+    """Return a line for each participant, with the answers about them and to questionnaires."""
     first = {str(row["participant"]): row for row in reversed(rows)}
     asked = [column for column in columns_of(rows) if column.startswith(OF_PERSON)]
     lines = [
@@ -159,7 +159,7 @@ def _participants(rows: Sequence[Row], labels: Mapping[str, str]) -> str:
 
 
 def bids_label(text: str) -> str:
-    """A label as BIDS allows it: letters and digits.
+    """Return a label with the characters that BIDS allows: letters and digits.
 
     >>> bids_label("P-01")
     'P01'
@@ -168,7 +168,7 @@ def bids_label(text: str) -> str:
 
 
 def _bids_row(row: Row) -> dict[str, Any]:
-    """A row with BIDS's name for the response time."""
+    """Return a row with BIDS's name for the response time."""
     return {"response_time" if name == "response_s" else name: value for name, value in row.items()}
 
 
@@ -196,7 +196,7 @@ def _cell(value: Any, missing: str) -> str:
 
 
 def value_of(cell: str) -> bool | int | float | str:
-    """What a cell says: true or false, a number, or text.
+    """Return the value of a cell: a truth value, a number, or text.
 
     >>> value_of("2"), value_of("0.5"), value_of("true"), value_of("WS")
     (2, 0.5, True, 'WS')

@@ -1,1 +1,1 @@
-"""Studies at work: stimuli through a running session, floors that answer, simulated studies, and their levels."""
+"""Running studies: stimuli through a live session, answers from the floor, simulated studies, and levels of patches."""

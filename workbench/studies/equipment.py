@@ -1,4 +1,4 @@
-"""What a study can have beside the floor: the plate, masking sound, and those who want marks."""
+"""Equipment of a study beside the floor: the stiffness plate, masking sound, and markers for other recorders."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -17,34 +17,34 @@ from underfoot.studies.masking import Masking, is_audible
 
 @dataclass(frozen=True)
 class Equipment:
-    """All of it is optional; `close` lets go of it."""
+    """Optional equipment; `close` releases all of it."""
 
     plate: Plate | None = None
     masking: Masking | None = None
     markers: Sequence[Markers] = ()
 
     def mark(self, what: str, text: str, ago_s: float = 0.0) -> None:
-        """Tell all markers that something happened so long ago."""
+        """Send a marker for an event `ago_s` seconds ago to all recorders."""
         for marker in self.markers:
             marker.mark(what, text, ago_s)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Give all markers new force samples, [sample, tile]."""
+        """Send new force samples in N, [sample, tile], to all recorders."""
         for marker in self.markers:
             marker.forces(force_n)
 
     def close(self) -> None:
-        """Let go of plate, sound and markers."""
+        """Release plate, sound and markers."""
         for one in (self.plate, self.masking, *self.markers):
             if one is not None:
                 one.close()
 
 
 class EquipmentChoice(msgspec.Struct, frozen=True):
-    """What is used beside the floor; "" for nothing.
+    """The selected equipment; "" for none.
 
-    A `plate` is as in `plate_of`, `masking` the device for sound ("" the default one, None for no sound), `trigger` a
-    serial port; `lsl` stands for streams.
+    `plate` has the format of `plate_of`. `masking` is the sound device ("" for the default, None for no sound),
+    `trigger` a serial port, and `lsl` enables LSL streams.
 
     >>> EquipmentChoice(trigger="/dev/ttyUSB0", masking="").text
     'masking sound, trigger'
@@ -57,7 +57,7 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
 
     @property
     def text(self) -> str:
-        """What is used, in a line; "" for nothing."""
+        """A description of the equipment in one line; "" for none."""
         used = {
             "plate": self.plate,
             "masking sound": self.masking is not None,
@@ -67,14 +67,14 @@ class EquipmentChoice(msgspec.Struct, frozen=True):
         return ", ".join(name for name, on in used.items() if on)
 
     def check(self) -> None:
-        """Raise what is wrong as far as it can be told without opening anything."""
+        """Raise an error for a mistake that can be found without opening a device."""
         if self.plate:
             calibration_of(self.plate)
         if self.lsl:
             lsl_library()
 
     def opened(self, sounds: Sounds, floor: Floor, force_hz: float) -> Equipment:
-        """All of it, opened, for a study with these sounds; where one part cannot be, all are let go of again."""
+        """Open all equipment for a study with these sounds; after an error, close all parts again."""
         with ExitStack() as unless_all:
             plate = plate_of(self.plate) if self.plate else None
             if plate is not None:

@@ -1,4 +1,4 @@
-"""What the floor says of a participant: steps, crossings, and where the feet are; and the forces as they were."""
+"""The state of the floor during a study: visits, contacts and crossings of a participant, and the forces."""
 
 import math
 import time
@@ -17,19 +17,19 @@ LEFT_S = 0.4
 SILENT_S = 1.0
 """A floor of which nothing has come for so long is unplugged; samples come a few milliseconds apart."""
 _KEPT_S = 60.0
-"""Samples older than this are let go of, whatever nobody asked for."""
+"""Samples older than this are discarded, even if they were never read."""
 
 
 @dataclass(frozen=True)
 class Visit:
-    """A time on the floor, from the first force of the first foot to the last: `end_s` is inf while it lasts."""
+    """A visit to the floor, from the first contact's start to the last one's end; `end_s` is inf until then."""
 
     start_s: float
     end_s: float
 
 
 class FloorWatch:
-    """Follows the force samples of a running session. `read` never waits; call it some sixty times a second."""
+    """Follows the force samples of a running session. `read` never blocks; call it about 60 times a second."""
 
     def __init__(self, forces: ForceReader, floor: Floor, rate_hz: float, force_hz: float) -> None:
         self.floor, self._rate_hz, self.force_hz = floor, rate_hz, force_hz
@@ -38,19 +38,19 @@ class FloorWatch:
         self._kept: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
         self._last_on = -math.inf
         self.visits: list[Visit] = []
-        """All times on the floor so far, the present one last."""
+        """All visits to the floor so far, the current one last."""
         self.now_s = 0.0
         """The time of the latest sample, in seconds of the session."""
         self._read_at = time.monotonic()
 
     def read(self) -> NDArray[np.float64]:
-        """Take what came in since the last call: the force of each tile, less the tare, [sample, tile]."""
+        """Read the samples since the last call; return the force of each tile in N, less the tare, [sample, tile]."""
         frames, forces = self._forces.read()
         if not len(frames):
             return np.zeros((0, len(self.floor.tiles)))
         self._read_at = time.monotonic()
         times = frames / self._rate_hz
-        if self._kept and times[0] < self.now_s:  # an engine that was started again
+        if self._kept and times[0] < self.now_s:  # the engine was restarted
             self._tracker = ContactTracker(self.floor, self.force_hz)
         held = np.where(np.isfinite(forces), forces, 0.0)
         rows = self._tracker.feed(times, held).rows
@@ -66,35 +66,37 @@ class FloorWatch:
 
     @property
     def is_silent(self) -> bool:
-        """Whether no sample has come for a second: the floor is unplugged, or the engine stands."""
+        """Whether no sample has come for a second: the floor is unplugged, or the engine has stopped."""
         return time.monotonic() > self._read_at + SILENT_S
 
     @property
     def is_on(self) -> bool:
-        """Whether somebody is on the floor, or was a moment ago."""
+        """Whether a person is on the floor, or was a moment ago."""
         return bool(self.visits) and self.visits[-1].end_s == math.inf
 
     @property
     def is_loaded(self) -> bool:
-        """Whether there is a contact at the latest sample; `is_on` follows once it is known whose it is."""
+        """Whether there is a contact at the latest sample; `is_on` follows after contacts are assigned to visits."""
         return self.is_on or bool(self._tracker.ongoing())
 
     @property
     def contacts(self) -> tuple[OngoingContact, ...]:
-        """Where feet are at the latest sample."""
+        """The contacts at the latest sample."""
         return self._tracker.ongoing()
 
     @property
     def loads_n(self) -> NDArray[np.float64]:
-        """The load of each tile at the latest sample."""
+        """The load of each tile at the latest sample, in N."""
         return self._tracker.loads_n
 
     def visits_since(self, time_s: float) -> list[Visit]:
-        """The times on the floor that began at or after a time."""
+        """Return the visits that began at or after `time_s`."""
         return [visit for visit in self.visits if visit.start_s >= time_s]
 
     def forces_between(self, start_s: float, end_s: float) -> tuple[float, NDArray[np.float64]]:
-        """Time of the first sample from `start_s` to `end_s`, and forces less the tare, [sample, tile, corner]."""
+        """Return the time of the first sample from `start_s` to `end_s`, and forces in N less the tare, [sample, tile,
+        corner].
+        """
         times = [times for times, _ in self._kept]
         if not times:
             return start_s, np.zeros((0, len(self.floor.tiles), 4))

@@ -1,4 +1,4 @@
-"""An answer by foot: the fields on the floor, which of them is stepped on, and when that is the answer."""
+"""Answers by foot: the fields on the floor, and the detection of an answer from contacts."""
 
 import math
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ BETWEEN_M = 0.02
 
 @dataclass(frozen=True)
 class FootField:
-    """A field of a tile that stands for `value`: in the tile's frame from `low_m` to `high_m`, its whole depth."""
+    """A field of a tile for the answer `value`: from `low_m` to `high_m` in the tile's frame, over its whole depth."""
 
     value: Any
     tile: Tile
@@ -28,7 +28,7 @@ class FootField:
 
     @property
     def text(self) -> str:
-        """What it says.
+        """The answer's label.
 
         >>> from underfoot.floor.layout import default_floor
         >>> FootField(33.333, default_floor().tiles[0], -0.1, 0.1).text
@@ -38,19 +38,22 @@ class FootField:
 
     @property
     def corners_m(self) -> tuple[tuple[float, float], ...]:
-        """Its corners in the floor's frame, one after the other."""
+        """Its corners in the floor's frame, in order around the field."""
         y_m = 0.5 * self.tile.size_m[1]
         ends = ((self.low_m, -y_m), (self.high_m, -y_m), (self.high_m, y_m), (self.low_m, y_m))
         return tuple((float(x_m), float(y_m)) for x_m, y_m in self.tile.to_floor(ends))
 
     def has(self, x_m: float, y_m: float) -> bool:
-        """Whether a place of the floor is on it."""
+        """Return whether the field contains a point of the floor."""
         x, y = self.tile.to_tile((x_m, y_m))
         return bool(self.low_m <= x <= self.high_m and abs(y) <= 0.5 * self.tile.size_m[1])
 
 
 def fields_on(foot: FootAnswer, question: Parameter, floor: Floor) -> tuple[FootField, ...]:
-    """The fields of a floor for what is asked; `BadValue` where it has too few tiles, or not those that are named."""
+    """Return the fields on a floor for a question.
+
+    Raises `BadValue` if the floor has too few tiles, or lacks a named one.
+    """
     known = {tile.id: tile for tile in floor.tiles}
     for name in foot.tiles:
         require(name in known, "foot.tiles", name, f"tiles of the floor: {', '.join(known)}")
@@ -68,7 +71,7 @@ def fields_on(foot: FootAnswer, question: Parameter, floor: Floor) -> tuple[Foot
 
 
 def require_fields(protocol: Protocol, floor: Floor) -> None:
-    """Raise `BadValue` for a study whose answers by foot the floor has no fields for."""
+    """Raise `BadValue` if the floor lacks fields for a study's answers by foot."""
     for stage in protocol.stages:
         if stage.foot is not None and stage.method is not None:
             method = METHODS[stage.method.kind]
@@ -80,8 +83,7 @@ def require_fields(protocol: Protocol, floor: Floor) -> None:
 
 
 class FootAnswers:
-    """Watches for the answer to one question from `asked_s` on, session seconds; feet that were there before it do not
-    count.
+    """Detects the answer to one question from `asked_s` on, in session seconds; earlier contacts are ignored.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> from underfoot.floor.layout import default_floor
@@ -99,15 +101,15 @@ class FootAnswers:
         self.on: FootField | None = None
         """The field that is stepped on."""
         self.share = 0.0
-        """How much of the time that a foot has to stay has gone by, 0 to 1."""
+        """Elapsed share of the dwell time, 0 to 1."""
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What is to be kept with the answer: that a foot gave it, and how long after the question it was there."""
+        """Facts to store with the answer: that it was given by foot, and the time from question to contact."""
         return {"answered_by": "foot", "foot_after_s": round(self._since_s - self.asked_s, 4)}
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float) -> dict[str, Any] | None:
-        """The answer, once there is one."""
+        """Return the answer as soon as there is one, else None."""
         pressing = [
             question
             for question in contacts
@@ -127,5 +129,5 @@ class FootAnswers:
 
     @property
     def hint(self) -> str:
-        """What to do, in a sentence."""
+        """An instruction in one sentence."""
         return "Step on your answer." if self.foot.rule == "dwell" else "Step on your answer, and off again."

@@ -1,4 +1,4 @@
-"""How strong a patch is: the peak acceleration of the plate under a footstep, by the thesis's rule (table 6.1)."""
+"""The level of a patch: its peak acceleration on the plate under a footstep, as in table 6.1 of the thesis."""
 
 from collections.abc import Callable
 
@@ -16,17 +16,18 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
 _DRAWS = 25
-"""From draw to draw the peak of the thesis's textures varies with a deviation of 1.2 to 2.3 dB, the median of so many
-with a third to a half."""
+"""Number of draws. The peak of the thesis's textures varies between draws with a standard deviation of 1.2 to 2.3 dB;
+the median over these draws has a third to a half of that.
+"""
 _QUIET_DB = -20.0
-"""What is limited at its own level is measured at this one, and scaled back."""
+"""Level at which a patch is measured that is limited at its own level; the result is scaled back."""
 
 
 def measured_peak_m_s2(patch: Patch, registry: Registry, is_stopped: Callable[[], bool] = lambda: False) -> float:
-    """The peak on the simulated plate under an adult's step, as table 6.1 takes it: the median over draws.
+    """Return the peak acceleration on the simulated plate under an adult's step, as the median over draws, in m/s^2.
 
-    The first draw is the patch's own, the others are of the seeds behind it. `BadMeasurement` for silence, and where it
-    `is_stopped`, which is asked before each step.
+    The first draw uses the patch's own seed, the others the following seeds. Raises `BadMeasurement` for silence, and
+    when `is_stopped` returns True, which is checked before each step.
     """
     peaks = []
     for seed in range(patch.seed, patch.seed + _DRAWS):

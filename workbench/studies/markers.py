@@ -1,7 +1,7 @@
-"""Marks for other recorders: LSL streams, and a trigger over a serial line, to align EEG or motion capture.
+"""Markers for other recorders, for synchronisation with EEG or motion capture: LSL streams, and a serial trigger.
 
-LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): a stream of markers in words, and one of forces. A
-serial trigger sends one byte for each mark.
+LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of text markers, and one of forces. A serial
+trigger sends one byte for each marker.
 """
 
 from typing import TYPE_CHECKING, Any, Protocol
@@ -17,29 +17,30 @@ if TYPE_CHECKING:
 
 BEGIN, ONSET, END, ANSWER, STOP = "begin", "onset", "end", "answer", "stop"
 BYTES = {BEGIN: 1, ONSET: 2, END: 3, ANSWER: 4, STOP: 5}
-"""What a serial trigger sends: of a presentation its beginning (a key, or the first force), the onset of vibration and
-its end; an answer; a stop."""
+"""Bytes of a serial trigger: the beginning of a presentation (a key, or the first force), the onset of vibration, and
+the end of a presentation; an answer; a stop.
+"""
 BAUD = 115_200
 
 
 def place_of(page: "Page | Entry") -> str:
-    """What a mark says of where in the study it was."""
+    """Return the place in the study for a marker's text."""
     return page.stage if page.trial is None else f"{page.stage}.{page.trial.number}"
 
 
 class Markers(Protocol):
-    """Whoever wants to know what happens in a study."""
+    """A receiver of a study's events and forces."""
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Something happened so long ago; `words` say of which trial."""
+        """Receive a marker for an event `ago_s` seconds ago; `text` names the trial."""
         ...
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Force samples, [sample, tile], as they come."""
+        """Receive new force samples in N, [sample, tile]."""
         ...
 
     def close(self) -> None:
-        """Let go of everything."""
+        """Release all resources."""
         ...
 
 
@@ -47,7 +48,7 @@ class LslMarkers:
     """Two LSL streams: `Underfoot markers` (text, as it happens) and `Underfoot force` (newtons a tile)."""
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
-        """`BadValue` where the package pylsl is not installed."""
+        """Open the streams; raise `BadValue` if the package pylsl is not installed."""
         self._lsl = lsl_library()
         markers = self._lsl.StreamInfo("Underfoot markers", "Markers", 1, 0, "string", "underfoot-markers")
         force = self._lsl.StreamInfo(
@@ -61,11 +62,11 @@ class LslMarkers:
         self._markers, self._force = self._lsl.StreamOutlet(markers), self._lsl.StreamOutlet(force)
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Push a marker, `begin main.12`, with the time at which it happened."""
+        """Push a marker, such as `begin main.12`, with the time of its event."""
         self._markers.push_sample([f"{what} {text}".strip()], self._lsl.local_clock() - ago_s)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Push samples."""
+        """Push force samples in N, [sample, tile]."""
         if len(force_n):
             self._force.push_chunk(np.ascontiguousarray(force_n, np.float32).tolist())
 
@@ -75,10 +76,13 @@ class LslMarkers:
 
 
 class SerialTrigger:
-    """A serial port to which each mark is a byte of `BYTES`. An onset comes late: it is known once it was played."""
+    """A serial port to which each marker is sent as a byte of `BYTES`.
+
+    An onset is sent late, because it is known only after it was played.
+    """
 
     def __init__(self, port: str) -> None:
-        """`DeviceError` where the port cannot be opened."""
+        """Open the port; raise `DeviceError` if that fails."""
         import serial
 
         try:
@@ -87,22 +91,22 @@ class SerialTrigger:
             raise DeviceError(f"the trigger {port} cannot be opened: {error}") from None
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Send the byte of a mark; a port that has gone away is no reason to end a study."""
+        """Send the byte of a marker; a disconnected port does not end the study."""
         try:
             self._port.write(bytes([BYTES[what]]))
         except OSError:
             return
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
-        """Nothing: a trigger has one byte."""
+        """Do nothing, because a trigger has only bytes for markers."""
 
     def close(self) -> None:
-        """Let the port go."""
+        """Close the port."""
         self._port.close()
 
 
 def lsl_library() -> Any:
-    """The package pylsl; `BadValue` where it is not installed."""
+    """Return the package pylsl; raise `BadValue` if it is not installed."""
     try:
         import pylsl
     except (ImportError, RuntimeError):

@@ -1,6 +1,6 @@
-"""What a participant hears throughout a study: noise that masks the tiles, and a metronome, on a sound card's channel.
+"""Sound during a study: noise that masks the sound of the tiles, and a metronome, on a sound card's channel.
 
-It is a stream of its own, beside the session's: headphones are often on another card than the tiles.
+It uses its own stream, because headphones are often on another card than the tiles.
 """
 
 import math
@@ -21,7 +21,7 @@ FADE_S = 0.5
 
 
 def is_audible(sounds: Sounds) -> bool:
-    """Whether there is anything to play.
+    """Return whether there is any sound to play.
 
     >>> is_audible(Sounds()), is_audible(Sounds(noise="pink"))
     (False, True)
@@ -30,10 +30,10 @@ def is_audible(sounds: Sounds) -> bool:
 
 
 def sound_loop(sounds: Sounds, rate_hz: int = RATE_HZ, seed: int = 1) -> NDArray[np.float32]:
-    """The sounds of some twenty seconds, which can be played on and on: shape (frames,), full scale, at most 1.
+    """Return about twenty seconds of sound that loop without a gap: shape (frames,), full scale, at most 1.
 
-    Noise is made of its spectrum, whose power falls by 10 dB a decade where it is pink, so that it has no seam; its RMS
-    is `noise_db`. A metronome's clicks come a whole number of times.
+    The noise is synthesised from its spectrum, so it is periodic. Pink noise falls by 10 dB per decade. Its RMS is
+    `noise_db`. The loop contains a whole number of metronome periods.
     """
     beats = max(round(LOOP_S * sounds.metronome_hz), 1) if sounds.metronome_hz > 0.0 else 0
     seconds = beats / sounds.metronome_hz if beats else LOOP_S
@@ -56,10 +56,10 @@ def sound_loop(sounds: Sounds, rate_hz: int = RATE_HZ, seed: int = 1) -> NDArray
 
 
 class Masking:
-    """Plays a study's sounds on a device, "" for the default one, from `start` to `stop`; both fade."""
+    """Plays a study's sounds on a device, "" for the default, from `start` to `stop`, with fades."""
 
     def __init__(self, sounds: Sounds, device: str = "") -> None:
-        """`DeviceError` where the device is not there, or lacks the channel."""
+        """Open the device; raise `DeviceError` if it is missing, or lacks the channel."""
         library = portaudio()
         self._loop, self._channel = sound_loop(sounds), sounds.channel
         self._at, self._gain, self._target = 0, 0.0, 0.0
@@ -84,7 +84,7 @@ class Masking:
         self._target = 0.0
 
     def close(self) -> None:
-        """Let the device go."""
+        """Close the device."""
         self._stream.close()
 
     def _fill(self, out: NDArray[np.float32], frames: int, time: Any, status: Any) -> None:

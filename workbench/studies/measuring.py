@@ -1,4 +1,4 @@
-"""What a presentation was: when vibration began, how strong it and the force were, and both as they went."""
+"""Measurements of a presentation: onset and peak of the vibration, peak force, and excerpts of both signals."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,14 +17,14 @@ BEFORE_S = 0.2
 
 @dataclass
 class TrialRecord:
-    """What is known of the presentations of a trial so far. `facts` and `excerpts` are kept with its answer."""
+    """Measurements of a trial's presentations so far. `facts` and `excerpts` are stored with its answer."""
 
     started_at: str = ""
     plays: int = 0
     first_s: float = math.nan
     """Session seconds at which the present one began: a key was pressed, or the first force of a step came."""
     ended: float = math.nan
-    """When the last one ended, on the runner's clock."""
+    """Time at which the last presentation ended, on the runner's clock."""
     onset_s: float = math.nan
     """Session seconds at which the last one's vibration began; NaN where there was none."""
     facts: dict[str, Any] = field(default_factory=dict)
@@ -33,12 +33,12 @@ class TrialRecord:
     """Intervals, frames and tiles of which accelerometers have not said all: a card's come up to a second late."""
 
     def begin_anew(self) -> None:
-        """The trial is presented again, or for the first time: what was measured before gives way."""
+        """Discard all measurements before the trial is presented, for the first time or again."""
         self.plays += 1
         self.facts, self.excerpts, self._awaited = {}, [], []
 
     def measure(self, presenter: Presenter, watch: FloorWatch, interval: int, by_foot: bool) -> None:
-        """Take down an interval that has just ended; `by_foot`: its time counts from the first force of a step."""
+        """Measure an interval that has just ended. With `by_foot`, time counts from the step's first force."""
         session = presenter.session
         rate, end_s = session.target.rate, max(watch.now_s, self.first_s)
         begin_s, end = max(self.first_s - BEFORE_S, 0.0), round(end_s * rate) + rate
@@ -68,7 +68,7 @@ class TrialRecord:
             self.complete(presenter)
 
     def complete(self, presenter: Presenter) -> None:
-        """Take down what accelerometers said of the intervals; when the answer is there, they have said it all."""
+        """Add the accelerometers' signals of the intervals, which are complete when the answer is given."""
         for interval, frames, tiles in self._awaited:
             self._keep_measured(presenter, interval, frames, tiles)
         self._awaited = []
@@ -76,7 +76,7 @@ class TrialRecord:
     def _keep_measured(
         self, presenter: Presenter, interval: int, frames: tuple[int, int, int], tiles: NDArray[np.intp]
     ) -> None:
-        """What was said of these tiles, those that were to vibrate and the one that was stood on."""
+        """Store the accelerometer signals of `tiles`: the stimulated ones and the one the participant stood on."""
         target = presenter.session.target
         first, measured = presenter.measured(frames[0], frames[2])
         there = [k for k in tiles if len(measured) and np.isfinite(measured[:, k]).all()]
@@ -90,7 +90,7 @@ class TrialRecord:
         self.excerpts.append(Excerpt("measured", interval, first / target.rate, float(target.rate), names, samples))
 
     def _note_onset(self, frame: int | None, rate: int, by_foot: bool) -> None:
-        """Of the first interval that vibrates."""
+        """Store the onset of the first interval that vibrates."""
         self.onset_s = math.nan if frame is None else frame / rate
         if frame is not None and "onset_s" not in self.facts:
             self.facts["onset_s"] = round(self.onset_s, 6)

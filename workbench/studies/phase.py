@@ -1,22 +1,22 @@
-"""Where a study stands within a page."""
+"""Phases of a study's page."""
 
 from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """Where a runner stands within a page."""
+    """The state of a runner within a page."""
 
     PREPARING = "preparing"
-    """Every patch of the protocol is played once, silently, so that none has to be compiled later."""
+    """Each patch of the protocol is played once, silently, so that all are compiled in advance."""
     PAGE = "page"
     """A page that is read or answered; in learning, stimuli can be played."""
     PAUSE = "pause"
     WAITING = "waiting"
     """Before a presentation: a pause between trials, the plate that moves, the floor that has to be left."""
     READY = "ready"
-    """For a key, a step, or crossings to begin."""
+    """Waiting for a key, a step, or crossings that start the presentation."""
     PRESENTING = "presenting"
     ANSWERING = "answering"
     STOPPED = "stopped"
-    """By the participant or the experimenter, until `go_on`."""
+    """Stopped by the participant or the experimenter, until `go_on`."""
     END = "end"

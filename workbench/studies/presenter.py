@@ -1,4 +1,4 @@
-"""Presents stimuli through a running session: patches in and out, and what was played, frame by frame."""
+"""Presentation of stimuli through a running session: switching of patches, and the played signal, frame by frame."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -16,16 +16,15 @@ from underfoot.patch.patch import Patch
 
 IDLE = Patch(title="between stimuli")
 AUDIBLE = 1e-5
-"""Of full scale: more is vibration. A fade of 480 frames begins below it."""
+"""Threshold of vibration, as a share of full scale. A fade of 480 frames begins below it."""
 PRESENTED_S, WAITED_S = 60.0, 10.0
-"""So much is kept of what was played while something is presented, and while nothing is: a second of 36 tiles is
-14 MB."""
+"""Length of the played signal that is kept during a presentation, and otherwise; one second of 36 tiles takes 14 MB."""
 
 
 class Presenter:
-    """Puts one patch after the other into a session, and knows since which frame it plays.
+    """Puts patches into a session in succession, and tracks the frame from which each plays.
 
-    `take` is given what the session reports, and `read` takes what was played; neither waits.
+    `take` receives the session's reports, and `read` reads the played signal; neither blocks.
     """
 
     def __init__(self, session: Session) -> None:
@@ -40,7 +39,7 @@ class Presenter:
                 for tile in session.target.floor.tiles
             ]
         )
-        """What full scale of each tile is, m/s^2."""
+        """The acceleration at full scale of each tile, m/s^2."""
         self._requested: Patch = session.patch
         self.since_frame: int | None = 0
         """The frame from which the wanted patch plays; None until it does."""
@@ -49,12 +48,12 @@ class Presenter:
         self._silence = ""
 
     def begin(self) -> None:
-        """Play at the stimuli's own levels from now on."""
+        """Set the session's level to 0 dB and start playback, so that stimuli play at their own levels."""
         self.session.send(Level(0.0))
         self.session.play()
 
     def request(self, patch: Patch) -> None:
-        """Let this patch play as soon as may be."""
+        """Request that this patch plays as soon as possible."""
         self.problem = self._silence
         if patch == self._requested:
             return
@@ -63,16 +62,16 @@ class Presenter:
         self.session.edit(patch)
 
     def has_played(self, seconds: float) -> bool:
-        """Whether the wanted patch has been playing for so long."""
+        """Return whether the requested patch has been playing for `seconds`."""
         since, rate = self.since_frame, self.session.target.rate
         return since is not None and self.session.health.frame - since >= seconds * rate
 
     def strike(self, tile: str) -> None:
-        """Strike what waits for an event by hand, on one tile."""
+        """Send an event by hand to one tile, for nodes that wait for one."""
         self.session.send(Strike("", tile))
 
     def take(self, reports: Iterable[Report]) -> None:
-        """Hear what the session reports."""
+        """Process the session's reports."""
         text = self._requested.dumps()
         for report in reports:
             match report:
@@ -84,38 +83,40 @@ class Presenter:
                     self.problem = said
 
     def read(self, keep_s: float = PRESENTED_S) -> None:
-        """Take what was played and measured since the last call; the last `keep_s` of it stay."""
+        """Read the signals played and measured since the last call, and keep the last `keep_s` seconds."""
         self._played.read(keep_s)
         self._measured.read(keep_s)
 
     @property
     def end_frame(self) -> int:
-        """The frame behind the last that was read."""
+        """The frame after the last one read."""
         return self._played.end_frame
 
     @property
     def measured_until(self) -> int:
-        """The frame behind the last of which accelerometers said something; 0 where nothing measures."""
+        """The frame after the last accelerometer sample; 0 without accelerometers."""
         return self._measured.end_frame
 
     def played(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
-        """Frames that were played from `first` to before `end`, in m/s^2 [frame, tile], and the number of the first."""
+        """Return the number of the first frame, and the signal played from `first` to `end` (exclusive), m/s^2 [frame,
+        tile].
+        """
         begin, frames = self._played.between(first, end)
         return begin, frames * self.full_scale
 
     def measured(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
-        """The same of what accelerometers measured, m/s^2; no frames where nothing measures."""
+        """Return the same of the accelerometers, m/s^2 [frame, tile]; no frames without accelerometers."""
         return self._measured.between(first, end)
 
     def onset_frame(self, first: int, end: int) -> int | None:
-        """The first frame from `first` to before `end` in which something vibrates; None for none."""
+        """Return the first frame from `first` to `end` (exclusive) with vibration; None if there is none."""
         begin, played = self.played(first, end)
         loud = np.flatnonzero((np.abs(played) > AUDIBLE * self.full_scale).any(axis=1))
         return begin + int(loud[0]) if len(loud) else None
 
 
 class _Kept:
-    """The last of what a ring brings, frame by frame."""
+    """The latest frames of a ring."""
 
     def __init__(self, reader: VibrationReader, tiles: int, rate: int) -> None:
         self._reader, self._tiles, self._rate = reader, tiles, rate
@@ -135,7 +136,9 @@ class _Kept:
             self._parts.popleft()
 
     def between(self, first: int, end: int) -> tuple[int, NDArray[np.float64]]:
-        """What there is from `first` to before `end`, [frame, tile], and the number of its first frame."""
+        """Return the number of the first available frame, and the frames from `first` to `end` (exclusive), [frame,
+        tile].
+        """
         parts: list[NDArray[np.float32]] = []
         begin = first
         for at, frames in self._parts:

@@ -1,4 +1,4 @@
-"""The trials of sessions and tables: read for the analysis, and written for other programs."""
+"""The trials of sessions and tables: import for the analysis, and export to other programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
 from underfoot.records.recording import is_recording
 
 FORMS = ("CSV", "BIDS", "report")
-"""As what the trials of sessions can be written."""
+"""Formats in which trials of sessions can be written."""
 
 
 @dataclass(frozen=True)
 class Results:
     """All trials of some files, the protocol that the sessions among them share, and those sessions.
 
-    `left_out` are sessions that were begun with another version of the protocol.
+    `left_out` lists sessions of another version of the protocol.
     """
 
     title: str
@@ -54,10 +54,10 @@ class Results:
 
 
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
-    """The trials of session files and of CSVs.
+    """Return the trials of session files and of CSVs.
 
-    With a `protocol`, sessions of another one are left out; without, all must be of the first one's, or `BadValue`; so
-    is a trial that two files have.
+    With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
+    protocol. Raises `BadValue` also if two files contain the same trial.
     """
     rows: list[Row] = []
     sessions, left_out = list[Path](), list[Path]()
@@ -85,7 +85,10 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
 
 
 def analysed_files(paths: Sequence[Path], protocol: Protocol | None) -> list[Findings]:
-    """What sessions and tables of trials say; sessions of another version of a `protocol` are left out, and named."""
+    """Return the findings of sessions and tables of trials.
+
+    Sessions of another version of `protocol` are left out, and listed in a remark.
+    """
     results = results_of(paths, protocol)
     findings = analysed(results.rows, results.protocol, Settings())
     findings[0].remarks += _left_out(results)
@@ -93,7 +96,7 @@ def analysed_files(paths: Sequence[Path], protocol: Protocol | None) -> list[Fin
 
 
 def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Protocol) -> list[Findings]:
-    """Write the trials of sessions as one of `FORMS`, to a file or folder; a sentence that says so."""
+    """Write the trials of sessions as one of `FORMS` to a file or folder; return a remark that confirms it."""
     results = results_of(paths, protocol)
     match form:
         case "CSV":
@@ -108,7 +111,7 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
 
 
 def _others(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
-    """The rows of a file, of which no other may have one: each trial counts once."""
+    """Return the rows of a file; raise `BadValue` if another file has one of these trials."""
     columns = ("participant", "stage", "block", "trial", "attempt")
     seen = {tuple(row.get(column, 1) for column in columns) for row in known}
     for row in rows:

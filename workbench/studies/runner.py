@@ -1,8 +1,8 @@
-"""Runs a study on a person, without a screen: presents what its pages want, takes answers, keeps each at once.
+"""Runs a study with a participant, without a window: presents stimuli, takes answers, and stores them at once.
 
-A `Runner` stands in one `Phase` at a time. Whoever shows it, a window or a terminal, calls `poll` some sixty times a
-second, shows `page`, `phase` and `hint`, and gives it keys and answers; it never waits. What a trial was is kept before
-the next one begins: the answer, times, and the stretch of force and vibration that belongs to it.
+A `Runner` is always in one `Phase`. The window or terminal calls `poll` about 60 times a second, displays `page`,
+`phase` and `hint`, and passes keys and answers to it. The runner never blocks. It stores a trial's answer, times, force
+and vibration before it begins the next trial.
 """
 
 import math
@@ -38,11 +38,11 @@ from underfoot.studies.target import SELECTED_S, FloorTarget, require_on_floor
 
 CROSSINGS = 2
 SETTLED_S = 0.3
-"""Before a presentation nothing has played for so long, so that what is kept of it has nothing of the one before."""
+"""Silence before a presentation, so that its excerpt contains nothing of the previous one."""
 
 
 class Runner:
-    """A study at work: a session that runs, the file that keeps it, and the study. `close` gives the session back."""
+    """A running study: a live session, the session file, and the study. `close` restores the session."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class Runner:
         equipment: Equipment | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`folder` is where the protocol's patches lie. The study goes on where the file stands."""
+        """Begin or continue the study at the state of the file; `folder` contains the protocol's patches."""
         require_on_floor(protocol, session.target.floor)
         require_fields(protocol, session.target.floor)
         self.session, self.file, self.protocol = session, file, protocol
@@ -68,9 +68,9 @@ class Runner:
         )
         self.phase = Phase.PREPARING
         self.hint = ""
-        """What is waited for, in a sentence for the participant."""
+        """An instruction for the participant, in one sentence."""
         self.messages: list[str] = []
-        """What the experimenter should know, the newest last."""
+        """Messages for the experimenter, newest last."""
         self._before = (session.patch, session.level_db, session.playing)
         self._unprepared = self._stimuli.kinds()
         self._interval, self._due = 0, 0.0
@@ -81,36 +81,36 @@ class Runner:
         self._floor_target: FloorTarget | None = None
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
         self.foot: FootAnswers | None = None
-        """The fields on the floor that answer what is asked now."""
+        """The fields on the floor for the current question; None if it has no answer by foot."""
         self._resumed = Phase.PAGE
-        session.stop()  # nothing is felt while patches are compiled
+        session.stop()  # silence while patches are compiled
 
-    # --- what is shown ---
+    # --- display ---
 
     @property
     def page(self) -> Page:
-        """The study's page."""
+        """The current page of the study."""
         return self.study.page
 
     @property
     def interval(self) -> int:
-        """Which interval of the trial is presented, from 1."""
+        """The current interval of the trial, from 1."""
         return self._interval + 1
 
     @property
     def plays(self) -> int:
-        """How often the trial was presented so far."""
+        """The number of presentations of the trial so far."""
         return self._presented.plays
 
     @property
     def seconds_left(self) -> float:
-        """Of a pause, or of what is waited for; 0 where nothing is counted."""
+        """The remaining seconds of a pause or wait; 0 without a countdown."""
         counted = self.phase in (Phase.PAUSE, Phase.WAITING) or self.page.kind == "learn"
         return max(self._due - self._clock(), 0.0) if counted else 0.0
 
     @property
     def may_play(self) -> bool:
-        """Whether a key can begin a presentation, for the first time or again."""
+        """Whether a key can start a presentation, for the first time or again."""
         if self.phase is Phase.READY:
             return self.page.start == "key"
         again = self.phase is Phase.ANSWERING and self.page.start == "key" and len(self._intervals) == 1
@@ -118,19 +118,19 @@ class Runner:
 
     @property
     def target(self) -> FloorTarget | None:
-        """The button on the floor that can be pressed now."""
+        """The button on the floor that can be pressed now; None if there is none."""
         return self._floor_target if self.phase is Phase.PRESENTING else None
 
     @property
     def selected(self) -> FloorTarget | None:
-        """The button that was just pressed in time, and shows that it was."""
+        """The button that was just pressed in time, and is highlighted; None if there is none."""
         target, until = self._selected
         return target if self.phase is Phase.WAITING and self._clock() < until else None
 
-    # --- what is done ---
+    # --- actions ---
 
     def poll(self, reports: Iterable[Report]) -> None:
-        """Go on, with what the session has reported since the last call."""
+        """Advance the study, with the session's reports since the last call."""
         several = list(reports)
         self.presenter.take(several)
         self.presenter.read(PRESENTED_S if self.phase is Phase.PRESENTING else WAITED_S)
@@ -147,13 +147,13 @@ class Runner:
         _STEPS[self.phase](self)
 
     def start(self) -> None:
-        """A key: begin a presentation, or play it again where that is allowed; `BadValue` where it is not."""
+        """Start or repeat a presentation, after a key press; raise `BadValue` if that is not allowed now."""
         require(self.may_play, "phase", str(self.phase), "ready for a key")
         self._interval = 0
         self._begin_by_key()
 
     def play(self, stimulus: str) -> None:
-        """Play a stimulus to be learned; `BadValue` on any other page."""
+        """Play a stimulus in learning; raise `BadValue` on any other page."""
         kind = self.page.kind
         require(
             self.phase is Phase.PAGE and kind in ("learn", "level"), "page", kind, "one of learning, or of the level"
@@ -163,16 +163,16 @@ class Runner:
         self._playing_until = math.inf
 
     def set_level(self, gain_db: float) -> None:
-        """On the page of the level: let its stimulus go to so many dB re the protocol's, at once."""
+        """Set the level of the stimulus to `gain_db` re the protocol's, on the page of the level."""
         stage = self.protocol.stage(self.page.stage)
         require(stage.kind == "level", "page", stage.kind, "that of the level")
         self.presenter.request(self._stimuli.at(stage.stimulus, min(gain_db, 0.0)))
         self._playing_until = math.inf
 
     def answer(self, values: Answers) -> None:
-        """Answer the page, and keep the answer; `BadValue` where it cannot be, or comes too early.
+        """Answer the page, and store the answer; raise `BadValue` if it is invalid or too early.
 
-        Who does not agree to take part stops the study; when that was is among the notes.
+        A participant who does not consent stops the study; a note stores the time.
         """
         allowed = self.phase in (Phase.PAGE, Phase.ANSWERING)
         require(allowed, "phase", str(self.phase), "a page to answer, or the end of a presentation")
@@ -182,28 +182,28 @@ class Runner:
             self._take_answer(values, {})
 
     def end_pause(self) -> None:
-        """Go on before a pause has lasted as long as the protocol says; how much of it was left is kept."""
+        """End a pause early; the remaining seconds are stored."""
         require(self.phase is Phase.PAUSE, "phase", str(self.phase), "a pause")
         self._keep({}, {"left_s": round(self.seconds_left, 1)})
 
     def spoil(self, reason: str) -> None:
-        """Leave the trial that is shown unanswered, for a reason, and present it again."""
+        """Spoil the current trial for a reason, and present it again."""
         self._store(self.study.spoil(reason, self._presented.facts))
         self._open_page()
 
     def repeat_last(self, reason: str) -> None:
-        """Take the last answer back, for a reason, and present its trial again."""
+        """Spoil the last answer for a reason, and present its trial again."""
         before = self.study.without_last(reason)
         self.file.replace_last(before.entries[-1])
         self.study = before
         self._open_page()
 
     def note(self, text: str) -> None:
-        """Keep what the experimenter writes down."""
+        """Store a note of the experimenter."""
         self.file.add_note(text)
 
     def stop(self, reason: str) -> None:
-        """Silence at once; a trial that is on begins anew when it goes on."""
+        """Silence the output at once; a current trial begins again on `go_on`."""
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
@@ -213,7 +213,7 @@ class Runner:
         self.note(f"stopped: {reason}")
 
     def go_on(self) -> None:
-        """After a stop, go on at the page where it was."""
+        """Continue at the current page after a stop."""
         require(self.phase is Phase.STOPPED, "phase", str(self.phase), "stopped")
         self.file.write_waiting()
         self.note("went on")
@@ -226,7 +226,7 @@ class Runner:
         self._open_page()
 
     def close(self) -> None:
-        """Give the session back as it was, and let go of the file."""
+        """Restore the session, and close the file."""
         patch, level_db, playing = self._before
         self.session.edit(patch)
         self.session.send(Level(level_db))
@@ -234,7 +234,7 @@ class Runner:
         self.close_file()
 
     def close_file(self) -> None:
-        """Let go of the file and of all equipment, and leave the session as it is."""
+        """Close the file and all equipment; leave the session unchanged."""
         self._equipment.close()
         try:
             self.file.write_waiting()
@@ -244,7 +244,7 @@ class Runner:
     # --- phases ---
 
     def _prepare(self) -> None:
-        """One patch after the other, until all have been played once."""
+        """Play each patch once, so that all are compiled."""
         if not self.session.health.running or self.presenter.since_frame is None:
             return
         if self._unprepared:
@@ -258,7 +258,7 @@ class Runner:
         self._open_page()
 
     def _open_page(self) -> None:
-        """Begin what the page is."""
+        """Begin the phase of the current page."""
         page = self.study.page
         self.hint, self._interval = "", 0
         self._presented, self._floor_target, self.foot = TrialRecord(started_at=time_of_day()), None, None
@@ -278,7 +278,7 @@ class Runner:
             self._wait(pause)
 
     def _wait(self, seconds: float) -> None:
-        """Wait before an interval, and let the plate go to its stiffness meanwhile."""
+        """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
         self.phase, self._due = Phase.WAITING, self._clock() + seconds
         if self._intervals and self._equipment.plate is not None:
             stimulus = self._intervals[self._interval].stimulus
@@ -306,7 +306,7 @@ class Runner:
             self._arm()
 
     def _arm(self) -> None:
-        """Let the stimulus wait for a foot."""
+        """Play the stimulus, and wait for a step."""
         self.presenter.request(self._patch(self._intervals[self._interval]))
         if self.presenter.since_frame is not None:
             self._armed_s = self.watch.now_s
@@ -351,12 +351,12 @@ class Runner:
                 self.hint = "Now back."
 
     def _timed(self, seconds: float, then: Callable[[], None]) -> None:
-        """Strike what waits for it once the patch plays, and end it some time later."""
+        """Send the event by hand once the patch plays, and call `then` after `seconds`."""
         since = self.presenter.since_frame
         if since is None:
             return
         if self._playing_until == math.inf:
-            most_loaded = int(np.argmax(self.watch.loads_n))  # where somebody stands
+            most_loaded = int(np.argmax(self.watch.loads_n))  # on the tile under the participant
             self.presenter.strike(self.session.target.floor.tiles[most_loaded].id)
             self._playing_until = self._clock() + seconds
         elif self._clock() >= self._playing_until:
@@ -364,7 +364,7 @@ class Runner:
             then()
 
     def _end_interval(self) -> None:
-        """Keep what this interval was, and go on to the next, or to the answer."""
+        """Measure this interval, and begin the next one, or the answer."""
         self._measure()
         self.presenter.request(IDLE)
         self._presented.ended, self.hint = self._clock(), ""
@@ -379,7 +379,7 @@ class Runner:
                 self.hint = self.foot.hint
 
     def _answering(self) -> None:
-        """A person answers, by hand or by foot."""
+        """Poll for an answer by foot while the participant answers."""
         if self.foot is None:
             return
         answers = self.foot.judged(self.watch.contacts, self.watch.now_s)
@@ -387,7 +387,7 @@ class Runner:
             self._take_answer(answers, self.foot.facts)
 
     def _page(self) -> None:
-        """Stimuli that are tried end by themselves, and the time of learning ends."""
+        """End stimuli and the time of learning after their duration."""
         kind = self.page.kind
         if kind == "learn" and self.page.seconds and self._clock() >= self._due:
             self._keep({}, {})
@@ -401,7 +401,7 @@ class Runner:
             self._keep({}, {})
 
     def _ended(self) -> None:
-        """Nothing: the study is over, or stopped."""
+        """Do nothing: the study is over, or stopped."""
 
     # --- targets ---
 
@@ -423,10 +423,10 @@ class Runner:
         self._presented.complete(self.presenter)
         self._keep(answers, dict(self._presented.facts), pause_s=target.pause_s)
 
-    # --- what is kept ---
+    # --- storing ---
 
     def _take_answer(self, values: Answers, facts: Mapping[str, Any]) -> None:
-        """Keep an answer with what is known of its trial, and how long it took."""
+        """Store an answer with the facts of its trial and the response time."""
         self._presented.complete(self.presenter)
         known = {**self._presented.facts, **facts}
         if self.phase is Phase.ANSWERING:
@@ -434,7 +434,7 @@ class Runner:
         self._keep(values, known)
 
     def _keep(self, values: Answers, facts: Mapping[str, Any], pause_s: float = 0.0) -> None:
-        """Take an answer, keep it with its stretches, and open the next page; disk before screen."""
+        """Take an answer and store it with its excerpts; only then open the next page."""
         known = {"started_at": self._presented.started_at, **facts}
         entry = self.study.answer(values, known)
         self._store(entry)
@@ -444,7 +444,7 @@ class Runner:
             self._due = self._clock() + pause_s
 
     def _store(self, entry: Entry) -> None:
-        """Write an entry; while the disk refuses it, it waits and the study is stopped."""
+        """Write an entry; if the disk refuses it, keep it in memory and stop the study."""
         try:
             self.file.add(entry, self._presented.excerpts)
         except BadFile:
@@ -453,7 +453,7 @@ class Runner:
             raise
 
     def _measure(self) -> None:
-        """Take down what this interval was, and tell those who want marks."""
+        """Measure this interval, and send its markers."""
         before = len(self._presented.excerpts)
         self._presented.measure(self.presenter, self.watch, self._interval, self.page.start != "key")
         self.file.begin_packing(self._presented.excerpts[before:])
@@ -466,7 +466,7 @@ class Runner:
         self._equipment.mark(what, place_of(self.page), ago_s)
 
     def _lost(self, why: str) -> None:
-        """A presentation that was on when the engine died does not count."""
+        """Spoil a presentation during which the engine stopped."""
         self.messages.append(why)
         if self.page.trial is not None and self.phase in (Phase.PRESENTING, Phase.READY, Phase.WAITING):
             if self.phase is Phase.PRESENTING:
@@ -480,7 +480,7 @@ class Runner:
         return trial.intervals if trial is not None else ()
 
     def _patch(self, presentation: Presentation) -> Patch:
-        """At the participant's level."""
+        """Return the patch of a presentation at the participant's level."""
         return self._stimuli.presented(presentation, self.study.gain_db)
 
 

@@ -1,4 +1,4 @@
-"""Simulated studies on many processes, or on a Dask cluster: the same people whoever computes them."""
+"""Simulated studies on several processes, or on a Dask cluster, with identical results."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -15,9 +15,10 @@ def simulate_locally(
     seen: Callable[[int], None] | None = None,
     is_stopped: Callable[[], bool] = lambda: False,
 ) -> list[EstimateRow]:
-    """What the people of all jobs estimate, on so many processes; `seen` is told how many jobs are done.
+    """Return the estimates of all jobs, computed by `processes` processes; `seen` receives the number of finished jobs.
 
-    A job whose process is killed is computed again by another. Once `is_stopped`, what there is comes back.
+    Another process repeats the job of a killed process. When `is_stopped` returns True, the estimates so far are
+    returned.
     """
     if processes == 1:
         return _gathered(((place, simulate(job)) for place, job in enumerate(jobs)), seen)
@@ -27,12 +28,14 @@ def simulate_locally(
 def simulate_on_cluster(
     jobs: Sequence[Job], address: str, seen: Callable[[int], None] | None = None
 ) -> list[EstimateRow]:
-    """The same on an existing Dask cluster whose scheduler is at `address`, as tcp://host:8786 (`engine.cluster`)."""
+    """Return the same, computed by a Dask cluster whose scheduler is at `address`, as tcp://host:8786
+    (`engine.cluster`).
+    """
     return _gathered(on_cluster(simulate, jobs, address), seen)
 
 
 def _gathered(results: Iterable[tuple[int, Any]], seen: Callable[[int], None] | None) -> list[EstimateRow]:
-    """All that was found, in the order of the jobs; the first error is raised."""
+    """Return all estimates in the order of the jobs; raise the first error."""
     done: dict[int, list[EstimateRow]] = {}
     for place, result in results:
         if isinstance(result, UnderfootError):

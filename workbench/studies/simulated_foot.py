@@ -1,4 +1,4 @@
-"""On the simulated floor a key does what a foot would, so that nobody looks for the map first."""
+"""A simulated foot that keys control on the simulated floor, so that users need not step on the map."""
 
 from underfoot.engine.commands import PressTile
 from underfoot.studies.phase import Phase
@@ -9,17 +9,18 @@ _FOOT_N, _STEP_S = 600.0, 0.3
 
 
 def may_step(runner: Runner) -> bool:
-    """Whether a step of the simulated foot is waited for: to begin a presentation, to cross once more, or to press the
-    button that is shown."""
+    """Return whether the runner waits for a step of the simulated foot: to start a presentation, to cross the tile
+    again, or to press the button.
+    """
     waits = runner.phase in (Phase.READY, Phase.PRESENTING)
     by_foot = runner.page.trial is not None and (runner.page.start != "key" or runner.target is not None)
     return waits and by_foot and runner.session.target.kind == "simulator" and not runner.watch.is_loaded
 
 
 class SimulatedFoot:
-    """Steps onto the first tile, or the button that is shown, and off again once that was seen for a while.
+    """Steps onto the first tile or the current button, and leaves after the contact was detected for some time.
 
-    It stands on the first tile while keys begin what is felt: a patch that follows the force is silent under nobody.
+    It also stands on the first tile during presentations started by a key, because patches driven by force need a load.
     """
 
     def __init__(self) -> None:
@@ -35,7 +36,7 @@ class SimulatedFoot:
         self._press(runner, tile.id, float(x_m), float(y_m))
 
     def tick(self, runner: Runner) -> None:
-        """Stand where somebody should, and leave the tile when it is time."""
+        """Step onto the tile if a stand is needed, and leave it when it is time."""
         stands = _is_to_stand(runner, self._stands)
         if stands and (not self._stands or not runner.watch.contacts):
             self._press(runner, runner.session.target.floor.tiles[0].id, 0.0, 0.0)
@@ -44,13 +45,13 @@ class SimulatedFoot:
         self._stands = stands
 
     def leave(self, runner: Runner) -> None:
-        """Leave the tile, if it was stepped on."""
+        """Leave the tile, if the foot is on it."""
         if self._stepped_s is not None:
             self._stepped_s = None
             runner.session.send(PressTile(self._tile, 0.0, 0.0, 0.0))
 
     def _was_seen(self, runner: Runner) -> bool:
-        """Whether the step was on the floor for a while: on a slow machine it could begin and end between samples."""
+        """Return whether the contact was detected for some time; on a slow machine it could fall between samples."""
         if self._stepped_s is None or not runner.watch.is_loaded:
             return False
         return runner.watch.now_s - self._stepped_s >= _STEP_S
@@ -61,7 +62,7 @@ class SimulatedFoot:
 
 
 def _is_to_stand(runner: Runner, stands: bool) -> bool:
-    """Whether somebody should stand on the simulated floor, who `stands` there or not."""
+    """Return whether the foot should stand on the floor; `stands` is its current state."""
     page, phase = runner.page, runner.phase
     if runner.session.target.kind != "simulator" or runner.foot is not None:
         return False
@@ -69,6 +70,6 @@ def _is_to_stand(runner: Runner, stands: bool) -> bool:
         return phase is Phase.PAGE and page.kind in ("learn", "level")
     if page.start != "key" or not page.trial.intervals:
         return False
-    if phase is Phase.WAITING:  # a hint asks to step off, for a plate that moves
+    if phase is Phase.WAITING:  # a hint asks the participant to step off while the plate moves
         return stands and not runner.hint
     return phase in (Phase.READY, Phase.PRESENTING, Phase.ANSWERING)

@@ -1,4 +1,4 @@
-"""The patches of a study's stimuli, as they are played to one participant."""
+"""The patches of a study's stimuli at one participant's levels."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +13,14 @@ from underfoot.studies.presenter import IDLE
 
 @dataclass(frozen=True)
 class StimulusPatches:
-    """Those of a protocol; its patch files lie in `folder`."""
+    """The patches of a protocol's stimuli; patch files are in `folder`."""
 
     protocol: Protocol
     registry: Registry
     folder: Path | None
 
     def presented(self, presentation: Presentation, gain_db: float) -> Patch:
-        """The patch of a presentation, `gain_db` for its participant; `BadValue` beyond the protocol's limit."""
+        """Return the patch of a presentation, with the participant's `gain_db`; raise `BadValue` beyond the limit."""
         if presentation.stimulus == NOTHING:
             return IDLE
         stimulus = self.protocol.stimuli[presentation.stimulus]
@@ -30,11 +30,11 @@ class StimulusPatches:
         return self.at(presentation.stimulus, total_db)
 
     def at(self, stimulus: str, gain_db: float) -> Patch:
-        """The patch of a stimulus, so many dB re the protocol's level."""
+        """Return the patch of a stimulus at `gain_db` re the protocol's level."""
         return self.protocol.stimuli[stimulus].at(gain_db, self.registry, self.folder)
 
     def kinds(self) -> list[Patch]:
-        """One patch for each kind of program that the stimuli need."""
+        """Return one patch for each distinct program of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
         for stimulus in self.protocol.stimuli:
             patch = self.at(stimulus, 0.0)

@@ -1,4 +1,4 @@
-"""A button on the floor: where it is, until when it can be pressed, and whether a foot has pressed it."""
+"""A button on the floor: its place and time limit, and the detection of a press."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -22,14 +22,14 @@ FOOT_M, FEET_APART_M = (0.11, 0.29), 0.24
 
 @dataclass(frozen=True)
 class StandingPlace:
-    """Where a participant stands to select targets: `origin_m` is between the toes, buttons reach `reach_m` at most."""
+    """The participant's position in target selection: `origin_m` is between the toes, `reach_m` the farthest button."""
 
     origin_m: tuple[float, float]
     reach_m: float
 
     @staticmethod
     def of(protocol: Protocol) -> "StandingPlace":
-        """Of the first stage in which targets are selected; around (0, 0) where there is none."""
+        """Return the place of the first stage with target selection; (0, 0) without such a stage."""
         for stage in protocol.stages:
             if stage.method is not None and stage.method.kind == TargetSelection.kind:
                 given = TargetSelection.checked(stage.method.parameters, protocol.stimuli)
@@ -40,9 +40,9 @@ class StandingPlace:
 
 @dataclass(frozen=True)
 class FloorTarget:
-    """A round button of `width_m` around a place in the floor's frame, shown at `shown_s` of the session.
+    """A round button of `width_m` in the floor's frame, shown at `shown_s` of the session.
 
-    `until` is on the clock of who asks: it ends there, whether or not forces come.
+    `until` is on the caller's clock: the target ends then, even if no force samples arrive.
     """
 
     x_m: float
@@ -56,7 +56,7 @@ class FloorTarget:
 
     @staticmethod
     def of(trial: Trial, given: Mapping[str, Any], shown_s: float, now: float) -> "FloorTarget":
-        """The button of a trial of target selection with these parameters, shown now."""
+        """Return the button of a trial of target selection, shown now."""
         x_m, y_m = given["origin_m"]
         return FloorTarget(
             x_m + float(trial.facts["x_m"]),
@@ -70,7 +70,7 @@ class FloorTarget:
         )
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float, now: float) -> Answers | None:
-        """The answers of its trial once it is pressed or over; None as long as it can be pressed.
+        """Return the trial's answers once the button is pressed or has expired, else None.
 
         >>> button = FloorTarget(0.0, 0.3, 0.1, 35.0, 2.0, 3.0, 10.0, 12.0)
         >>> button.judged([OngoingContact(1, 0.02, 0.32, 80.0, (0,))], 10.8, 10.8)
@@ -89,7 +89,7 @@ class FloorTarget:
 
 
 def require_on_floor(protocol: Protocol, floor: Floor) -> None:
-    """Raise `BadValue` for a study whose buttons are not all on the floor's tiles."""
+    """Raise `BadValue` if a button of the study is outside the floor's tiles."""
     for stage in protocol.stages:
         if stage.method is None or stage.method.kind != TargetSelection.kind:
             continue
@@ -107,7 +107,7 @@ def require_on_floor(protocol: Protocol, floor: Floor) -> None:
 
 
 def tile_under(x_m: float, y_m: float, floor: Floor) -> Tile | None:
-    """The tile at a place in the floor's frame; None beside all of them."""
+    """Return the tile at a point in the floor's frame; None if there is none."""
     for tile in floor.tiles:
         aside_m, ahead_m = tile.to_tile((x_m, y_m))
         if abs(aside_m) <= 0.5 * tile.size_m[0] and abs(ahead_m) <= 0.5 * tile.size_m[1]:

@@ -1,6 +1,7 @@
-"""What is done to the program on purpose: processes killed, files damaged, strangers' datagrams, full disks.
+"""Stress tests of the program: killed processes, damaged files, foreign datagrams, full disks.
 
-Each file is a row of the table: its `run(effort, progress)` gives lines `Outcome`. What a row starts ends with it.
+Each module is one row group of the table; its `run(effort, progress)` yields `Outcome` lines and ends all that it
+starts.
 """
 
 import time
@@ -30,7 +31,7 @@ Table = Mapping[str, Sequence[Outcome]]
 
 
 def run(row: str = "", effort: Effort = _USUAL, progress: Progress = lambda line: None) -> dict[str, list[Outcome]]:
-    """Try one row, or all of them: lines by the names of rows."""
+    """Run one row of the table, or all of them; return outcomes by the names of rows."""
     require(row in ("", *ROWS), "stress", row, ", ".join(ROWS))
     found = {}
     for name in [row] if row else ROWS:
@@ -42,7 +43,7 @@ def run(row: str = "", effort: Effort = _USUAL, progress: Progress = lambda line
 
 
 def text(table: Table) -> str:
-    """The table for a terminal.
+    """Return the table as text for a terminal.
 
     >>> print(text({"damage": [Outcome("patch", 10, "all refused in one line", True)]}))
     stress: 1 tried, all passed

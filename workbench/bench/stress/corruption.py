@@ -1,4 +1,4 @@
-"""Damage to bytes: what disks, editors, scripts and people who mean harm do to a file."""
+"""Damage to bytes as caused by disks, editors, scripts and attackers."""
 
 import json
 import sqlite3
@@ -13,7 +13,7 @@ ODD_VALUES: tuple[Any, ...] = (
     None, True, 0, -1, 1e308, -1e308, 5e-324, float("nan"), float("inf"), 10**400, 2**63, 2**31, "", "nan", "-1",
     "\ud800", "\0", "é" * 300, "../../etc/passwd", "/dev/zero", [], {}, [[]], [1.0] * 1000, {"a": {"a": {}}},
 )  # fmt: skip
-"""What is put in the place of a value of a document."""
+"""Replacements for values of a document."""
 _CELLS = (
     "",
     "nan",
@@ -38,7 +38,7 @@ _IN_TABLES: tuple[Any, ...] = (
 
 
 def corrupt_bytes(data: bytes, rng: np.random.Generator) -> bytes:
-    """Bits turned, pieces cut, doubled, moved or filled, or the end missing."""
+    """Return data with flipped bits, with pieces removed, doubled, moved or overwritten, or truncated."""
     changed = bytearray(data)
     for _ in range(int(rng.integers(1, 4))):
         size = len(changed)
@@ -62,12 +62,12 @@ def corrupt_bytes(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def corrupt_head(data: bytes, rng: np.random.Generator) -> bytes:
-    """The same in the first 64 bytes, which say how the rest is to be read."""
+    """Return data with the same damage in the first 64 bytes, which usually hold the header."""
     return corrupt_bytes(data[:64], rng) + data[64:]
 
 
 def corrupt_document(data: bytes, rng: np.random.Generator) -> bytes:
-    """A JSON document in which values are something else, missing, or there twice."""
+    """Return a JSON document with values changed, missing or doubled."""
     document = json.loads(data)
     for _ in range(int(rng.integers(1, 3))):
         places = list(_places(document))
@@ -89,7 +89,7 @@ def corrupt_document(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def corrupt_table(data: bytes, rng: np.random.Generator) -> bytes:
-    """A CSV in which cells are something else, lines missing, doubled or swapped."""
+    """Return a CSV with cells changed, and lines missing, doubled or swapped."""
     lines = data.decode().splitlines()
     for _ in range(int(rng.integers(1, 4))):
         at, other = (int(place) for place in rng.integers(0, len(lines), 2))
@@ -108,9 +108,9 @@ def corrupt_table(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def corrupt_database(path: Path, rng: np.random.Generator) -> None:
-    """An SQLite file in which, in place, cells are something else, rows or tables missing."""
+    """Damage an SQLite file in place: change cells, delete rows or tables."""
     with closing(sqlite3.connect(path, isolation_level=None)) as base, suppress(sqlite3.Error):
-        base.execute("pragma synchronous = off")  # nobody waits for the disk
+        base.execute("pragma synchronous = off")  # no need to flush to disk
         for _ in range(int(rng.integers(1, 3))):
             named = base.execute("select name from sqlite_master where type = 'table' order by name")
             tables = [name for (name,) in named]
@@ -122,7 +122,7 @@ def corrupt_database(path: Path, rng: np.random.Generator) -> None:
             value = _IN_TABLES[int(rng.integers(len(_IN_TABLES)))]
             at = int(rng.integers(8))
             one = f"{column} = (select {column} from {table} limit 1 offset {at})"
-            with suppress(sqlite3.Error):  # what its own rules refuse stays as it is
+            with suppress(sqlite3.Error):  # SQLite's constraints refuse some changes
                 match int(rng.integers(0, 8)):
                     case 0:
                         base.execute(f"drop table {table}")
@@ -137,7 +137,7 @@ def corrupt_database(path: Path, rng: np.random.Generator) -> None:
 
 
 def _places(value: Any) -> list[tuple[Any, Any]]:
-    """Every value of a document: what holds it, and its key there."""
+    """Return every value of a document as its container and its key there."""
     found: list[tuple[Any, Any]] = []
     if isinstance(value, dict):
         items: list[tuple[Any, Any]] = list(value.items())

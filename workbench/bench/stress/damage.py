@@ -1,4 +1,4 @@
-"""Damaged files of every kind: read, or refused in one line, soon, and with nothing left open."""
+"""Damaged files of every kind: each must be read, or refused quickly in one line, with no file left open."""
 
 import gc
 import os
@@ -28,10 +28,10 @@ _REPORTS = 20
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A line for each kind; a file that goes wrong is told with how it goes wrong.
+    """Yield a line for each kind of file; a file that fails is reported with its fault.
 
-    Of more than `SHARE` files every core takes shares of the kinds in turn, so that all kinds are tried equally often
-    by the end of `seconds`. A share that is not done by then does not count.
+    With more than `SHARE` files, all cores take shares of the kinds in turn, so that every kind is tried equally often
+    by the end of `seconds`. A share that is not finished by then does not count.
     """
     times = effort.count(TIMES)
     shares = [
@@ -55,7 +55,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 @dataclass(frozen=True)
 class _Share:
-    """What a process does at a stretch."""
+    """The files that a process tests in one go."""
 
     name: str
     times: int
@@ -64,7 +64,7 @@ class _Share:
 
 @dataclass(frozen=True)
 class _DamageResult:
-    """What came of so many files: how many were refused and went wrong, and in what ways."""
+    """The result of a share: the number of files refused and failed, and the faults."""
 
     times: int
     refused: int
@@ -75,7 +75,7 @@ class _DamageResult:
 
 
 def _on_all_cores(shares: Sequence[_Share], end: float) -> Iterator[tuple[str, _DamageResult]]:
-    """Kind and result of each share that is done before `end`; one whose process dies is one file gone wrong."""
+    """Yield the kind and result of each share finished before `end`; a process that dies counts as one failed file."""
     for number, found in in_parallel(_damage_and_read, shares, cores(), is_stopped=lambda: time.monotonic() > end):
         share = shares[number]
         if isinstance(found, UnderfootError):
@@ -96,7 +96,7 @@ def _outcome(name: str, found: Sequence[_DamageResult]) -> Outcome:
 
 
 def _damage_and_read(share: _Share) -> _DamageResult:
-    """Damage a whole file so many times, as the share's seed draws, and read what comes of it."""
+    """Damage a valid file repeatedly, with random draws from the share's seed, and read the results."""
     kind, rng = KINDS[share.name], np.random.default_rng(share.seed)
     with tempfile.TemporaryDirectory() as folder:
         whole, all_data = Path(folder, "whole"), []
@@ -125,13 +125,15 @@ def _damage_and_read(share: _Share) -> _DamageResult:
 
 
 def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
-    """What a file is refused with, if it is; what is wrong with that, if anything; and the processor time it took."""
+    """Return the error that refuses a file (None if accepted), its fault ("" if none), and the processor time in
+    seconds.
+    """
     began, said = time.process_time(), None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             said = read_error(kind, path)
-    except Exception as error:  # the point of the row: nothing but a refusal may come
+    except Exception as error:  # the point of this test: any other exception is a fault
         where = traceback.extract_tb(error.__traceback__)[-1]
         fault = f"{type(error).__name__} in {Path(where.filename).name}, line {where.lineno}: {str(error)[:80]!r}"
     else:
@@ -143,7 +145,7 @@ def _read(kind: Kind, path: Path) -> tuple[str | None, str, float]:
 
 
 def _damaged(kind: Kind, data: bytes, path: Path, rng: np.random.Generator) -> bytes:
-    """A third are damaged byte by byte, the others as their form allows."""
+    """Return damaged data: a third byte by byte, the others by the format's own damage."""
     if rng.random() < 0.33:
         return corrupt_bytes(data, rng)
     if kind.damage is not None:
@@ -154,7 +156,7 @@ def _damaged(kind: Kind, data: bytes, path: Path, rng: np.random.Generator) -> b
 
 
 def _message_fault(said: str | None) -> str:
-    """What is wrong with a refusal: more than a line, or what no terminal can print."""
+    """Return the fault of an error message: more than one line, or unprintable characters; "" if none."""
     if said is None:
         return ""
     try:
@@ -165,6 +167,6 @@ def _message_fault(said: str | None) -> str:
 
 
 def open_file_count() -> int:
-    """How many files this process has open; 0 where the system does not tell."""
+    """Return the number of files this process has open; 0 if the system does not report it."""
     folder = Path("/proc/self/fd")
     return len(os.listdir(folder)) if folder.is_dir() else 0

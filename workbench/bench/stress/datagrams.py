@@ -1,4 +1,4 @@
-"""Datagrams that no tile of the floor has sent: forged, out of order in time, too many, and noise."""
+"""Datagrams that no tile of the floor has sent: forged, with wrong times, too many, and noise."""
 
 import socket
 import time
@@ -25,7 +25,7 @@ _LOST_AT_JUMP = 2
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A line for each kind of datagram, of which `times` come."""
+    """Yield a line for each kind of datagram, with `times` datagrams each."""
     times = effort.count(TIMES)
     yield _forged(times)
     yield _taken_over()
@@ -35,7 +35,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 class _Link:
-    """A port of this machine that listens, and sockets that send to it."""
+    """A listening UDP port of this machine, and two sockets that send to it."""
 
     def __init__(self) -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
@@ -54,11 +54,11 @@ class _Link:
             one.close()
 
     def send(self, sender: int, data: bytes) -> None:
-        """A datagram from one of the two."""
+        """Send a datagram from one of the two sockets."""
         self.sockets[sender].sendto(data, ("127.0.0.1", self._port))
 
     def read(self, now_s: float) -> NDArray[np.void]:
-        """The samples of what came, at this time of the reader's clock."""
+        """Return the samples of the received datagrams at `now_s` of the reader's clock."""
         return self.parser.feed(self.transport.read(), self.transport.senders, now_s).copy()
 
 
@@ -67,7 +67,7 @@ def _frame(number: int, tile: int, reading: int) -> bytes:
 
 
 def _forged(times: int) -> Outcome:
-    """A tile sends at 1 kHz, and another address as many valid frames of the same tile, each the next in sequence."""
+    """Test that valid frames of a tile from a second address are ignored while the tile sends at 1 kHz."""
     taken = forged = 0
     with _Link() as link:
         for number in range(0, times, _BATCH):
@@ -84,7 +84,7 @@ def _forged(times: int) -> Outcome:
 
 
 def _taken_over() -> Outcome:
-    """A tile that has got another address, as one has that was started again, once it has been silent."""
+    """Test that a tile that restarts with another address is accepted after a silence."""
     with _Link() as link:
         link.send(0, _frame(1, 0, 1000))
         first = len(link.read(0.0))
@@ -97,14 +97,14 @@ def _taken_over() -> Outcome:
 
 
 def _flooded(times: int, progress: Progress) -> Outcome:
-    """Frames of every tile number there is, from one address, as fast as they go."""
+    """Test frames of every possible tile number, sent from one address at full speed."""
     rng = np.random.default_rng(3)
     datagrams = [
         encode(np.column_stack([rng.integers(0, 0x10000, 40), *rng.integers(0, 0x10000, (6, 40))]))
         for _ in range(_BATCH)
     ]
     with _Link() as link:
-        for tile in range(0, 0x10000, 40):  # what is known of tiles takes its room once
+        for tile in range(0, 0x10000, 40):  # memory for tiles is allocated once
             link.send(0, encode([[min(tile + k, 0xFFFF), 0, 0, 0, 0, 0, 0] for k in range(40)]))
             link.read(0.0)
         before, began, bytes_sent = resident_mb(), time.monotonic(), 0
@@ -122,7 +122,7 @@ def _flooded(times: int, progress: Progress) -> Outcome:
 
 
 def _noise(times: int, seed: int) -> Outcome:
-    """Random bytes: only what passes the checksum by chance is taken."""
+    """Test random bytes: only frames whose checksum matches by chance are accepted."""
     rng, taken = np.random.default_rng(seed), 0
     with _Link() as link:
         for number in range(times):
@@ -133,7 +133,7 @@ def _noise(times: int, seed: int) -> Outcome:
 
 
 def _clocks(seed: int) -> Outcome:
-    """A tile whose microseconds run back, jump or stand still; what the engine gets must not run back."""
+    """Test a tile whose microseconds run back, jump or stop; times at the engine must not decrease."""
     rng = np.random.default_rng(seed)
     source = DeviceFloor(UdpTransport("127.0.0.1", 9), FLOOR, float(RATE_HZ))
     parser, stamps, wild = Parser(), [], 6000
@@ -152,7 +152,7 @@ def _clocks(seed: int) -> Outcome:
         rows = [[tile, number & 0xFFFF, time_us & 0xFFFF_FFFF, 100, 100, 100, 100] for tile in (0, 1)]
         source.receive(parser.feed(encode(rows)), began_s + 1e-3 * number)
         if number % 4 == 3:
-            time.sleep(max(began_s + 1e-3 * number - time.monotonic(), 0.0))  # the session's clock is the real one
+            time.sleep(max(began_s + 1e-3 * number - time.monotonic(), 0.0))  # the session uses the real clock
             count = source.pull(round(number * RATE_HZ / 1000))
             stamps += source.stamps[:count].tolist()
     back = int((np.diff(stamps) < 0.0).sum())

@@ -1,4 +1,4 @@
-"""Long runs in short time: memory, handles and clocks after hours of session frames."""
+"""Long runs in a short time: memory, file handles and clocks after hours of session frames."""
 
 import time
 from collections.abc import Iterator
@@ -22,16 +22,16 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 
 MORE_MB = 8.0
-"""What memory may grow by, between the first tenth of a run and its end."""
+"""Allowed growth of memory, in MB, from the first tenth of a run to its end."""
 MOST_N, MOST_OUTPUT = 1e-6, 1e-6
-"""How far force and output, of full scale, may be from those of a loop that began later."""
+"""Allowed difference of force, in newtons, and output, in full scale, from those of a loop that began later."""
 _BLOCK, _PARTS, _SETTLED = 1024, 10, 400
 _PPM, _JITTER = 100.0, 0.001
 _CLOCK_DAYS = 1.0
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A walker on four tiles for `seconds` of the session; a device's clock for a day."""
+    """Yield the results of a walker on four tiles for `seconds` of session time, and of a device's clock for a day."""
     yield _walked(effort.length_s(120.0), progress)
     yield _clock(progress)
 
@@ -66,7 +66,7 @@ def _walked(seconds: float, progress: Progress) -> Outcome:
 
 
 def _walk_from(frame: int) -> Loop:
-    """Gravel under a walker, from a session frame on."""
+    """Return a loop that plays gravel under a walker from a session frame on."""
     floor = SimulatedFloor(default_floor(2, 2))
     floor.skip(frame)
     patch = Patch.load(preset_files.patches()["gravel"], REGISTRY)
@@ -76,7 +76,7 @@ def _walk_from(frame: int) -> Loop:
 
 
 def _drift(loop: Loop) -> tuple[float, float]:
-    """How far force (N) and output of the last block are from those of a loop that began a few seconds before it."""
+    """Return how far force (N) and output of the last block differ from those of a loop that began a few seconds before."""
     fresh = _walk_from(max(loop.frame - _SETTLED * _BLOCK, 0))
     while fresh.frame < loop.frame:
         fresh.run(_BLOCK)
@@ -86,7 +86,7 @@ def _drift(loop: Loop) -> tuple[float, float]:
 
 
 def _clock(progress: Progress) -> Outcome:
-    """A device whose second lasts 100 ppm longer, with 1 ms of jitter on its way, for a day at 1 kHz."""
+    """Test a device whose clock is 100 ppm slow, with 1 ms of jitter, for a day at 1 kHz."""
     clocks = DeviceClocks(1, float(RATE_HZ))
     hours = round(24 * _CLOCK_DAYS)
     drifts, errors_ms = [], []
@@ -105,7 +105,7 @@ def _clock(progress: Progress) -> Outcome:
 
 @kernel
 def _observed(table: NDArray[np.void], first: int, end: int, key: int, rate: float) -> float:
-    """Samples of the device, a millisecond apart; how far from the truth the last one is put, in frames."""
+    """Add the device's samples, 1 ms apart; return the timing error of the last one, in frames."""
     for i in range(first, end):
         sent = 1e-3 * i * (1.0 + _PPM * 1e-6)
         observe(table[0], 0, 1000.0 * i, rate * (sent + _JITTER * uniform(key, i)), rate)
@@ -114,7 +114,7 @@ def _observed(table: NDArray[np.void], first: int, end: int, key: int, rate: flo
 
 
 def resident_mb() -> float:
-    """Memory that this process holds; 0 where the system does not tell."""
+    """Return the resident memory of this process in MB; 0 if the system does not report it."""
     status = Path("/proc/self/status")
     if not status.exists():
         return 0.0

@@ -1,4 +1,4 @@
-"""A disk that is full while something is written: one line, the old file whole, and the program goes on."""
+"""A disk that is full during a write: one error line, the old file complete, and the program continues."""
 
 import subprocess
 import tempfile
@@ -30,7 +30,7 @@ _START_S = 300.0
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A line for each thing that writes."""
+    """Yield a line for each kind of writer."""
     with tempfile.TemporaryDirectory() as folder, small_disk(Path(folder)) as how:
         progress(f"stress: full disk, {how}")
         for name, trial in (("patch saved", _patch), ("sound rendered", _sound), ("study answered", _study)):
@@ -42,8 +42,9 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 @contextmanager
 def small_disk(folder: Path) -> Iterator[str]:
-    """Let files in a folder have no more room than 16 MB: by a disk in memory where that may be mounted, else by the
-    limit of this process to the size of a file. Says which of the two.
+    """Limit the files in a folder to 16 MB; yield the method in words.
+
+    The method is a RAM disk if mounting is permitted, else this process's limit on file sizes.
     """
     command = ["mount", "-t", "tmpfs", "-o", f"size={_ROOM}", "none", str(folder)]
     try:
@@ -67,7 +68,7 @@ def small_disk(folder: Path) -> Iterator[str]:
 
 
 def _refused(write: Callable[[], object]) -> str:
-    """The one line with which something is refused, "" if it is not."""
+    """Return the error line with which a write is refused, "" if it succeeds."""
     try:
         write()
     except BadFile as error:
@@ -77,7 +78,7 @@ def _refused(write: Callable[[], object]) -> str:
 
 @contextmanager
 def _filled(folder: Path) -> Iterator[None]:
-    """No room at all, until the block ends."""
+    """Fill the disk completely within the block."""
     filler = folder / "filler"
     with suppress(OSError), filler.open("wb", 0) as file:
         for _ in range(2 * _ROOM // 4096):
@@ -89,7 +90,7 @@ def _filled(folder: Path) -> Iterator[None]:
 
 
 def _patch(folder: Path) -> tuple[str, bool]:
-    """A patch that takes more room than there is, over one that is there."""
+    """Test a patch that exceeds the free space, saved over an existing one."""
     path = folder / "patch.json"
     tone().save(path)
     old = path.read_bytes()
@@ -101,7 +102,7 @@ def _patch(folder: Path) -> tuple[str, bool]:
 
 
 def _sound(folder: Path) -> tuple[str, bool]:
-    """A sound that takes twice the room that there is, over one that is there."""
+    """Test a sound of twice the free space, written over an existing one."""
     path = folder / "sound.wav"
     path.write_bytes(b"precious")
     said = _refused(lambda: write_wav(path, np.zeros((2 * _ROOM // 4, 1), np.float32), 48_000.0))
@@ -110,7 +111,7 @@ def _sound(folder: Path) -> tuple[str, bool]:
 
 
 def _study(folder: Path) -> tuple[str, bool]:
-    """Answers with large stretches, until no more fit; then the session goes on once there is room."""
+    """Test answers with large excerpts until the disk is full; the session must continue after space is freed."""
     protocol = Protocol.load(preset_files.protocols()["identification-impact"], REGISTRY)
     path = folder / "p1.session"
     file = SessionFile.create(path, protocol, "P1", preset_files.protocols()["identification-impact"].parent)
@@ -135,7 +136,7 @@ def _study(folder: Path) -> tuple[str, bool]:
 
 
 def _recording(folder: Path) -> tuple[str, bool]:
-    """A session that records until the disk is full, and plays on."""
+    """Test a session that records until the disk is full; it must continue to play."""
     path = folder / "session.underfoot"
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     said: list[str] = []
@@ -161,5 +162,5 @@ def _recording(folder: Path) -> tuple[str, bool]:
 
 
 def _without(said: str, folder: Path) -> str:
-    """A line without the folder's name, which changes from run to run."""
+    """Return a message without the folder's name, which differs between runs."""
     return said.replace(f"{folder}/", "") or "no line"

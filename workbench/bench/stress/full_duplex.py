@@ -1,6 +1,6 @@
-"""Five minutes in full duplex: a sound card's inputs hear what it plays, and each sample stands where it was commanded.
+"""Full duplex for five minutes: a sound card's inputs record its outputs, and each sample is aligned to its command.
 
-The card is a null sink, whose monitor is the input. On a busy machine PulseAudio loses frames without a word.
+The card is a PulseAudio null sink, whose monitor is the input. On a busy machine PulseAudio drops frames silently.
 """
 
 import os
@@ -35,7 +35,7 @@ _SAME = 1e-6
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Five minutes, or `seconds`, of two people on four tiles; nothing where there is no PulseAudio."""
+    """Yield the result of five minutes, or `seconds`, of two people on four tiles; nothing without PulseAudio."""
     if not is_possible():
         progress("stress: full_duplex needs PulseAudio")
         return
@@ -54,7 +54,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _played(path: Path, seconds: float, progress: Progress) -> Health:
-    """Let a session play and record; how it was in the end."""
+    """Run a session that plays and records; return its final state."""
     floor = default_floor()
     inputs = tuple(Accelerometer(name, k, _FULL_SCALE_M_S2) for k, name in enumerate(floor.ids))
     target = Target(floor, sound="", latency_s=_BUFFER_S, accelerometers=inputs, simulation=PEOPLE)
@@ -106,7 +106,7 @@ def _judged(recording: Recording, health: Health) -> Outcome:
 
 
 def _drift(commanded_fs: NDArray[np.float32], measured_fs: NDArray[np.float32], sounding: NDArray[np.bool_]) -> str:
-    """By how many frames the last tenth of a second that sounds is farther from where it was played than the first."""
+    """Return the change of delay between the first and the last audible tenth of a second, in frames, as text."""
     total = sounding.cumsum()
     whole = np.flatnonzero(total[_STRETCH:] - total[:-_STRETCH] == _STRETCH)
     if not whole.size:

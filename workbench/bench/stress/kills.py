@@ -1,7 +1,7 @@
-"""Processes killed at random moments while they play and record: what is heard, kept, and left behind.
+"""Processes killed at random moments during playback and recording: effects on output, files and remaining processes.
 
-Frames are those of the ring that the sound card's callback fills, so times are of what is played. A process that was
-started is known by its session's number, so nothing of it can hide.
+Frames are read from the ring that the sound card's callback fills, so times are those of the output. Processes are
+found by their session number, so that none is missed.
 """
 
 import os
@@ -26,16 +26,16 @@ from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Recording
 
 BACK_S, SILENT_S, LOST_S = 1.0, 0.5, 0.1
-"""How long the sound may be away, and go on, and how much a recording may lose."""
+"""Allowed time until recovery, duration of sound after a kill, and loss of a recording, in seconds."""
 _RATE = 48_000
 _START_S = 300.0
 _LOUDER = 1.05
-"""What may be above the level before: a tone that begins passes a DC block, which lets it swing 3 % higher at first."""
+"""Allowed ratio to the previous level; the start of a tone overshoots by 3 % in the DC block."""
 _APART_S = WITHIN_S / MOST_DEATHS + 0.5
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Engine, compiler, recorder; then the program alone, its whole group, and the window."""
+    """Yield results for engine, compiler and recorder; then for the program, its process group, and the window."""
     if not Path("/dev/shm").is_dir():
         yield Outcome("processes killed", 0, "not tried: this system has no /dev/shm to look into", True)
         return
@@ -52,16 +52,16 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 @dataclass
 class _OutputMonitor:
-    """A session that is polled, and what it played, as the stretches in which there was sound."""
+    """Polls a session, and tracks the audible stretches of its output."""
 
     session: Session
     gaps_s: list[float] = field(default_factory=list)
     loudest: float = 0.0
     frames: int = 0
-    end: int = 0  # the frame behind the last that was read
+    end: int = 0  # the frame after the last one read
     started: int = 0
     notices: list[str] = field(default_factory=list)
-    _sounded: int = -1  # the frame behind the last that was not silent
+    _sounded: int = -1  # the frame after the last one that was not silent
 
     def poll_until(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
         """Poll for so long, or until something holds; whether it did."""
@@ -85,14 +85,14 @@ class _OutputMonitor:
         return False
 
     def loudest_of_a_second(self) -> float:
-        """The loudest of the next second that is played; 0 where nothing is."""
+        """Return the largest magnitude of the next second of output; 0 without output."""
         self.loudest, self.frames = 0.0, 0
         self.poll_until(_START_S, lambda: self.frames >= _RATE)
         return self.loudest
 
 
 def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: Path, progress: Progress) -> Outcome:
-    """Kill one process of a session again and again, each time once another engine is ready to take over."""
+    """Kill one process of a session repeatedly, each time once a standby engine is ready."""
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     output, idle = _OutputMonitor(session), CpuIdle()
     away_s, wrong = [], []
@@ -140,7 +140,7 @@ def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: P
 
 
 def _is_back(victim: str, output: _OutputMonitor, before: tuple[int, int, int]) -> bool:
-    """Whether another process is in the place of the one that was killed, and does its work."""
+    """Return whether a new process has replaced the killed one and works."""
     pid, started, kept = before
     if output.session.pids.get(victim, pid) == pid:
         return False
@@ -155,7 +155,7 @@ def _is_back(victim: str, output: _OutputMonitor, before: tuple[int, int, int]) 
 def _kill_programs(
     how: str, what: str, times: int, rng: np.random.Generator, folder: Path, progress: Progress
 ) -> Outcome:
-    """Kill a program of its own at random moments, from its first process on."""
+    """Kill a separate program at random moments after its first process has started."""
     played_on_s, lost_s, orphans, blocks, unread = [], [], 0, 0, []
     for number in range(times):
         record = folder / f"{how}-{number}.underfoot"

@@ -1,4 +1,4 @@
-"""Sound cards that are not there: PulseAudio servers, each with a sink that goes nowhere; PortAudio has their names."""
+"""Simulated sound cards: PulseAudio servers, each with a null sink, which PortAudio lists by name."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ _START_S = 60.0
 
 
 class NullSink:
-    """A PulseAudio server of its own with a sink that goes nowhere; `module` is what makes the sink."""
+    """A separate PulseAudio server with a null sink; `module` is the module that creates the sink."""
 
     module = "module-null-sink norewinds=1"
 
@@ -31,7 +31,7 @@ class NullSink:
         self._server: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Have the sound card be there, or there again."""
+        """Start the server, so that the sound card appears."""
         options = ["-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "--disable-shm=1"]
         modules = ["-L", f"module-native-protocol-unix auth-anonymous=1 socket={self.socket}"]
         sink = f"sink_name={self.name} format=float32le rate=48000 channels={self.channels} channel_map={self.places}"
@@ -44,11 +44,11 @@ class NullSink:
             time.sleep(0.02)
 
     def threads(self) -> list[int]:
-        """The server's threads."""
+        """Return the ids of the server's threads."""
         return [int(name) for name in os.listdir(f"/proc/{self._server.pid}/task")] if self._server is not None else []
 
     def stop(self) -> None:
-        """Take the sound card away."""
+        """Stop the server, so that the sound card disappears."""
         if self._server is not None:
             self._server.terminate()
             self._server.wait()
@@ -60,18 +60,18 @@ class NullSink:
 
     @property
     def places(self) -> str:
-        """PulseAudio's names of its channels."""
+        """PulseAudio's names of the channels."""
         return ",".join([*_FIRST_PLACES, *(f"aux{i}" for i in range(32))][: self.channels])
 
 
 def is_possible() -> bool:
-    """Whether PulseAudio is installed."""
+    """Return whether PulseAudio is installed."""
     return all(map(shutil.which, PROGRAMS))
 
 
 @contextmanager
 def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list[NullSink], dict[str, str]]]:
-    """A sink for each name, and the environment in which PortAudio has it; the first is its default device, too."""
+    """Yield a sink per name, and the environment in which PortAudio lists them; the first is the default device."""
     sinks = [NullSink(folder, name, count) for name, count in channels.items()]
     with served(folder, sinks) as environment:
         yield sinks, environment
@@ -79,7 +79,7 @@ def null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[tuple[list
 
 @contextmanager
 def served(folder: Path, sinks: Sequence[NullSink]) -> Iterator[dict[str, str]]:
-    """Start sinks that lie in a folder: the environment in which PortAudio has them."""
+    """Start sinks in a folder; yield the environment in which PortAudio lists them."""
     client, alsa = folder / "client.conf", folder / "asound.conf"
     client.write_text("autospawn = no\nenable-shm = no\nenable-memfd = no\n")
     of = [f'type pulse\n server "unix:{sink.socket}"' for sink in sinks]

@@ -1,4 +1,4 @@
-"""One line of the table of `underfoot bench --stress`, and how much is tried."""
+"""A line of the table of `underfoot bench --stress`, and the amount of testing."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was tried, how often, what was found, and whether that is as it should be."""
+    """The result of a test: its subject, number of trials, finding, and whether it passed."""
 
     what: str
     times: int
@@ -19,20 +19,20 @@ class Outcome:
     passed: bool
 
     def data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return the outcome as plain data."""
         return {"what": self.what, "times": self.times, "found": self.found, "passed": self.passed}
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a row tries: `times` and `seconds`, each None for what the row does by itself."""
+    """The amount of testing: `times` and `seconds`; None uses each test's default."""
 
     times: int | None = None
     seconds: float | None = None
     seed: int = 1
 
     def count(self, default: int) -> int:
-        """How often, where the row's own number is `default`.
+        """Return the number of repetitions; `default` is the test's own.
 
         >>> Effort().count(20), Effort(times=3).count(20)
         (20, 3)
@@ -40,12 +40,12 @@ class Effort:
         return default if self.times is None else self.times
 
     def length_s(self, default: float) -> float:
-        """How long, where the row's own length is `default`."""
+        """Return the duration in seconds; `default` is the test's own."""
         return default if self.seconds is None else self.seconds
 
 
 def spread(values: Sequence[float], unit: str, digits: int = 2) -> str:
-    """Median and largest of what was measured.
+    """Return the median and maximum of measured values as text.
 
     >>> spread([0.1, 0.2, 0.9], "s")
     'median 0.2 s, largest 0.9 s'

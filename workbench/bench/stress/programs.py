@@ -1,4 +1,4 @@
-"""Whole programs, started in sessions of their own to be killed, and what shared memory says of what they play."""
+"""Whole programs in separate process sessions, to be killed, and their output as seen in shared memory."""
 
 import os
 import signal
@@ -27,14 +27,14 @@ _STILL_S = 1.0
 
 @dataclass(frozen=True)
 class OutputAfterKill:
-    """The frames that were written in all, and how long sound went on after a kill."""
+    """The total number of frames written, and the duration of sound after a kill."""
 
     written: int
     played_on_s: float
 
 
 class Program:
-    """A program in a process and session of its own."""
+    """A program in a separate process and process session."""
 
     def __init__(self, command: list[str], folder: Path, tiles: int) -> None:
         self._errors = (folder / "errors.txt").open("w+b")
@@ -49,20 +49,22 @@ class Program:
 
     @staticmethod
     def of_session(record: Path) -> "Program":
-        """A session that plays a tone and records it."""
+        """Return a program that plays a tone and records it."""
         code = f"from underfoot.bench.stress.programs import play; play({str(record)!r})"
         return Program([sys.executable, "-c", code], record.parent, len(FLOOR.tiles))
 
     @staticmethod
     def of_window(folder: Path) -> "Program":
-        """The window, which plays a tone."""
+        """Return a window that plays a tone."""
         tone().save(folder / "tone.json")
         FLOOR.save(folder / "floor.json")
         options = ["--patch", str(folder / "tone.json"), "--floor", str(folder / "floor.json")]
         return Program([sys.executable, "-m", "underfoot", *options], folder, len(FLOOR.tiles))
 
     def plays(self, within_s: float, record: Path | None = None) -> bool:
-        """Wait until it has played something, and until the recorder, which starts at the same time, keeps it."""
+        """Wait until the program has played something, and the recorder, if any, has written it; return whether both
+        happened.
+        """
         end = time.monotonic() + within_s
         while time.monotonic() < end and self._process.poll() is None:
             if self._sounded() > 0 and (record is None or _has_begun(record)):
@@ -71,7 +73,7 @@ class Program:
         return False
 
     def kill(self, group: bool) -> OutputAfterKill:
-        """Kill its first process, or all of them at once, and wait until it plays nothing more."""
+        """Kill the first process, or all at once; wait until the output ends."""
         self._find_rings()
         at = max((_written(ring) for ring in self._rings), default=0)
         if group:
@@ -88,24 +90,24 @@ class Program:
         return OutputAfterKill(before, max(self._sounded() - at, 0) / _RATE)
 
     def left(self, within_s: float) -> list[int]:
-        """Its processes that still live after so long."""
+        """Return the ids of its processes that are still alive after `within_s` seconds."""
         return _waited(self._alive, within_s)
 
     def blocks(self) -> list[str]:
-        """Its blocks of shared memory that are still there after a while."""
+        """Return the names of its shared memory blocks that remain after a wait."""
         return _waited(lambda: [path.name for path in BLOCKS.glob(f"underfoot_{self._process.pid}_*")], 5.0)
 
     def remove_blocks(self) -> None:
-        """Remove what killed programs left behind."""
+        """Remove the shared memory that killed programs left behind."""
         remove_orphans()
 
     def said(self) -> str:
-        """The last line of its errors."""
+        """Return the last line of its standard error."""
         self._errors.seek(0)
         return (self._errors.read().decode(errors="replace").strip().splitlines() or [""])[-1]
 
     def end(self) -> None:
-        """End what is left of it."""
+        """Kill its remaining processes."""
         for pid in self._alive():
             os.kill(pid, signal.SIGKILL)
         self._process.wait()
@@ -113,7 +115,7 @@ class Program:
         self._errors.close()
 
     def _alive(self) -> list[int]:
-        """The processes of its session: nobody else can have this number."""
+        """Return the ids of the processes of its session; the session number is unique."""
         found = []
         for path in Path("/proc").glob("[0-9]*/stat"):
             try:
@@ -125,7 +127,7 @@ class Program:
         return found
 
     def _find_rings(self) -> None:
-        """Map its rings of vibration, read only: they can be read when they have no name any more."""
+        """Map the vibration rings, read only; mapped rings stay readable after their names are removed."""
         if self._rings:
             return
         size = _HEADER_BYTES + 4 * _RATE * self._tiles * 4
@@ -134,7 +136,7 @@ class Program:
                 self._rings.append(np.memmap(path, np.uint8, "r"))
 
     def _sounded(self) -> int:
-        """The frame behind the last that was not silent, in any of its rings."""
+        """Return the frame after the last non-silent one in any of its rings."""
         self._find_rings()
         found = 0
         for ring in self._rings:
@@ -147,14 +149,14 @@ class Program:
 
 
 class CpuIdle:
-    """Tells whether processes have waited, without running, for a second of looks: what they had to load is loaded."""
+    """Detects that processes have used no processor time for a second of polls, so that loading is finished."""
 
     def __init__(self) -> None:
         self._seen: dict[int, tuple[int, float]] = {}
         """The processor time that each had taken, and since when it is that."""
 
     def of(self, pid: int) -> bool:
-        """Look at one."""
+        """Poll the processor time of one process."""
         try:
             found = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:
@@ -166,7 +168,7 @@ class CpuIdle:
 
 
 def _has_begun(record: Path) -> bool:
-    """Whether the log beside a recording has blocks in it."""
+    """Return whether the log beside a recording contains blocks."""
     log = record.with_name(f"{record.name}-wal")
     return log.exists() and log.stat().st_size > 100_000
 
@@ -176,7 +178,7 @@ def _written(ring: np.memmap) -> int:
 
 
 def _waited(found: Callable[[], list], within_s: float) -> list:
-    """What there is once there is nothing, or after so long."""
+    """Poll `found` until it returns an empty list, or for `within_s` seconds; return the last list."""
     end = time.monotonic() + within_s
     while (now := found()) and time.monotonic() < end:
         time.sleep(0.05)
@@ -190,7 +192,7 @@ def _cache() -> Path:
 
 
 def play(record: str) -> None:
-    """What `Program.of_session` runs: it plays until it is killed."""
+    """Play until killed; the main function of `Program.of_session`."""
     session = Session(Target(FLOOR, block=128), tone(), REGISTRY)
     session.record(record)
     session.start()

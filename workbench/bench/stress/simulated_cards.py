@@ -1,4 +1,4 @@
-"""An engine and a further sound card in simulated time: no machine is too busy for them."""
+"""An engine and a further sound card in simulated time, independent of the machine's load."""
 
 import ctypes
 from collections import deque
@@ -12,15 +12,16 @@ from underfoot.engine.further_card import FurtherCard
 
 BLOCK, AT_ONCE = 128, 4
 LATEST_S = 0.004
-"""Both ask for `AT_ONCE` blocks at a time, up to so late."""
+"""Both request `AT_ONCE` blocks at a time, with delays up to this."""
 HUM_HZ, STEADY = 200.0, 0.5
 
 
 class SimulatedCards:
     """An engine, and a card of `channels` whose clock is `ppm` fast.
 
-    The card's first channel is a tone of `HUM_HZ`, the others are constant. `events` are times at which the engine
-    (False) or the card (True) asks for a block; `offsets_s` is how far the card was off at each of its blocks.
+    The card's first channel is a tone of `HUM_HZ`, the others are constant. `events` are the times at which the engine
+    (False) or the card (True) requests a block. `offsets_s` holds the card's clock offset at each of its blocks, in
+    seconds.
     """
 
     def __init__(self, ppm: float, seconds: float, channels: int = 2, seed: int = 1) -> None:
@@ -37,7 +38,7 @@ class SimulatedCards:
         self._written = 0
 
     def run(self, until_s: float = np.inf) -> NDArray[np.float32]:
-        """Go on until then, or to the end: what the card played meanwhile, [frame, channel]."""
+        """Simulate until `until_s`, or to the end; return the card's output since the last call, [frame, channel]."""
         channels = self.card.card.count
         out = np.full((BLOCK, channels + 1), STEADY, np.float32)
         played = []

@@ -1,4 +1,4 @@
-"""What no shaker may get, given to every sink and to the force inputs, and what reaches the card of it."""
+"""Signals that no shaker may receive, fed to every sink and force input, and the resulting output."""
 
 import math
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ _RMS_MORE = 1.01
 
 @node("unwanted", "Tests")
 class Unwanted:
-    """What no shaker may get."""
+    """A signal that no shaker may receive."""
 
     kind = Choice("nan", options=SIGNALS)
     out = Output()
@@ -60,7 +60,7 @@ REGISTRY_HERE: Registry = {**REGISTRY, "unwanted": Unwanted}  # type: ignore[dic
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Each signal into each sink, and each force through a patch that plays force; at full level."""
+    """Yield results for each signal at each sink, and for each force through a force-driven patch, at full level."""
     seconds = max(effort.length_s(4.0), 2.0 * _SETTLED_S)
     for sink, port in (("tile-output", "acceleration"), ("sound-output", "sound")):
         for signal in SIGNALS:
@@ -75,7 +75,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def played(patch: Patch, source: ForceSource, seconds: float) -> NDArray[np.float32]:
-    """What reaches the card, [frame, channel], at full level."""
+    """Return the output to the card, [frame, channel], full scale, at full level."""
     loop = Loop(patch, REGISTRY_HERE, source, LoopOptions(rate_hz=_RATE, block=_BLOCK))
     for command in (Level(0.0), Play(True)):
         loop.send(command)
@@ -88,9 +88,10 @@ def played(patch: Patch, source: ForceSource, seconds: float) -> NDArray[np.floa
 
 
 def _forces(force_n: float) -> ForceSource:
-    """A second of 100 N, in the middle of which a sensor says something else for a tenth of a second; again and again.
+    """Return a source that repeats one second of 100 N, with a tenth of a second of `force_n` at one sensor in its
+    middle.
 
-    Made past the reader of force files, which would refuse it.
+    It bypasses the reader of force files, which would refuse such values.
     """
     forces = np.full((1000, len(FLOOR.tiles), 4), 100.0)
     forces[500:600, 0, 1] = force_n
@@ -102,7 +103,7 @@ def _judged(what: str, patch: Patch, source: ForceSource, seconds: float) -> Out
     limits = Limits()
     finite = bool(np.isfinite(samples).all())
     settled = samples[round(_SETTLED_S * _RATE) :]
-    share = 1.0 - math.exp(-1.0 / (RMS_SECONDS * _RATE))  # the mean that the limit is for, by another library
+    share = 1.0 - math.exp(-1.0 / (RMS_SECONDS * _RATE))  # the running mean of the limit, by another library
     rms = float(np.sqrt(lfilter([share], [1.0, share - 1.0], samples**2, axis=0).max()))
     whole = len(settled) - len(settled) % _RATE or len(settled)
     peak, mean = float(np.abs(samples).max()), float(np.abs(settled[:whole].mean(axis=0)).max())

@@ -1,4 +1,4 @@
-"""Surroundings that no developer has: no home, no cache, several programs at once, another locale, strange names."""
+"""Unusual environments: no home, no cache, several programs at once, another locale, special characters in names."""
 
 import hashlib
 import os
@@ -17,7 +17,7 @@ _LONGEST_S = 900.0
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Each renders the same tone, and must come to the same bytes."""
+    """Yield a result for each environment; each renders the same tone, whose bytes must be identical."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         tone().save(folder / "tone.json")
@@ -44,7 +44,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _german(folder: Path) -> dict[str, str]:
-    """The environment of a German, with the locale itself where this system can make it: few have it."""
+    """Return a German environment, with the compiled locale if the system can generate it."""
     named = {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"}
     folder.mkdir()
     try:
@@ -64,7 +64,7 @@ def _environment(changes: dict[str, str]) -> dict[str, str]:
 
 
 def _rendered(folder: Path, changes: dict[str, str], patch: str = "tone.json") -> tuple[str, str]:
-    """The hash of what is rendered in a folder, with these changes to the environment; "", and why, if nothing is."""
+    """Return the hash of a render in a folder with a changed environment, and ""; on failure "" and the reason."""
     try:
         done = subprocess.run(
             _command(patch, "out.wav"), cwd=folder, env=_environment(changes), capture_output=True, timeout=_LONGEST_S
@@ -83,7 +83,7 @@ def _same(what: str, found: tuple[str, str], wanted: str) -> Outcome:
 
 
 def _at_once(folder: Path, wanted: str) -> Outcome:
-    """Four programs write the same file at the same time: it is one of theirs, whole, and nothing lies beside it."""
+    """Test four programs that write the same file at once: it must be one complete version, with no other files."""
     before = {path.name for path in folder.iterdir()}
     programs = [
         subprocess.Popen(

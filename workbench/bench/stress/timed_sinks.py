@@ -1,7 +1,7 @@
-"""Sound cards that are not there, with clocks of their own: sinks of PulseAudio into pipes, read at a set rate.
+"""Simulated sound cards with their own clocks: PulseAudio pipe sinks, read at a set rate.
 
-A sink that writes into a pipe plays as fast as the pipe is read, so that its reader is the card's clock. A card waits
-for no processor: where the system grants it, server and reader run before all else.
+A pipe sink plays as fast as its pipe is read, so its reader acts as the card's clock. Real cards need no processor
+time, so server and reader run at real-time priority if the system permits.
 """
 
 import os
@@ -21,10 +21,10 @@ _START_S = 10.0
 
 
 class TimedSink(NullSink):
-    """A card whose clock is `ppm` fast, and that keeps what its first channel played.
+    """A card whose clock is `ppm` fast; it keeps the output of its first channel.
 
-    `starved_s` are the times of the system's clock at which there was nothing to read: on a busy machine the server was
-    late. Such a card played silence, and is behind from then on.
+    `starved_s` are the times, on the system's clock, at which no data were available because the server was late on a
+    busy machine. The card then played silence, and is delayed from then on.
     """
 
     def __init__(self, folder: Path, name: str, channels: int, ppm: float) -> None:
@@ -52,7 +52,7 @@ class TimedSink(NullSink):
         super().stop()
 
     def samples(self) -> tuple[float, NDArray[np.float32]]:
-        """When the first frame was played, in seconds of the system's clock, and the first channel (frames,) so far."""
+        """Return the time of the first frame, in seconds of the system's clock, and the first channel (frames,)."""
         return self._began_s, np.concatenate([*self._samples, np.zeros(0, np.float32)])
 
     def _read(self) -> None:
@@ -60,7 +60,7 @@ class TimedSink(NullSink):
         raise_thread_priority()
         read, part = 0, b""
         while not self._over.wait(_EVERY_S):
-            if not read:  # the clock starts with what is played first
+            if not read:  # the clock starts with the first output
                 self._began_s = time.monotonic() - _EVERY_S
             due = int((time.monotonic() - self._began_s) * self.rate_hz) - read
             while due > 0:
@@ -73,7 +73,7 @@ class TimedSink(NullSink):
                 self._samples.append(np.frombuffer(data, "<f4", frames * self.channels)[:: self.channels].copy())
                 read, due = read + frames, due - frames
             if read and due > 0:
-                # A card plays silence where it has nothing, and its clock goes on.
+                # Without data, a card plays silence, and its clock goes on.
                 self._samples.append(np.zeros(due, np.float32))
                 self.starved_s.append(time.monotonic())
                 read += due

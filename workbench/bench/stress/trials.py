@@ -1,4 +1,4 @@
-"""A study of many trials on a simulated tile: how soon after its step a trial vibrates, its answer is on the disk."""
+"""A study of many trials on a simulated tile: times from step to vibration, and from answer to disk."""
 
 import tempfile
 import time
@@ -31,15 +31,16 @@ _CONSTANT = Stimulus(patch="stimulus-wc", scaled_by="gain.gain", measured_m_s2=2
 
 @dataclass
 class _Times:
-    """Of each trial, in seconds: from the first force of its step to its first vibration frame, and how long it took
-    to take its answer down until it was on the disk."""
+    """Times of each trial in seconds: from a step's first force to the first vibration frame, and of storing the answer
+    on disk.
+    """
 
     onset_s: list[float] = field(default_factory=list)
     on_disk_s: list[float] = field(default_factory=list)
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """A line for onsets, and one for answers."""
+    """Yield a line for onsets, and one for answers."""
     wanted = min(effort.count(30), _MOST_BLOCKS)
     times = _Times()
     with tempfile.TemporaryDirectory() as folder:
@@ -54,7 +55,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
-    """Median, what 95 and 99 of 100 stay below, and the largest."""
+    """Return median, 95th and 99th percentile and maximum as text."""
     there = values_s[np.isfinite(values_s)]
     if not len(there):
         return "never"
@@ -63,7 +64,7 @@ def _spread(values_s: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> str:
 
 
 def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
-    """Take part in all trials; how many the file has in the end."""
+    """Answer all trials; return the number of trials in the file."""
     stage = Stage(id="main", kind="trials", start="step", method=MethodUse("rating", {"blocks": trials}))
     protocol = Protocol(stimuli={"WC": _CONSTANT}, stages=(stage,)).check(REGISTRY, path.parent)
     session = Session(Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
@@ -86,7 +87,7 @@ def _study(path: Path, trials: int, times: _Times, progress: Progress) -> int:
 
 
 def _one_trial(runner: Runner, times: _Times) -> None:
-    """Step on the tile when that is waited for, leave it, and answer."""
+    """Step on the tile when the runner waits for it, leave, and answer."""
     _until(runner, lambda: runner.phase is Phase.READY)
     tile = runner.session.target.floor.tiles[0].id
     runner.session.send(PressTile(tile, 0.0, 0.0, _FOOT_N))

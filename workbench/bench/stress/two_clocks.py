@@ -1,9 +1,9 @@
-"""Ten minutes on two sound cards of 18 channels, the second of which has a clock that is 200 ppm fast.
+"""Two sound cards of 18 channels for ten minutes; the clock of the second is 200 ppm fast.
 
-First in simulated time, for which no machine is too busy; then on two servers of PulseAudio. How far the second card is
-off is told by the program, and found besides in what both cards played: a tone, the same on all tiles, of which each
-card's clock gives the phase. Where a pipe ran empty because its server had no processor, its card was behind, whatever
-the program did: this time, and that until both clocks have settled again, is not judged.
+The test runs in simulated time first, which does not depend on the machine's load, then on two PulseAudio servers. The
+program reports the offset of the second card. It is also measured from the output: all tiles have the same tone, and
+its phase on each card gives that card's time. If a server had no processor time and its pipe ran empty, its card was
+delayed regardless of the program. That time, until both clocks have settled again, is excluded.
 """
 
 import os
@@ -31,14 +31,15 @@ from underfoot.nodes import REGISTRY
 
 USUAL_S, PPM, CHANNELS = 600.0, 200.0, 18
 MOST_OFF_S, MOST_WRONG_PPM, LEAST_JUDGED = 1e-3, 20.0, 0.5
-"""The second card stays so near to its delay, as is told and as is heard; its clock is told so well; and this is judged
-in so much of the time."""
+"""Allowed error of the second card's delay, both reported and measured; allowed error of the reported clock rate; and
+the smallest share of the time that must be tested.
+"""
 TONE_HZ, STRETCH_S, SETTLED_S, BUFFER_S = 20.0, 0.5, 20.0, 0.04
 _TICK_S, _WAIT_S = 0.05, 120.0
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Ten minutes, or `seconds`, after the first twenty seconds; on PulseAudio where there is one."""
+    """Yield results of ten minutes, or `seconds`, after the first twenty seconds; with PulseAudio if installed."""
     seconds = effort.length_s(USUAL_S)
     yield simulated(seconds)
     if not is_possible():
@@ -52,7 +53,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def simulated(seconds: float) -> Outcome:
-    """The same in simulated time, with blocks that are asked for up to 4 ms late."""
+    """Return the result in simulated time, with requests for blocks up to 4 ms late."""
     cards = SimulatedCards(PPM, SETTLED_S + seconds, CHANNELS)
     cards.run(SETTLED_S)
     settled, ppm = len(cards.offsets_s), []
@@ -66,8 +67,9 @@ def simulated(seconds: float) -> Outcome:
 
 
 def _played(seconds: float, progress: Progress) -> list[tuple[float, Health]]:
-    """Let a session play a tone on 36 tiles; how it was, twenty times a second of the system's clock, once both cards'
-    clocks have settled."""
+    """Run a session that plays a tone on 36 tiles; return its state at 20 Hz of the system's clock, once the clocks
+    have settled.
+    """
     sound = "; ".join(f"{name}={CHANNELS}" for name in ("left", "right"))
     target = Target(default_floor(6, 6), sound=sound, block=256, latency_s=BUFFER_S)
     session, found = Session(target, tone(TONE_HZ), REGISTRY), list[tuple[float, Health]]()
@@ -113,8 +115,9 @@ def _judged(reports: list[tuple[float, Health]], sinks: list[TimedSink], seconds
 
 
 def is_settled(at_s: NDArray[np.float64], starved_s: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether no card starved in a stretch from each of `at_s` on, or in the `SETTLED_S` before; times of one clock,
-    `starved_s` ascending.
+    """Return, for each of `at_s`, whether no card starved in the stretch from there on, or in `SETTLED_S` before.
+
+    Both arrays have times of one clock; `starved_s` is ascending.
 
     >>> is_settled(np.array([99.4, 99.6, 119.9, 120.1]), np.array([100.0]))
     array([ True, False, False,  True])
@@ -124,8 +127,9 @@ def is_settled(at_s: NDArray[np.float64], starved_s: NDArray[np.float64]) -> NDA
 
 
 def apart_s(first: TimedSink, second: TimedSink, seconds: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """At half seconds of the last `seconds`, as times of the system's clock: how much later than the first the second
-    card played the tone."""
+    """Return the times of each half second of the last `seconds`, on the system's clock, and the delay of the second
+    card's tone re the first's, in seconds.
+    """
     end_s = min(began_s + len(sound) / sink.rate_hz for sink in (first, second) for began_s, sound in (sink.samples(),))
     at_s = np.arange(end_s - 2.0 - seconds, end_s - 2.0, STRETCH_S)
     phases = [_phases(sink, at_s) for sink in (first, second)]
@@ -133,7 +137,7 @@ def apart_s(first: TimedSink, second: TimedSink, seconds: float) -> tuple[NDArra
 
 
 def _phases(sink: TimedSink, at_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The phase of the tone that a card played, in stretches from `at_s` (n,) on, seconds of the system's clock."""
+    """Return the phase of a card's tone in stretches that begin at `at_s` (n,), in seconds of the system's clock."""
     began_s, sound = sink.samples()
     count = round(STRETCH_S * sink.rate_hz)
     found = []

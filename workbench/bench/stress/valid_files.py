@@ -1,4 +1,4 @@
-"""A whole file of every kind that is read, and how it is read to its end."""
+"""A valid file of every kind that the program reads, and its reader."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ Damage = Callable[[bytes, np.random.Generator], bytes]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of file: `write` makes a whole one at a path, `read` reads all of it, `damage` is made for its form."""
+    """A kind of file: `write` makes a valid one, `read` reads all of it, and `damage` is specific to its format."""
 
     write: Callable[[Path], object]
     read: Callable[[Path], object]
@@ -52,13 +52,13 @@ _PROTOCOLS = preset_files.protocols()["detection-threshold"].parent
 
 
 def tone(frequency_hz: float = 100.0) -> Patch:
-    """A tone on every tile, without an input."""
+    """Return a patch with a tone on every tile, without inputs."""
     patch = Patch(title="tone").add("tone", REGISTRY, frequency=frequency_hz, harmonics=(1.0,), amplitude=4.0)
     return patch.add("tile-output", REGISTRY).connect("tone.out", "tile-output.acceleration", REGISTRY)
 
 
 def _write_patch(path: Path) -> None:
-    """Gravel with a note, and a sub-patch in a sub-patch that shows a parameter."""
+    """Write a gravel patch with a note, and a nested sub-patch that exposes a parameter."""
     patch = Patch.load(preset_files.patches()["gravel"], REGISTRY)
     ids = tuple(node.id for node in patch.nodes[:6])
     shown = next(f"{node.id}.{name}" for node in patch.nodes[:6] for name in REGISTRY[node.type].parameters)
@@ -96,7 +96,7 @@ def _read_profile(path: Path) -> None:
 
 
 def default_answers(page: Page) -> dict[str, Any]:
-    """What a page is answered with: consent, and the defaults of what it asks."""
+    """Return the answers to a page: consent, and the defaults of its questions."""
     return {"agreed": "yes"} if page.kind == "consent" else {asked.name: asked.default for asked in page.questions}
 
 
@@ -186,7 +186,7 @@ def _preset(files: dict[str, Path], name: str) -> Callable[[Path], object]:
 
 
 def _again(document: Any) -> None:
-    """What could be read can be written."""
+    """Check that a document that was read can be written."""
     document.dumps()
 
 
@@ -219,11 +219,11 @@ KINDS: dict[str, Kind] = {
     "trials CSV": Kind(_write_trials, read_csv, corruption.corrupt_table),
     "sound file": Kind(_write_sound, _read_sound, corruption.corrupt_head),
 }
-"""All kinds, by their names."""
+"""All kinds, by name."""
 
 
 def read_error(kind: Kind, path: Path) -> str | None:
-    """What a file is refused with; None where it is read. What is no refusal goes through."""
+    """Return the error that refuses a file; None if it is accepted. Other exceptions pass through."""
     try:
         kind.read(path)
     except UnderfootError as error:

@@ -1,7 +1,7 @@
-"""The whole floor on one machine, as it is used: 36 tiles in over UDP and out on two cards, tracked, played, recorded.
+"""A whole floor on one machine in full use: 36 tiles over UDP, output on two cards, tracking, playback and recording.
 
-The window is open on Monitor, off the screen, in a process of its own; four people walk in another one, which sends
-what 36 tiles send; the sound cards are null sinks of 18 channels. Without PulseAudio the engine runs by a clock.
+A separate process has the window, off-screen, on Monitor. Another process simulates four people and sends the data of
+36 tiles. The sound cards are null sinks of 18 channels. Without PulseAudio, a timer drives the engine.
 """
 
 import itertools
@@ -33,15 +33,16 @@ from underfoot.records.recording import Recording
 PEOPLE, PATCH, CARDS = "people=4", "material-gravel-coarse", {"left": 18, "right": 18}
 USUAL_S = 600.0
 FAIR_TICK_MS, MOST_LOST, MORE_MB = 50.0, 1e-3, 100.0
-"""What is asked: 99 of 100 of the window's ticks are at most so far apart; the share of force samples that is lost;
-and what memory may grow by in the second half, while the Monitor gathers its last ten minutes."""
+"""Limits: the 99th percentile of the interval between the window's ticks; the share of lost force samples; and the
+growth of memory in the second half, during which the Monitor fills its ten-minute history.
+"""
 _START_S, _SETTLED = 300.0, 10
 _PORT = 9871
 
 
 @dataclass
 class Watched:
-    """What the window told, a line a second, and what all its processes held and used meanwhile."""
+    """The window's reports, one line per second, and memory and processor time of all processes."""
 
     lines: list[dict[str, Any]] = field(default_factory=list)
     memory_mb: list[float] = field(default_factory=list)
@@ -58,7 +59,7 @@ class Watched:
 
 
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
-    """Ten minutes, or `seconds`, of it."""
+    """Yield results of ten minutes, or `seconds`."""
     seconds = effort.length_s(USUAL_S)
     with tempfile.TemporaryDirectory() as made, ExitStack() as stack:
         folder, sinks = Path(made), dict[str, str]()
@@ -80,7 +81,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 
 
 def send(folder: str, port: int) -> None:
-    """What the process of the tiles runs: four people walk, until it is ended."""
+    """Simulate four people and send their tiles' data until the process is ended; the main function of the sender."""
     floor = Floor.load(Path(folder) / "floor.json")
     source = SimulatedFloor(floor, 48_000, people=simulation(PEOPLE)[1])
     emulator = Emulator(TRANSPORTS["udp"].sender.of(f"127.0.0.1:{port}"), source)
@@ -107,7 +108,7 @@ def _program(folder: Path, more: dict[str, str], name: str, *given: object) -> "
 
 
 def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, progress: Progress) -> Watched:
-    """Read what the window tells until the engine has played for so long."""
+    """Read the window's reports until the engine has played for `seconds`."""
     found = Watched()
     assert window.stdout is not None
     hangs = threading.Timer(_START_S + 10.0 * seconds, window.kill)
@@ -153,7 +154,7 @@ def _judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
 
 
 def _lateness(watched: Watched) -> str:
-    """When blocks were late: the worst five seconds, of what is played, and who used most of a core in each."""
+    """Return, as text, the five seconds of output with the latest blocks, and the busiest process in each."""
     counts = [line["xruns"] for line in watched.lines]
     late = [(after - before, at) for at, (before, after) in enumerate(itertools.pairwise(counts), 1)]
     told = []
@@ -173,7 +174,7 @@ def _remembered(watched: Watched) -> Outcome:
     used_s = {name: cpu_s - begin.get(name, cpu_s) for name, cpu_s in end.items()}
     played_s = (watched.lines[-1]["frame"] - watched.lines[_SETTLED]["frame"]) / 48_000.0
     passed_s = watched.at_s[-1] - watched.at_s[_SETTLED]
-    # Of what is played, for that is what has to be done in time: where cores are short, less is played.
+    # Per second of output, because an overloaded machine plays less.
     shares = ", ".join(f"{name} {100.0 * one / max(played_s, 1.0):.0f} %" for name, one in used_s.items())
     found = f"{memory_mb[-1]:.0f} MB, {grown:+.0f} MB, of which {later:+.0f} in the second half; "
     found += f"a core's time for what was played: {shares}"
@@ -191,7 +192,7 @@ def _recorded(path: Path, frames: int) -> Outcome:
 
 
 def _own_mb(pid: int) -> float:
-    """What a process holds, shared memory divided among those who share it."""
+    """Return a process's memory in MB, with shared memory divided among its users."""
     try:
         text = Path(f"/proc/{pid}/smaps_rollup").read_text()
     except OSError:
@@ -208,7 +209,7 @@ def _cpu_s(pid: int) -> float:
 
 
 def _busy_s() -> float:
-    """Seconds that all cores together have worked since the machine was started; 0 where that is not told."""
+    """Return the busy time of all cores since boot, in seconds; 0 if the system does not report it."""
     try:
         first = Path("/proc/stat").read_text().split("\n", 1)[0].split()
     except OSError:

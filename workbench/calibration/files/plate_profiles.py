@@ -52,7 +52,7 @@ def plate_file(profile_path: Path) -> Path:
 
 
 def write_plate_file(profile: Profile, profile_path: Path) -> Path | None:
-    """Write the plate in a tile's profile to a file of its own beside it, for studies; None if there is no plate.
+    """Write the plate in a tile's profile to a separate file beside it, for studies; return None if there is no plate.
 
     >>> write_plate_file(Profile(tile="t1"), Path("t1.json")) is None
     True

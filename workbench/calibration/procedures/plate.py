@@ -224,7 +224,7 @@ class PlateProcedure(PagedProcedure):
         return None
 
     def _is_on(self, force: Values) -> bool:
-        """Whether somebody is on the plate: the force changes, or is above what it was at first."""
+        """Return whether a person is on the plate: the force changes, or exceeds its initial value."""
         moves = [data for data in self.step_data() if data.step.page.key == "move1"]
         most = _rest_of(moves[0].readings) + 2.0 * _ON_N if moves else _PERSON_N
         return float(np.ptp(force)) > 4.0 * _ON_N or float(np.median(force)) > most
@@ -288,7 +288,7 @@ def _contact(time_s: Values, force: Values) -> slice | None:
 
 
 def _footstep(position: float, force: Values, displacement: Values) -> "Footstep":
-    """Return a footstep with its line; `BadMeasurement` for one that hardly presses, or does not move the plate."""
+    """Return a footstep with its regression line; raise `BadMeasurement` if load or displacement is too small."""
     from underfoot.calibration.science.plate_stiffness import line_of
 
     if force.max() < _LEAST_PEAK_N:

@@ -156,7 +156,7 @@ class DeviceRig:
         return take_samples
 
     def _take_beside(self, place: int, sensor: ReferenceSensor | None, samples: NDArray[np.void], now: float) -> None:
-        """Take what the load cell (`place` 0) or the displacement sensor (1) sends."""
+        """Take samples of the load cell (`place` 0) or the displacement sensor (1)."""
         if sensor is None:
             return
         frames = samples[samples["tile"] == sensor.tile]

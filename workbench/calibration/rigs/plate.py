@@ -26,11 +26,7 @@ _CELL_N = 3.0
 
 
 class PlateRig:
-    """Rig with the servo of a plate: it goes where a `PressRequest` says, and holds where that says nothing.
-
-    Readings have its `position`, NaN on the way. `read` raises `BadMeasurement` when it does not arrive; the next press
-    sends it again.
-    """
+    """Rig with the servo of a plate: it moves to the position of a `PressRequest`, and holds otherwise."""
 
     def __init__(self, rig: Rig, servo: PlateServo) -> None:
         self._rig, self._servo = rig, servo
@@ -93,7 +89,7 @@ class SimulatedFootsteps:
         """Request footsteps, on a plate at `position`, or to stand clear."""
         self._press = press or PressRequest((0.0, 0.0), 0.0)
         if not self._press.footstep:
-            self._coming_n = self._coming_mm = np.empty(0)  # nobody comes
+            self._coming_n = self._coming_mm = np.empty(0)  # no person steps on it
 
     def read(self) -> Readings:
         """Return the next readings, a tenth of a second at most."""

@@ -96,7 +96,7 @@ class Linearisation:
 
     @property
     def good(self) -> bool:
-        """Whether all sensors are calibrated over nearly all of full scale, within the allowed error."""
+        """Whether all sensors are calibrated over nearly full scale, within the allowed error."""
         errors = [sensor.curve.error_percent for sensor in self.sensors]
         return len(self.calibrated) == 4 and max(errors) <= ALLOWED_PERCENT and not self.saturated
 

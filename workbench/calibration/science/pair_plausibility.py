@@ -140,7 +140,7 @@ def _disorder(time_s: Values, x: Values, force_n: Values, timed: bool) -> str:
 
 
 def _held_loads(time_s: Values, force_n: Values) -> list[slice]:
-    """Return where a load is held, relative to the usual force, so that one that is ten times too large is ignored."""
+    """Return the ranges of constant load. Forces are relative to the usual one, so a tenfold outlier is ignored."""
     usual = max(float(np.quantile(force_n, 0.75)), 1e-9)
     held = directions(smoothed(force_n, time_s), time_s, usual) == HELD
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
@@ -156,7 +156,7 @@ def _require_one_unit(sensors: list[tuple[Values, Values]]) -> None:
             order = np.argsort(x, kind="stable")
             known[j] = (x[order] - x.min(), force[order])
     tops = {j: float(x[-1]) for j, (x, _) in known.items()}
-    # A sensor that hardly responds is a weak one, whatever the unit.
+    # A sensor that hardly responds is weak, regardless of its unit.
     known = {j: pair for j, pair in known.items() if tops[j] >= _WEAK * float(np.median(list(tops.values())))}
     if len(known) < 2:
         return

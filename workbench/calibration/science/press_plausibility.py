@@ -45,10 +45,7 @@ def require_order(forces: Values, at_m: Values, sensors_m: Values) -> None:
 
 
 def plausible_presses(presses: Presses, forces: Values, sensors_m: Values) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """Return which presses (n,) agree with their force and position, and a line on each that is left out.
-
-    `BadValue` if so many disagree with their force that the table must be wrong.
-    """
+    """Return a mask (n,) of presses that agree with their force and position, and a line on each rejected one."""
     ratio = forces.sum(axis=1) / presses.force_n
     usual = float(np.median(ratio))
     bad = (ratio < 0.6 * usual) | (ratio > 1.6 * usual)

@@ -1,5 +1,7 @@
-"""Analysis of trials: estimates with intervals per person, tests over people, and the thesis's results beside them.
+"""Analysis of trials: estimates with intervals per participant, tests over participants, and results of the thesis for
+comparison.
 
 Statistics come from SciPy and statsmodels; only transmitted information, corrected for few trials, is computed here.
-`findings` holds the results of an analysis; `analyses` selects the one of a method; each method has a file of its own.
+`findings` holds the results of an analysis, and `analyses` selects the analysis of a method. Each method has its own
+module.
 """

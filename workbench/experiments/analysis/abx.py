@@ -15,7 +15,9 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
-    """Count right answers for each person and pair of patches, and over all, with p of at least as many by chance."""
+    """Count right answers per participant and pair of patches, and in total, with the p of at least as many by
+    guessing.
+    """
     found = Findings("Blind comparison")
     lines = []
     for (person, a, b), part in grouped(rows, "participant", "a", "b").items():

@@ -100,7 +100,7 @@ _MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
 
 
 class _TrialRow(dict[str, Any]):
-    """A row that an analysis reads: a cell that it lacks is the table's fault, and named with its trial."""
+    """A row of trials for an analysis; reading a missing cell raises an error that names the trial."""
 
     def __missing__(self, name: str) -> Any:
         place = f"trial {self.get('trial')} of {self.get('participant')}"
@@ -108,7 +108,7 @@ class _TrialRow(dict[str, Any]):
 
 
 def _trial_rows(rows: Sequence[Row]) -> list[Row]:
-    """The rows for an analysis; a factor is numbers in all of them, or words in all."""
+    """Return the rows for an analysis; a factor's values are all numbers, or all text."""
     words = []
     for name in factors_of(rows):
         values = [row[name] for row in rows if name in row]
@@ -118,7 +118,7 @@ def _trial_rows(rows: Sequence[Row]) -> list[Row]:
 
 
 def _check_cells(rows: Sequence[Row]) -> None:
-    """Raise `BadValue` for a cell that cannot be what its column says: tables come from other programs, too."""
+    """Raise `BadValue` for a cell whose value its column does not allow; tables can come from other programs."""
     for row in rows:
         place = f"trial {row.get('trial')} of {row.get('participant')}: "
         for name in _NUMBERS:

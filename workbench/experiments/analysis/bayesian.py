@@ -37,9 +37,10 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def _posterior_interval(values: NDArray[np.float64], believed: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the mean of a posterior, and its central 95 % interval.
+    """Return the mean of a posterior, and the ends of its central 95 % interval.
 
-    Each grid value stands for all values half way to its neighbours.
+    `believed` is the posterior probability of each grid value. A grid value represents the range up to halfway to its
+    neighbours.
     """
     half = 0.5 * np.diff(values)
     edges = np.concatenate([[values[0] - half[0]], values[:-1] + half, [values[-1] + half[-1]]])

@@ -96,7 +96,10 @@ def friedman(name: str, conditions: Sequence[ArrayLike]) -> Test:
 
 
 def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Test]:
-    """Paired t tests of conditions measured on the same people: all pairs, or each `against` one; p by Bonferroni."""
+    """Test conditions measured on the same people with paired t tests; p is corrected by Bonferroni.
+
+    All pairs of conditions are tested, or, with `against`, each condition against that one.
+    """
     from scipy import stats
 
     values = {name: np.asarray(v, np.float64) for name, v in conditions.items()}
@@ -131,7 +134,7 @@ def spearman(name: str, x: ArrayLike, y: ArrayLike) -> Test:
 
 
 def fisher(name: str, counts: ArrayLike) -> Test:
-    """Fisher's exact test of a table of two by two counts; the effect size is the odds ratio.
+    """Test a 2 x 2 table of counts with Fisher's exact test; the effect size is the odds ratio.
 
     >>> found = fisher("tea", [[3, 1], [1, 3]])
     >>> round(found.p, 4), found.size

@@ -21,12 +21,12 @@ from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
 _QUARTER = 0.67448975
-"""So many standard deviations above its middle a normal distribution has three quarters below."""
+"""The 75 % quantile of the standard normal distribution, in standard deviations."""
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
 
 
 def judged_more(row: Row) -> bool:
-    """Whether the comparison of a trial was judged greater in its factor.
+    """Return whether the participant judged the comparison of a trial as greater in its factor.
 
     >>> judged_more({"interval": "first", "comparison_at": "second", "judged_more": "not chosen"})
     True

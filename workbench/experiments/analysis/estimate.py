@@ -16,7 +16,7 @@ class Estimate:
     unit: str = ""
 
     def covers(self, truth: float) -> bool:
-        """Whether the interval contains a value."""
+        """Return whether the interval contains the value `truth`."""
         return self.low <= truth <= self.high
 
 

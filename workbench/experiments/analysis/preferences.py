@@ -1,4 +1,4 @@
-"""Comparisons without a factor that is a number: how often each stimulus was judged more."""
+"""Comparisons without a numeric factor: the share of trials in which each stimulus was judged greater."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,11 @@ from underfoot.experiments.table import Row, grouped
 
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
 _COUNTED = "counted"
-"""Whether a trial's comparison was judged more; `constant` adds it to the rows."""
+"""Column: whether a trial's comparison was judged greater; `constant` adds it to the rows."""
 
 
 def share_estimates(rows: Sequence[Row]) -> list[Estimate]:
-    """Of one person: the share of trials in which each stimulus was judged more, with Wilson's interval.
+    """Return one person's share of trials in which each stimulus was judged greater, with Wilson's interval.
 
     >>> rows = [{"stimulus": "snow", "counted": k < 3} for k in range(4)]
     >>> [(one.name, one.value) for one in share_estimates(rows)]
@@ -26,7 +26,10 @@ def share_estimates(rows: Sequence[Row]) -> list[Estimate]:
 
 
 def preferences(rows: Sequence[Row]) -> Findings:
-    """Over people: each person's shares, with the chance of one so far from a half by guessing, and their mean."""
+    """Return each person's shares, their p by guessing, and the mean over people.
+
+    The p is the probability of a share at least as far from 0.5.
+    """
     found = Findings("Constant stimuli")
     by_name: dict[str, list[float]] = {}
     lines = []
@@ -52,7 +55,7 @@ def _count(rows: Sequence[Row]) -> int:
 
 
 def _chance_p(rows: Sequence[Row]) -> float:
-    """The p of guessing; NaN where there was one interval, in which yes is no guess of two."""
+    """Return the p of guessing; NaN for one interval, where "yes" has no chance level of 0.5."""
     if "other" not in rows[0]:
         return float("nan")
     from scipy.stats import binomtest
@@ -61,7 +64,7 @@ def _chance_p(rows: Sequence[Row]) -> float:
 
 
 def _drawn(rows: Sequence[Row]) -> Drawing:
-    """The share of each stimulus as answers come in, over all people."""
+    """Draw the share of each stimulus over all people, as a function of the number of answers."""
     lines = []
     for colour, ((name,), part) in zip(_COLOURS, sorted(grouped(rows, "stimulus").items()), strict=False):
         so_far = np.cumsum([bool(row[_COUNTED]) for row in part]) / np.arange(1, len(part) + 1)

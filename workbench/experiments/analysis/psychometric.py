@@ -1,13 +1,13 @@
 """Psychometric curves: a cumulative normal by probit regression, its point of subjective equality, and intervals.
 
-The regression is statsmodels' (a generalised linear model with the probit link); with a lapse rate, which a probit
-link lacks, SciPy maximises the likelihood. Intervals are from a parametric bootstrap, in which data are drawn from the
-fitted curve and fitted again, or, faster, from the regression's covariance: Wald's for slope and intercept, and
-Fieller's (Some problems in interval estimation, 1954) for the PSE, which is a ratio. A slope that may be 0 bounds the
-PSE by neither: percentiles of ratios then end wherever some draw's slope is nearest to 0, and hold the truth too
-rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The PSE is estimated without bias
-as a ratio whose denominator has a known sign (Andrews and Armstrong, Quantitative Economics 8, 2017): the plain ratio,
-minus intercept over slope, is biased upwards by the few curves with a slope near zero.
+The regression is a generalised linear model with the probit link, by statsmodels. With a lapse rate, SciPy maximises
+the likelihood instead. Intervals come from a parametric bootstrap: data are drawn from the fitted curve and fitted
+again. The faster alternative is the regression's covariance: Wald's interval for slope and intercept, and Fieller's
+(Some problems in interval estimation, 1954) for the PSE, which is a ratio. If the slope can be 0, the PSE has no
+bounds. Percentiles of ratios would then end at the draw whose slope is nearest to 0, and cover the true value too
+rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The plain ratio, minus intercept over
+slope, is biased upwards by the few curves with a slope near 0. The unbiased PSE uses that the sign of the slope is
+known (Andrews and Armstrong, Quantitative Economics 8, 2017).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What questionnaires were answered: how often each option was chosen, and medians."""
+"""Answers to questionnaires: the frequency of each option, and medians."""
 
 from collections.abc import Sequence
 from statistics import mean, median
@@ -10,10 +10,10 @@ from underfoot.experiments.table import OF_PERSON, Row, grouped
 
 
 def questionnaires(rows: Sequence[Row], protocol: Protocol) -> list[Findings]:
-    """The answers to the questions of a protocol's stages, over people; nothing where none was answered.
+    """Return the answers to the questions of a protocol's stages, over people; [] if there are none.
 
-    The options of a choice are taken in their order, as those of a Likert item: the median is one of them, the lower of
-    two in the middle.
+    The options of a choice are ordered, as in a Likert item. The median is one of the options; of two middle ones, the
+    lower.
     """
     people = [part[0] for part in grouped(rows, "participant").values()]
     found = []

@@ -9,7 +9,7 @@ from underfoot.experiments.table import Row, factors_of, grouped
 
 
 def right_answers(rows: Sequence[Row]) -> list[Table]:
-    """The table of right answers by condition; none where no trial has a right answer.
+    """Return a table of right answers by condition; [] if no trial has a right answer.
 
     >>> rows = [{"participant": "P1", "stimulus": name, "right": k} for name in ("sand", "ice") for k in (0, 1, 1, 1)]
     >>> [row[:5] for row in right_answers(rows)[0].rows]
@@ -21,7 +21,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     lines = [_line("all", scored)]
     for factor in factors_of(scored):
         parts = grouped([row for row in scored if factor in row], factor)
-        if len(parts) < len(grouped(scored, "stimulus")):  # else it says what the stimuli say
+        if len(parts) < len(grouped(scored, "stimulus")):  # else the factor has the same groups as the stimuli
             lines += [_line(f"{factor}: {value}", part) for (value,), part in _in_order(parts)]
     lines += [_line(str(name), part) for (name,), part in _in_order(grouped(scored, "stimulus"))]
     columns = ("condition", "people", "right", "of", "share", "95 % from", "to")
@@ -30,7 +30,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
 
 
 def _in_order(parts: Mapping[tuple[Any, ...], list[Row]]) -> list[tuple[tuple[Any, ...], list[Row]]]:
-    """By value, numbers before words: trials come in an order of each person's own."""
+    """Return the parts sorted by value, numbers before text, because each person has a different order of trials."""
     return sorted(parts.items(), key=lambda part: [(isinstance(value, str), value) for value in part[0]])
 
 

@@ -13,7 +13,7 @@ _Z = 1.959964
 
 
 def sensitivity(rows: Sequence[Row]) -> list[Table]:
-    """The table of d' and c of each person; none where not both yes and no are right answers.
+    """Return a table of each person's d' and c; [] unless both "yes" and "no" are right answers.
 
     >>> row = {"participant": "P1", "correct": "yes", "felt": "yes"}
     >>> (table,) = sensitivity([row] * 16 + [{**row, "felt": "no"}] * 4 + [{**row, "correct": "no"}] * 20)
@@ -41,7 +41,7 @@ def sensitivity(rows: Sequence[Row]) -> list[Table]:
 
 
 def d_prime(hits: tuple[int, int], false_alarms: tuple[int, int]) -> tuple[Estimate, float]:
-    """Sensitivity, with its interval, and criterion of so many hits and false alarms, each (count, of).
+    """Return d' with its interval, and the criterion c. `hits` and `false_alarms` are (count, of).
 
     >>> found, criterion = d_prime((79, 99), (39, 99))  # rates 0.795 and 0.395
     >>> round(found.value, 2), round(criterion, 2)

@@ -26,7 +26,7 @@ class Run:
 
     @property
     def turns_db(self) -> list[float]:
-        """The levels of its reversals."""
+        """The levels of its reversals, in dB."""
         return [self.levels_db[at] for at in self.turned_at]
 
 
@@ -89,7 +89,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
 
 
 def _least_reversals(settings: Settings) -> int:
-    """How many reversals a staircase must have to be counted."""
+    """Return the number of reversals that a staircase needs to be counted."""
     return min(int(settings.given.get("reversals", 12)), int(settings.given.get("last", 8)))
 
 

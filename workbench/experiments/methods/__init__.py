@@ -1,4 +1,4 @@
-"""The methods that there are: each is one file here. `METHODS` finds them all."""
+"""The methods, one file each in this folder; `METHODS` holds them by kind."""
 
 import importlib
 import inspect
@@ -8,7 +8,7 @@ from underfoot.experiments.method import Method
 
 
 def discover() -> dict[str, type[Method]]:
-    """Every method that the modules of this folder declare, by its kind.
+    """Return every method that the modules of this folder declare, by its kind.
 
     >>> "staircases" in discover()
     True

@@ -1,4 +1,4 @@
-"""Absolute identification: one stimulus at a time, answered by its number (thesis 3.4), or by one of some words."""
+"""Absolute identification: one stimulus at a time, answered with its number (thesis 3.4), or one of several words."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,10 +12,10 @@ from underfoot.parameters import Choice, Count, Parameter, Text
 
 
 class AbsoluteIdentification(ListedMethod):
-    """Every stimulus `repeats` times in each of `sessions`, in an order of each person's own.
+    """Every stimulus `repeats` times in each of `sessions`, in an order drawn for each participant.
 
-    With `answers` one of them is chosen, and which is right is what the stimulus has as `correct`: several stimuli can
-    have the same. Without, it is the stimulus's number.
+    With `answers`, the participant chooses one of these words, and the right one is the stimulus's `correct`; several
+    stimuli can share a right answer. Without `answers`, the right answer is the number of the stimulus.
     """
 
     kind, name = "absolute-identification", "Absolute identification"
@@ -47,10 +47,10 @@ class AbsoluteIdentification(ListedMethod):
 
     @classmethod
     def check_together(cls, given: Mapping[str, Any]) -> None:
-        """Raise `BadValue` for a single answer, which would be no choice."""
+        """Raise `BadValue` for a single answer, which leaves no choice."""
         require(len(given["answers"]) != 1, "answers", list(given["answers"]), "two or more, or none")
 
     @classmethod
     def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
-        """One of the words; a stimulus without would be in no share."""
+        """Return the words; every stimulus needs one, because rates are shares of right answers."""
         return tuple(given["answers"])

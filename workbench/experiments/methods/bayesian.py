@@ -1,6 +1,6 @@
-"""Adaptive Bayesian: QUEST+ chooses the level that tells most of the psychometric curve (Watson, J. Vision 17, 2017).
+"""Adaptive Bayesian method: QUEST+ selects the most informative level (Watson, J. Vision 17, 2017).
 
-The package questplus computes it, which PsychoPy uses, too: `pip install "underfoot[adaptive]"`.
+The package questplus, which PsychoPy uses as well, computes it: `pip install "underfoot[adaptive]"`.
 """
 
 from collections.abc import Mapping
@@ -24,9 +24,10 @@ _LAPSES = (0.0, 0.02, 0.05)
 
 
 class Bayesian(Method):
-    """A fixed number of trials of one stimulus, each at the level from which most is expected.
+    """A fixed number of trials of one stimulus, each at the level with the highest expected information.
 
-    One interval: yes or no. Two: the stimulus is in one of them, nothing in the other, and chance is a half.
+    With one interval, the answer is yes or no. With two, one interval has the stimulus and the other nothing; chance is
+    0.5.
     """
 
     kind, name = "bayesian", "Adaptive, Bayesian (QUEST+)"
@@ -109,7 +110,7 @@ class Bayesian(Method):
 
 
 def quest_of(given: Mapping[str, Any]) -> Any:
-    """QUEST+ as the parameters say, before any answer; `BadValue` where the package is not installed."""
+    """Return QUEST+ with these parameters, before any answer; raise `BadValue` if the package is not installed."""
     try:
         from questplus import QuestPlus
     except ModuleNotFoundError:

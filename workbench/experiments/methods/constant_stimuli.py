@@ -1,4 +1,4 @@
-"""Constant stimuli: levels that are set beforehand, each many times, in one interval or in two (thesis 6.3.6)."""
+"""Constant stimuli: fixed levels, each presented many times, in one interval or in two (thesis 6.3.6)."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,10 +12,10 @@ COMPARISON, STANDARD = "comparison", "standard"
 
 
 class ConstantStimuli(ListedMethod):
-    """Every comparison once a block, in random order.
+    """Every comparison once per block, in random order.
 
-    With a standard a trial has two intervals, standard first in half of the blocks of each comparison (and one more or
-    less where their number is odd); without one it has one interval, answered with yes or no.
+    With a standard, a trial has two intervals. The standard comes first in half of the blocks of each comparison (one
+    more or less if their number is odd). Without a standard, a trial has one interval, and the answer is yes or no.
     """
 
     kind, name = "constant-stimuli", "Constant stimuli"
@@ -55,13 +55,13 @@ class ConstantStimuli(ListedMethod):
         return found
 
     def _standard_first(self, blocks: int) -> list[bool]:
-        """In which blocks the standard comes first: in half of them."""
+        """Return, for each block, whether the standard comes first; this holds for half of them."""
         odd = [self.draws.happens(0.5)] * (blocks % 2)
         return self.draws.shuffled([True] * (blocks // 2) + [False] * (blocks // 2) + odd)
 
     @classmethod
     def right_answers(cls, given: Mapping[str, Any]) -> tuple[str, ...]:
-        """Yes or no; of two intervals that of the comparison or of the standard."""
+        """Return yes and no, or, for two intervals, the comparison and the standard."""
         return ("", COMPARISON, STANDARD) if given["standard"] else ("", YES, NO)
 
     @classmethod

@@ -12,7 +12,7 @@ NOT_SORTED = "not sorted"
 
 
 class FreeLabels(ListedMethod):
-    """Words for each stimulus; afterwards somebody sorts them by hand, in the table of trials."""
+    """Words for each stimulus. The experimenter sorts them by hand afterwards, in the table of trials."""
 
     kind, name = "free-labels", "Free labels"
     about = (

@@ -1,4 +1,4 @@
-"""Rating: every condition once a block, in random order, judged on a slider (thesis 6.3.5)."""
+"""Rating: every condition once per block, in random order, judged on a slider (thesis 6.3.5)."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,7 @@
-"""Up-down staircases: the level follows the answers to where half of them, or another share, are yes (thesis 6.3).
+"""Up-down staircases: the level follows the answers, to where a share of them, such as half, are yes (thesis 6.3).
 
-Levett, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (1971); catch trials and restarts after
-Lecluyse and Meddis (2009), as the thesis has them.
+Levitt, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (1971); catch trials and restarts as in
+the thesis, after Lecluyse and Meddis (2009).
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ MOST_RESTARTS = 20
 
 @dataclass
 class Staircase:
-    """One staircase: its level, which way it goes, and the levels at which it turned."""
+    """One staircase: its level, its direction, and the levels of its reversals."""
 
     level_db: float
     direction: int = 0
@@ -35,14 +35,14 @@ class Staircase:
 
 
 _TRIALS_OF_REVERSAL = 1.6
-"""From one reversal to the next, on average over simulated people, one answer a step."""
+"""Mean number of trials between reversals, over simulated people, with one answer per step."""
 
 
 class Staircases(Method):
-    """Pairs of staircases, one from above and one from below, interleaved at random; a pair is a block.
+    """Pairs of staircases, one from above and one from below, randomly interleaved; a block is one pair.
 
-    Each stimulus has `pairs` pairs. With a standard a trial has two intervals and yes means that the comparison was
-    more; without one, yes means that it was felt.
+    Each stimulus has `pairs` pairs. With a standard, a trial has two intervals, and yes means that the comparison was
+    judged greater. Without one, yes means that the participant felt the stimulus.
     """
 
     kind, name = "staircases", "Up-down staircases"
@@ -127,7 +127,7 @@ class Staircases(Method):
             self._trial = self._next()
 
     def _begin_pair(self) -> None:
-        """The next pair; where there is none, the end."""
+        """Begin the next pair; end the method after the last pair."""
         if not self._queue:
             self._trial, self._pair = None, {}
             return
@@ -141,7 +141,7 @@ class Staircases(Method):
         return {name: Staircase(self.draws.uniform(*range_db)) for name, range_db in starts.items()}
 
     def _next(self) -> Trial:
-        """A trial of one of the staircases that are open, drawn; or one in which there is nothing."""
+        """Return a trial of a randomly drawn open staircase, or a catch trial."""
         self._number += 1
         every = self.given["empty_every"]
         if every and self._number % every == 0:
@@ -169,13 +169,13 @@ class Staircases(Method):
         return [name for name, staircase in self._pair.items() if self._progress(staircase) < self.given["reversals"]]
 
     def _progress(self, staircase: Staircase) -> int:
-        """Reversals so far; all of them for one that was given up."""
+        """Return the number of reversals so far; the full number for an abandoned staircase."""
         wanted: int = self.given["reversals"]
         return wanted if staircase.trials >= self.given["most_trials"] else min(len(staircase.reversals_db), wanted)
 
 
 def move(staircase: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None:
-    """Move a staircase: by a step where there were enough equal answers; and note where it turns."""
+    """Move a staircase by one step after enough equal answers, and store reversals."""
     way = -1 if said_yes else 1
     staircase.trials += 1
     staircase.in_a_row = staircase.in_a_row + way if staircase.in_a_row * way > 0 else way
@@ -191,7 +191,7 @@ def move(staircase: Staircase, said_yes: bool, given: Mapping[str, Any]) -> None
 
 
 def is_yes(facts: Mapping[str, Any], answers: Mapping[str, Any]) -> bool:
-    """Whether the answer was that it was felt, or that the comparison was more."""
+    """Return whether the participant felt the stimulus, or judged the comparison as greater."""
     if answers.get("felt"):
         return bool(answers["felt"] == YES)
     return bool(answers.get("interval") and answers["interval"] == facts.get("comparison_at"))

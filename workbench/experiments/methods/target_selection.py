@@ -12,7 +12,7 @@ from underfoot.parameters import Choice, Count, Number, Numbers, Parameter
 
 
 class TargetSelection(ListedMethod):
-    """Every width at every distance and bearing, `repeats` times in random order, in equal sessions."""
+    """Every width at every distance and bearing, `repeats` times in random order, in sessions of equal length."""
 
     kind, name = "target-selection", "Target selection"
     about = "Round buttons appear on the floor and are pressed with a foot; rates and times of selection come of it."
