@@ -76,7 +76,7 @@ def _walk_from(frame: int) -> Loop:
 
 
 def _drift(loop: Loop) -> tuple[float, float]:
-    """Return how far force (N) and output of the last block differ from those of a loop that began a few seconds before."""
+    """Return by how much force (N) and output of the last block differ from those of a loop begun seconds before."""
     fresh = _walk_from(max(loop.frame - _SETTLED * _BLOCK, 0))
     while fresh.frame < loop.frame:
         fresh.run(_BLOCK)
