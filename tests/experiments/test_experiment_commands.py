@@ -12,8 +12,10 @@ from made_studies import TD, preset_protocol, protocol_text
 
 from underfoot.__main__ import cli
 from underfoot.experiments.observers import SimulatedParticipant
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
+from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -165,6 +167,27 @@ def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_pa
     assert in_terminal(command, typed, tmp_path) == 0
     file = SessionFile.open(session)
     assert [entry.answers for entry in file.entries()][:2] == [{"rating": 40.0}, {"rating": 60.0}]
+    file.close()
+
+
+def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_path):
+    """As it was begun: two trials, of which one was answered before the change."""
+    protocol, session = tmp_path / "a.json", tmp_path / "p.session"
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    text = protocol_text(stages=[stage], present_s=0.1)
+    protocol.write_text(text)
+    file = SessionFile.create(session, Protocol.loads(text, REGISTRY), "P", tmp_path)
+    file.add(file.study(Protocol.loads(text, REGISTRY)).answer({"rating": 40.0}))
+    file.close()
+    protocol.write_text(protocol_text(present_s=0.2))
+    refused = said("experiment", protocol, "--participant", "P", "--session", session)
+    assert refused.endswith(f"go on with that one (underfoot experiment {session}), or begin a new session")
+    assert said("experiment", session, "--pilot") == (
+        f"{session} is a session, which goes on as it was begun; leave out --pilot"
+    )
+    assert in_terminal(["experiment", str(session)], (("press Enter to begin", ""), ("How was it", "60"))) == 0
+    file = SessionFile.open(session)
+    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     file.close()
 
 

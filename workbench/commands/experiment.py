@@ -48,11 +48,20 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
 @takes_options(ExperimentOptions)
 def experiment(options: ExperimentOptions) -> None:
-    """Run the study PROTOCOL: a protocol file, or the name of a preset.
+    """Run the study PROTOCOL: a protocol file, or the name of a preset; or go on with a session file, with the protocol
+    that it was begun with.
 
     With --participant and --session it runs on a person, with --pilot on yourself; with --simulate on simulated people,
     whose truth is known, so that bias and spread of every estimate are known before the first person comes.
     """
+    from underfoot.records.recording import is_recording
+
+    if is_recording(Path(options.protocol)):
+        _require_alone(options)
+        from underfoot.commands.participant import go_on_as_begun
+
+        go_on_as_begun(options)
+        return
     chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels]
     if sum(chosen) != 1:
         raise BadValue("give one of --participant (with --session), --pilot, --simulate, or --levels")
@@ -67,6 +76,18 @@ def experiment(options: ExperimentOptions) -> None:
         from underfoot.commands.participant import run_on_person, run_pilot
 
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
+
+
+def _require_alone(options: ExperimentOptions) -> None:
+    """Raise `BadValue` for what cannot be said of a session that goes on as it was begun."""
+    given = {
+        "--participant": options.participant, "--session": options.session, "--conditions": options.conditions,
+        "--pilot": options.pilot, "--simulate": options.simulate, "--levels": options.levels, "--csv": options.csv,
+        "--report": options.report,
+    }  # fmt: skip
+    for name, value in given.items():
+        if value not in (None, False):
+            raise BadValue(f"{options.protocol} is a session, which goes on as it was begun; leave out {name}")
 
 
 def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:
