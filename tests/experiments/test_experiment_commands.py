@@ -1,5 +1,6 @@
 """`underfoot experiment` and `underfoot analyse`, as they are typed."""
 
+import csv
 import json
 import resource
 import subprocess
@@ -85,7 +86,19 @@ def test_trials_of_simulated_people_are_written_and_analysed_like_those_of_peopl
     assert [line[:3] for line in table.read_text().splitlines()[1:]] == [*["S1,"] * 96, *["S2,"] * 96]
     assert "S2" in run("analyse", table).output
     alone = ("experiment", "identification-impact", "--pilot", "--csv", table)
-    assert said(*alone) == "--csv is for --simulate; `analyse --csv` writes the trials of people"
+    assert said(*alone) == "--csv is for --simulate and --plan; `analyse --csv` writes the trials of people"
+
+
+def test_the_trials_of_a_participant_are_printed_and_written_beforehand(tmp_path):
+    printed = run("experiment", "identification-impact", "--plan", "P01", "--csv", tmp_path / "plan.csv").output
+    with (tmp_path / "plan.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [list(row)[:5] for row in rows[:1]] == [["stage", "block", "trial", "condition", "stimulus"]]
+    lines = [line.split()[:3] for line in printed.splitlines() if line.split()[:1] == ["main"]]
+    assert lines == [[row["stage"], row["block"], row["trial"]] for row in rows]
+    assert len(rows) == 96
+    assert "P01" in printed
+    assert "participant is 'P 1'; allowed: an id" in said("experiment", "free-labels", "--plan", "P 1")
 
 
 def test_two_processes_give_the_same_table_as_one():

@@ -59,18 +59,18 @@ _TEXT_COLUMNS = (
 """Columns of text, also where a cell looks like a number."""
 
 
-def csv_text(rows: Sequence[Row]) -> str:
+def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
     """A table of trials as CSV: a header, then a row a trial; what a trial does not have is an empty cell.
 
     >>> print(csv_text([{"participant": "P1", "trial": 1, "rating": 40.0}]).splitlines()[0])
     participant,stage,method,practice,trial,block,attempt,spoiled,rating
     """
-    return _table(rows, columns_of(rows), ",", "")
+    return _table(rows, columns or columns_of(rows), ",", "")
 
 
-def write_csv(path: str | Path, rows: Sequence[Row]) -> None:
-    """Write a table of trials, whole or not at all."""
-    write_file(path, csv_text(rows).encode())
+def write_csv(path: str | Path, rows: Sequence[Row], columns: Sequence[str] = ()) -> None:
+    """Write a table of trials, whole or not at all, with these columns; by default with all."""
+    write_file(path, csv_text(rows, columns).encode())
 
 
 def read_csv(path: str | Path) -> list[Row]:
