@@ -5,17 +5,23 @@ import json
 import resource
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from made_studies import TD, preset_protocol, protocol_text
+from wired import ends
 
 from underfoot.__main__ import cli
+from underfoot.devices.emulation.emulator import Emulator
+from underfoot.devices.replay import Replay
 from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
+from underfoot.floor.forces import ForceSeries
+from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
@@ -33,11 +39,12 @@ def said(*arguments):
     return str(result.exception)
 
 
-def in_terminal(command, typed, folder=None):
+def in_terminal(command, typed, folder=None, printed=None):
     """The exit status of a command, each of whose lines is `typed` once what it waits for was printed.
 
-    A line may be a function of the process that returns it.
+    A line may be a function of the process that returns it. What is printed is added to `printed`.
     """
+    printed = [] if printed is None else printed
     left = iter(typed)
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "underfoot", *command],
@@ -48,6 +55,7 @@ def in_terminal(command, typed, folder=None):
     ) as child:
         waits, line = next(left)
         for text in child.stdout:
+            printed.append(text)
             if waits and waits in text:
                 child.stdin.write(f"{line(child) if callable(line) else line}\n")
                 child.stdin.flush()
@@ -153,6 +161,26 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     assert all(entry.facts["most_force_n"] > 300.0 for entry in file.entries())
     file.close()
+
+
+def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(tmp_path):
+    """In two trials; their answers and loads are kept."""
+    floor, (sender, transport) = default_floor(1, 1), ends("udp")
+    times = np.arange(1000) / 1000.0
+    empty = Replay(ForceSeries(times, np.zeros((1000, 1, 4)), 1000.0), floor, 48_000.0, repeats=True)
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    (tmp_path / "a.json").write_text(protocol_text(stages=[stage], present_s=0.1))
+    (tmp_path / "floor.json").write_bytes(floor.dumps())
+    command = ["experiment", "a.json", "--participant", "P", "--session", "p.session", "--target", transport.name,
+               "--floor", "floor.json"]  # fmt: skip
+    typed = (("press Enter to begin", ""), ("How was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
+    printed = []
+    with closing(Emulator(sender, empty)) as emulator:
+        emulator.start()
+        assert in_terminal(command, typed, tmp_path, printed) == 0
+    assert [line for line in printed if "Nobody" in line] == ["Nobody stands on the floor: 0 N.\n"]
+    with closing(SessionFile.open(tmp_path / "p.session")) as file:
+        assert [entry.facts["most_force_n"] for entry in file.entries()] == [0.0, 0.0]
 
 
 def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_path):

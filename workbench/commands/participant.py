@@ -107,6 +107,8 @@ class _Shown:
 
     key: str = ""
     hint: str = ""
+    is_empty: bool = False
+    """That nobody stands on the floor, until somebody does."""
 
 
 class _Terminal:
@@ -179,10 +181,15 @@ class _Terminal:
             runner.answer(answers_of(runner.page.questions, line))
 
     def _show(self) -> None:
+        from underfoot.studies.empty_floor import empty_floor_text
         from underfoot.studies.runner import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
+        empty = empty_floor_text(runner)
+        if empty and not self._shown.is_empty:
+            _say(empty)
+        self._shown.is_empty = not runner.watch.is_loaded and (self._shown.is_empty or bool(empty))
         for text in runner.messages[self._printed_messages :]:
             _say(text)
         self._printed_messages = len(runner.messages)
