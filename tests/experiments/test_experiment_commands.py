@@ -1,19 +1,28 @@
 """`underfoot experiment` and `underfoot analyse`, as they are typed."""
 
+import csv
 import json
 import resource
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from made_studies import TD, preset_protocol, protocol_text
+from wired import ends
 
 from underfoot.__main__ import cli
+from underfoot.devices.emulation.emulator import Emulator
+from underfoot.devices.replay import Replay
 from underfoot.experiments.observers import SimulatedParticipant
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.study import Study
+from underfoot.floor.forces import ForceSeries
+from underfoot.floor.layout import default_floor
+from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -30,11 +39,12 @@ def said(*arguments):
     return str(result.exception)
 
 
-def in_terminal(command, typed, folder=None):
+def in_terminal(command, typed, folder=None, printed=None):
     """The exit status of a command, each of whose lines is `typed` once what it waits for was printed.
 
-    A line may be a function of the process that returns it.
+    A line may be a function of the process that returns it. What is printed is added to `printed`.
     """
+    printed = [] if printed is None else printed
     left = iter(typed)
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "underfoot", *command],
@@ -45,6 +55,7 @@ def in_terminal(command, typed, folder=None):
     ) as child:
         waits, line = next(left)
         for text in child.stdout:
+            printed.append(text)
             if waits and waits in text:
                 child.stdin.write(f"{line(child) if callable(line) else line}\n")
                 child.stdin.flush()
@@ -83,7 +94,19 @@ def test_trials_of_simulated_people_are_written_and_analysed_like_those_of_peopl
     assert [line[:3] for line in table.read_text().splitlines()[1:]] == [*["S1,"] * 96, *["S2,"] * 96]
     assert "S2" in run("analyse", table).output
     alone = ("experiment", "identification-impact", "--pilot", "--csv", table)
-    assert said(*alone) == "--csv is for --simulate; `analyse --csv` writes the trials of people"
+    assert said(*alone) == "--csv is for --simulate and --plan; `analyse --csv` writes the trials of people"
+
+
+def test_the_trials_of_a_participant_are_printed_and_written_beforehand(tmp_path):
+    printed = run("experiment", "identification-impact", "--plan", "P01", "--csv", tmp_path / "plan.csv").output
+    with (tmp_path / "plan.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [list(row)[:5] for row in rows[:1]] == [["stage", "block", "trial", "condition", "stimulus"]]
+    lines = [line.split()[:3] for line in printed.splitlines() if line.split()[:1] == ["main"]]
+    assert lines == [[row["stage"], row["block"], row["trial"]] for row in rows]
+    assert len(rows) == 96
+    assert "P01" in printed
+    assert "participant is 'P 1'; allowed: an id" in said("experiment", "free-labels", "--plan", "P 1")
 
 
 def test_two_processes_give_the_same_table_as_one():
@@ -140,6 +163,26 @@ def test_a_pilot_in_a_terminal_has_two_trials_begun_by_steps_and_lies_apart(tmp_
     file.close()
 
 
+def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(tmp_path):
+    """In two trials; their answers and loads are kept."""
+    floor, (sender, transport) = default_floor(1, 1), ends("udp")
+    times = np.arange(1000) / 1000.0
+    empty = Replay(ForceSeries(times, np.zeros((1000, 1, 4)), 1000.0), floor, 48_000.0, repeats=True)
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    (tmp_path / "a.json").write_text(protocol_text(stages=[stage], present_s=0.1))
+    (tmp_path / "floor.json").write_bytes(floor.dumps())
+    command = ["experiment", "a.json", "--participant", "P", "--session", "p.session", "--target", transport.name,
+               "--floor", "floor.json"]  # fmt: skip
+    typed = (("press Enter to begin", ""), ("How was it", "40"), ("press Enter to begin", ""), ("How was it", "60"))
+    printed = []
+    with closing(Emulator(sender, empty)) as emulator:
+        emulator.start()
+        assert in_terminal(command, typed, tmp_path, printed) == 0
+    assert [line for line in printed if "Nobody" in line] == ["Nobody stands on the floor: 0 N.\n"]
+    with closing(SessionFile.open(tmp_path / "p.session")) as file:
+        assert [entry.facts["most_force_n"] for entry in file.entries()] == [0.0, 0.0]
+
+
 def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_path):
     def fill_disk(child):  # no file of the process can grow
         resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
@@ -165,6 +208,27 @@ def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_pa
     assert in_terminal(command, typed, tmp_path) == 0
     file = SessionFile.open(session)
     assert [entry.answers for entry in file.entries()][:2] == [{"rating": 40.0}, {"rating": 60.0}]
+    file.close()
+
+
+def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_path):
+    """As it was begun: two trials, of which one was answered before the change."""
+    protocol, session = tmp_path / "a.json", tmp_path / "p.session"
+    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    text = protocol_text(stages=[stage], present_s=0.1)
+    protocol.write_text(text)
+    file = SessionFile.create(session, Protocol.loads(text, REGISTRY), "P", tmp_path)
+    file.add(file.study(Protocol.loads(text, REGISTRY)).answer({"rating": 40.0}))
+    file.close()
+    protocol.write_text(protocol_text(present_s=0.2))
+    refused = said("experiment", protocol, "--participant", "P", "--session", session)
+    assert refused.endswith(f"go on with that one (underfoot experiment {session}), or begin a new session")
+    assert said("experiment", session, "--pilot") == (
+        f"{session} is a session, which goes on as it was begun; leave out --pilot"
+    )
+    assert in_terminal(["experiment", str(session)], (("press Enter to begin", ""), ("How was it", "60"))) == 0
+    file = SessionFile.open(session)
+    assert [entry.answers for entry in file.entries()] == [{"rating": 40.0}, {"rating": 60.0}]
     file.close()
 
 

@@ -14,6 +14,7 @@ from underfoot.drawing.svg import svg
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.power import power_of
+from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import truths_of
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
@@ -60,10 +61,14 @@ def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_thr
     made = made_protocol("constant-stimuli", {"comparisons": list(levels), "standard": standard, "blocks": 30}, stimuli)
     how = SimulationSettings(truth=(("threshold_m_s2", 0.5),))
     found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 20, how)[0])) if one.share == 1.0}
-    assert found["pse"].truth == pytest.approx(0.4 if standard else 0.5)
-    assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found["pse"].truth))
+    half = "pse" if standard else "threshold"
+    assert set(found) == {half, "slope", "intercept"}
+    assert found[half].truth == pytest.approx(0.4 if standard else 0.5)
+    assert found["slope"].truth == pytest.approx(1.0 / (0.25 * found[half].truth))
     for one in found.values():
         assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
+    told = text_of(analysed(simulated_rows(made, 0, 1, {})[0], made, Settings(bootstrap=0)))
+    assert ("PSE" in told, "threshold" in told) == (bool(standard), not standard)
 
 
 @pytest.mark.parametrize("standard", ["gravel", ""])

@@ -6,14 +6,17 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
-from made_studies import first_answers, made_protocol, preset_protocol, walked
+from made_studies import first_answers, made_protocol, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import Excerpt, SessionFile
 from underfoot.experiments.study import Study
+from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 WRITER = """
@@ -113,6 +116,42 @@ def test_another_protocol_is_refused(tmp_path):
     file.close()
     with pytest.raises(BadFile, match="is there already"):
         made(tmp_path / "a.session")
+
+
+def test_a_session_goes_on_with_the_protocol_and_the_patches_that_it_was_begun_with(tmp_path):
+    """Though both were changed, or are gone."""
+    patch = tmp_path / "patches" / "mine.json"
+    patch.parent.mkdir()
+    patch.write_bytes(preset_files.patches()["stimulus-wc"].read_bytes())
+    stimuli = {"mine": {"patch": "patches/mine.json"}, "X": {}}
+    first = Protocol.loads(protocol_text(stimuli=stimuli, title="first"), REGISTRY, folder=tmp_path)
+    SessionFile.create(tmp_path / "a.session", first, "P1", tmp_path).close()
+    begun_with = patch.read_bytes()
+
+    file = SessionFile.open(tmp_path / "a.session")
+    assert file.is_of(first, tmp_path)
+    assert not file.is_of(Protocol.loads(protocol_text(title="second"), REGISTRY), tmp_path)
+    assert file.as_begun(REGISTRY, tmp_path) == (first, tmp_path)  # as long as nothing was changed
+    patch.write_bytes(preset_files.patches()["stimulus-td"].read_bytes())
+    assert not file.is_of(first, tmp_path)
+    for missing in (False, True):
+        patch.unlink() if missing else None
+        protocol, folder = file.as_begun(REGISTRY, tmp_path)
+        assert protocol == first
+        assert (folder / "patches" / "mine.json").read_bytes() == begun_with
+        assert file.study(protocol).page.stage == "main"
+    file.close()
+    assert not folder.exists()
+
+
+def test_a_session_whose_patch_would_lie_elsewhere_writes_nothing_there(tmp_path):
+    made(tmp_path / "a.session").close()
+    with closing(sqlite3.connect(tmp_path / "a.session", isolation_level=None)) as base:
+        base.execute("insert into patch values ('../../out.json', x'00')")
+    file = SessionFile.open(tmp_path / "a.session")
+    with pytest.raises(BadValue, match="a file beside the protocol or below"):
+        file.as_begun(REGISTRY, tmp_path)
+    file.close()
 
 
 def test_a_study_whose_method_needs_what_is_not_installed_does_not_begin(tmp_path, monkeypatch):

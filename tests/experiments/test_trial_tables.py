@@ -79,7 +79,7 @@ def test_a_condition_that_somebody_lacks_is_compared_over_those_who_have_both(tm
     (found,) = analysis_of(tmp_path, "\n".join(kept))
     only = [rows[0], *(row for row in rows if re.match("P[3-6],", row))]
     (expected,) = analysis_of(tmp_path, "\n".join(only))
-    title = "Does condition change the pse?"
+    title = "Does condition change the threshold?"  # answered yes or no, without a standard
     tests = [next(table for table in one.tables if table.title == title) for one in (found, expected)]
     assert tests[0] == tests[1]
 

@@ -7,6 +7,7 @@ from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
+from study_bench import Bench
 from windows import dialog_of, noise_patch, play_on_simulator
 
 from underfoot.experiments.protocol import Protocol
@@ -16,9 +17,10 @@ from underfoot.studies import floor_watch
 from underfoot.studies.runner import Phase
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
+from underfoot.widgets.experiment.workspace import ANOTHER_ID, GO_ON
 
 pytest.importorskip("statsmodels")
-LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 240_000
+LEFT = Qt.MouseButton.LeftButton
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
 
 
@@ -40,63 +42,6 @@ def bench(window, qtbot, tmp_path, monkeypatch):
     made = Bench(window, qtbot, tmp_path)
     yield made
     made.workspace.running.leave()
-
-
-class Bench:
-    """The workspace, and the hands of experimenter and participant."""
-
-    def __init__(self, window, qtbot, folder):
-        self.window, self.qtbot, self.folder = window, qtbot, folder
-        self.workspace = window.workspaces["Experiment"]
-        self.workspace.root = folder / "studies"
-
-    @property
-    def runner(self):
-        return self.workspace.running.runner
-
-    @property
-    def person(self):
-        return self.workspace.running.window_of_participant
-
-    def wait(self, holds):
-        self.qtbot.waitUntil(lambda: bool(holds()), timeout=SLOW_MS)
-
-    def until(self, *phases):
-        self.wait(lambda: self.runner.phase in phases)
-        self.wait(lambda: self.person is None or self.person._shown[1] == str(self.runner.phase))
-
-    def click(self, button):
-        assert button.isEnabled()
-        self.qtbot.mouseClick(button, LEFT)
-
-    def choose_from(self, button, words):
-        """Click a button that has a menu, and the choice of these words in it."""
-        self.click(button)
-        menu = button.menu()
-        action = next(action for action in menu.actions() if action.text() == words)
-        self.qtbot.mouseClick(menu, LEFT, pos=menu.actionGeometry(action).center())
-
-    def key(self, key):
-        self.qtbot.keyClick(self.person, key)
-
-    def choose(self, **protocol):
-        """Open a protocol from a file, and begin it for a participant whose id is typed."""
-        path = self.folder / "made.json"
-        path.write_text(protocol_text(present_s=0.2, **protocol))
-        self.workspace.open_protocol(path)
-        self.begin()
-
-    def begin(self, participant="P1"):
-        self.workspace.overview.participant.clear()
-        self.qtbot.keyClicks(self.workspace.overview.participant, participant)
-        self.click(self.workspace.overview.begin)
-        self.wait(lambda: self.person is not None and self.person.isVisible())
-
-    def entries(self, participant="P1"):
-        file = SessionFile.open(self.workspace.root / "made" / f"{participant}.session")
-        entries = file.entries()
-        file.close()
-        return entries
 
 
 CONSENT = {"id": "consent", "kind": "consent", "title": "Taking part", "text": "You can stop at any time."}
@@ -442,6 +387,38 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     shown = dialog_of(bench.window, FileErrorDialog)
     assert "at least one" in shown.error_text.text()
     shown.close()
+
+
+def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_where_the_person_says_so(bench):
+    workspace, overview = bench.workspace, bench.workspace.overview
+    bench.choose(stages=[CONSENT, rated()], stimuli={"WC": CONSTANT, "X": {}})
+    bench.until(Phase.PAGE)
+    bench.runner.answer({"agreed": "yes"})
+    workspace.running.leave()
+    (bench.folder / "made.json").write_text(protocol_text(stages=[CONSENT, rated(practice=True)]))
+    workspace.open_protocol(bench.folder / "made.json")
+
+    bench.type_id("P1")
+    bench.click(overview.begin)
+    question = dialog_of(bench.window, QMessageBox)
+    assert question.text() == "P1 was begun with an earlier form of this study. Go on with that one?"
+    bench.click(next(button for button in question.buttons() if button.text() == ANOTHER_ID))
+    assert bench.runner is None
+    assert overview.participant.selectedText() == "P1"  # what is typed next is another's id
+
+    bench.click(overview.begin)
+    question = dialog_of(bench.window, QMessageBox)
+    bench.click(next(button for button in question.buttons() if button.text() == GO_ON))
+    bench.wait(lambda: bench.person is not None and bench.person.isVisible())
+    assert bench.runner.protocol.stage("main").practice is False
+    for _ in range(2):
+        bench.until(Phase.READY)
+        bench.key(Qt.Key.Key_Space)
+        bench.until(Phase.ANSWERING)
+        bench.key(Qt.Key.Key_Right)
+        bench.key(Qt.Key.Key_Return)
+    bench.until(Phase.END)
+    assert [entry.stage for entry in bench.entries()] == ["consent", "main", "main"]
 
 
 def test_an_id_that_looks_like_a_name_is_refused(bench):

@@ -173,6 +173,11 @@ class StudyOverview(QWidget):
         self.begin.setText("Go on" if goes_on else "Begin")
         self.state.setText(why_not)
 
+    def choose_another_id(self) -> None:
+        """Let what is typed next be another participant's id."""
+        self.participant.setFocus()
+        self.participant.selectAll()
+
     def show_equipment(self, text: str) -> None:
         """Show the equipment in use; "" for none."""
         self.equipment.setText(f"Equipment: {text}…" if text else "Equipment…")

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar
 
 from underfoot.experiments.duration import about
 from underfoot.floor.layout import Floor
+from underfoot.studies.empty_floor import empty_floor_text
 from underfoot.studies.runner import Phase, Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
@@ -118,8 +119,9 @@ class ExperimenterView(QWidget):
         now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         self.live.setText(_level_text(runner))
-        self.news.setText(runner.messages[-1] if runner.messages else "")
-        self.news.setVisible(bool(runner.messages))
+        news = empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")
+        self.news.setText(news)
+        self.news.setVisible(bool(news))
         self.pause.setText("Go on" if phase is Phase.STOPPED else "Stop")
         self.pause.setVisible(not is_over)
         self.leave.setVisible(not is_over)

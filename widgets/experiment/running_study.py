@@ -58,7 +58,9 @@ class RunningStudy(QObject):
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
     ) -> None:
-        """Begin or continue a participant's session in the file `path`; raise `UnderfootError` if that fails.
+        """Begin a participant's session in the file `path`, or continue it as it was begun.
+
+        Raises `UnderfootError` if that fails.
 
         Does nothing if the window has no session to lend.
         """
@@ -71,8 +73,9 @@ class RunningStudy(QObject):
         equipment = Equipment()
         try:
             floor = session.target.floor
-            equipment = choice.opened(study.protocol.sounds, floor, session.force_rate_hz)
-            self.runner = Runner(session, file, study.protocol, study.folder, equipment)
+            protocol, folder = file.as_begun(session.registry, study.folder)
+            equipment = choice.opened(protocol.sounds, floor, session.force_rate_hz)
+            self.runner = Runner(session, file, protocol, folder, equipment)
         except UnderfootError:
             equipment.close()
             file.close()
@@ -81,7 +84,7 @@ class RunningStudy(QObject):
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
         self._is_pilot = study.is_pilot
         session.send(Walk(False))
-        title = study.protocol.title or study.name
+        title = protocol.title or study.name
         self.experimenter.begin(floor, f"{title}  ·  {participant}", session.target.kind == "simulator")
 
     def stop(self, why: str) -> None:

@@ -1,13 +1,14 @@
 """The available studies, and the places of their session files."""
 
 import re
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
+from underfoot.experiments.store import SessionFile
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile
@@ -67,6 +68,14 @@ def own_node_files(folder: Path) -> list[NodeFile]:
 def session_path(root: Path, study: StudyFile, participant: str) -> Path:
     """Return the path of a participant's session file."""
     return root / study.name / f"{participant}.session"
+
+
+def was_begun_otherwise(path: Path, study: StudyFile) -> bool:
+    """Whether there is a session at `path` that was begun with another form of the study."""
+    if not path.exists():
+        return False
+    with closing(SessionFile.open(path)) as file:
+        return not file.is_of(study.protocol, study.folder)
 
 
 def sessions_of(root: Path, study: StudyFile) -> list[Path]:

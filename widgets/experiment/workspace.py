@@ -39,6 +39,7 @@ from underfoot.widgets.experiment.studies import (
     session_path,
     sessions_of,
     unused_id,
+    was_begun_otherwise,
 )
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.own_nodes import OwnNodes
@@ -48,6 +49,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 UNSAVED = "unsaved.draft"
 """Beside a person's own protocols: what was being made when the window was closed."""
 _HOW = "Pilot: try two trials of each stage yourself. Begin: type a participant's id first."
+GO_ON, ANOTHER_ID = "Go on with that one", "Begin anew under another id"
 SHORTCUTS = (
     ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
     ("Making a study: save and go on, close", "Ctrl+S, Esc"),
@@ -238,7 +240,9 @@ class ExperimentWorkspace(Workspace):
         if study.is_own:
             count = len(sessions_of(self.root, study))
             begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
-            note = f"{begun}: they stay, but can only be gone on with, and analysed here, while it is not changed."
+            note = (
+                f"{begun}: they stay, and go on as they were begun, but are analysed here only while it is unchanged."
+            )
             self._open_editor(
                 Draft.of(study.protocol, self._registry, self.own), study.path, note=note if count else ""
             )
@@ -383,6 +387,22 @@ class ExperimentWorkspace(Workspace):
         self._begin(pilot, unused_id(self.root, pilot))
 
     def _begin(self, study: StudyFile, participant: str) -> None:
+        """Begin or go on; where the study was changed since the session was begun, the person is asked first."""
+        if self.running.is_on:
+            return
+        try:
+            is_other = was_begun_otherwise(session_path(self.root, study, participant), study)
+        except UnderfootError as error:
+            self.overview.state.setText(str(error))
+            return
+        if not is_other:
+            self._run(study, participant)
+            return
+        text = f"{participant} was begun with an earlier form of this study. Go on with that one?"
+        self.overview.choose_another_id()
+        ask(self.window(), "An earlier form", text, GO_ON, lambda: self._run(study, participant), ANOTHER_ID)
+
+    def _run(self, study: StudyFile, participant: str) -> None:
         controller = self._controller
         if controller is None or self.running.is_on:
             return

@@ -42,31 +42,74 @@ if TYPE_CHECKING:
 )
 @click.option("--cluster", help="Existing Dask cluster for simulated participants, such as tcp://host:8786.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
-@click.option("--csv", type=FILE, help="Write the trials of simulated participants, as `analyse --csv` does.")
+@click.option(
+    "--csv", type=FILE, help="Write the trials of simulated participants, as `analyse --csv` does, or a plan."
+)
 @click.option("--levels", is_flag=True, help="Measure the peak of every stimulus under a simulated footstep.")
+@click.option("--plan", metavar="ID", help="Print the trials that the participant with this id will get, in order.")
 @RUN_CODE
 @click.option("--json", "as_json", is_flag=True, help="Print tables as JSON.")
 @takes_options(ExperimentOptions)
 def experiment(options: ExperimentOptions) -> None:
-    """Run the study PROTOCOL: a protocol file, or the name of a preset.
+    """Run the study PROTOCOL: a protocol file, or the name of a preset; or go on with a session file, with the protocol
+    that it was begun with.
 
     With --participant and --session it runs on a person, with --pilot on yourself; with --simulate on simulated people,
     whose truth is known, so that bias and spread of every estimate are known before the first person comes.
     """
-    chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels]
+    from underfoot.records.recording import is_recording
+
+    if is_recording(Path(options.protocol)):
+        _require_alone(options)
+        from underfoot.commands.participant import go_on_as_begun
+
+        go_on_as_begun(options)
+        return
+    chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels,
+              options.plan is not None]  # fmt: skip
     if sum(chosen) != 1:
-        raise BadValue("give one of --participant (with --session), --pilot, --simulate, or --levels")
-    if options.csv is not None and options.simulate is None:
-        raise BadValue("--csv is for --simulate; `analyse --csv` writes the trials of people")
+        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
+    if options.csv is not None and options.simulate is None and options.plan is None:
+        raise BadValue("--csv is for --simulate and --plan; `analyse --csv` writes the trials of people")
     protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
+    elif options.plan is not None:
+        _print_plan(options, protocol, options.plan)
     elif options.simulate is not None:
         _simulated(options, protocol, folder)
     else:
         from underfoot.commands.participant import run_on_person, run_pilot
 
         (run_pilot if options.pilot else run_on_person)(options, protocol, folder)
+
+
+def _require_alone(options: ExperimentOptions) -> None:
+    """Raise `BadValue` for what cannot be said of a session that goes on as it was begun."""
+    given = {
+        "--participant": options.participant, "--session": options.session, "--conditions": options.conditions,
+        "--pilot": options.pilot, "--simulate": options.simulate, "--levels": options.levels, "--csv": options.csv,
+        "--report": options.report, "--plan": options.plan,
+    }  # fmt: skip
+    for name, value in given.items():
+        if value not in (None, False):
+            raise BadValue(f"{options.protocol} is a session, which goes on as it was begun; leave out {name}")
+
+
+def _print_plan(options: ExperimentOptions, protocol: "Protocol", participant: str) -> None:
+    """Print a participant's trials in their order, and write them where that is asked for."""
+    from underfoot.experiments.analysis.findings import Findings, Table
+    from underfoot.experiments.analysis.report import data_of, text_of
+    from underfoot.experiments.plan import COLUMNS, plan_of
+    from underfoot.experiments.trial_files import write_csv
+
+    require_outputs_writable(options.csv)
+    rows = plan_of(protocol, participant)
+    if options.csv is not None:
+        write_csv(options.csv, rows, COLUMNS)
+    table = Table(f"Trials of {participant}", COLUMNS, tuple(tuple(row[name] for name in COLUMNS) for row in rows))
+    found = [Findings(protocol.title, tables=[table])]
+    print(json.dumps(data_of(found)) if options.as_json else text_of(found))
 
 
 def _print_levels(protocol: "Protocol", folder: Path, as_json: bool) -> None:

@@ -30,4 +30,5 @@ class ExperimentOptions:
     report: Path | None
     csv: Path | None
     levels: bool
+    plan: str | None
     as_json: bool

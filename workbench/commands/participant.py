@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import count
@@ -38,19 +39,33 @@ def run_pilot(options: "ExperimentOptions", protocol: "Protocol", folder: Path) 
 
 
 def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
-    """Run or go on with a study; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
+    """Run or go on with a study, whose patches lie in `folder`."""
+    if options.session is None:
+        raise BadValue("--participant needs --session FILE, where answers are kept")
+    _run(options, lambda: _session_file(options, protocol, folder), folder)
+
+
+def go_on_as_begun(options: "ExperimentOptions") -> None:
+    """Go on with the session that is named in the place of a protocol, with the protocol that is in it."""
+    from underfoot.experiments.store import SessionFile
+
+    path = Path(options.protocol)
+    _run(options, lambda: SessionFile.open(path), path.parent)
+
+
+def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", beside: Path) -> None:
+    """Run or go on with a session; ends with it, at "stop", at Ctrl-C, or where standard input ends."""
     from underfoot.engine.session import Session
     from underfoot.nodes import REGISTRY
     from underfoot.patch.patch import Patch
     from underfoot.studies.runner import Runner
 
-    if options.session is None:
-        raise BadValue("--participant needs --session FILE, where answers are kept")
     target = session_target(options.target, options.floor, options.profiles, options.sound, walker=False)
     with ExitStack() as opened:
-        file = _session_file(options, protocol, folder)
+        file = open_file()
         opened.callback(file.close)
-        session = Session(target, Patch(title="study"), REGISTRY, folder)
+        protocol, folder = file.as_begun(REGISTRY, beside)
+        session = Session(target, Patch(title="study"), REGISTRY, beside)
         opened.callback(session.close)
         equipment = _equipment(options, protocol, session)
         opened.callback(equipment.close)
@@ -80,6 +95,9 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
         kept = file.participant
         file.close()
         raise BadValue(f"{path} is of participant {kept}, not {person}; choose another --session")
+    if not file.is_of(protocol, folder):
+        file.close()
+        raise file.begun_otherwise()
     return file
 
 
@@ -89,6 +107,8 @@ class _Shown:
 
     key: str = ""
     hint: str = ""
+    is_empty: bool = False
+    """That nobody stands on the floor, until somebody does."""
 
 
 class _Terminal:
@@ -161,10 +181,15 @@ class _Terminal:
             runner.answer(answers_of(runner.page.questions, line))
 
     def _show(self) -> None:
+        from underfoot.studies.empty_floor import empty_floor_text
         from underfoot.studies.runner import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
+        empty = empty_floor_text(runner)
+        if empty and not self._shown.is_empty:
+            _say(empty)
+        self._shown.is_empty = not runner.watch.is_loaded and (self._shown.is_empty or bool(empty))
         for text in runner.messages[self._printed_messages :]:
             _say(text)
         self._printed_messages = len(runner.messages)

@@ -218,7 +218,8 @@ class Discriminator(Observer):
         for level in levels[:1] if self._judges_level else levels:
             pse, slope = self._at(level)
             value = f" {level}" if len(levels) > 1 and not self._judges_level else ""  # the analysis's name
-            found |= {f"pse{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
+            half = "pse" if self.given["standard"] else "threshold"
+            found |= {f"{half}{value}": pse, f"slope{value}": slope, f"intercept{value}": -slope * pse}
         return found
 
     @property

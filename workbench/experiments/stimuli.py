@@ -125,11 +125,8 @@ def parameters_of(name: str, registry: Registry, folder: Path | None) -> dict[st
 
 def patch_path(name: str, folder: Path | None) -> Path:
     """Return the path of a preset, or of a file in `folder`; raise `BadFile` if there is none."""
-    require("\0" not in name, "patch", name, "a preset's name, or a file's")
     presets = preset_files.patches()
-    inside = not Path(name).is_absolute() and ".." not in Path(name).parts
-    require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
-    path = presets.get(name) or (folder or Path()) / name
+    path = presets.get(name) or path_beside(name, folder or Path())
     try:
         is_file = path.is_file()
     except (OSError, ValueError):
@@ -138,6 +135,14 @@ def patch_path(name: str, folder: Path | None) -> Path:
         near = ", ".join(get_close_matches(name, presets, 3, 0.3) or list(presets)[:3])
         raise BadFile(f"there is no patch {name!r}; allowed: a file beside the protocol, or a preset, such as {near}")
     return path
+
+
+def path_beside(name: str, folder: Path) -> Path:
+    """Return the path of a file in `folder` or below, whether it exists or not; raise `BadValue` for one outside."""
+    require("\0" not in name, "patch", name, "a preset's name, or a file's")
+    inside = not Path(name).is_absolute() and ".." not in Path(name).parts
+    require(inside, "patch", name, "a preset's name, or a file beside the protocol or below")
+    return folder / name
 
 
 def _loaded(name: str, registry: Registry, folder: Path | None) -> Patch:

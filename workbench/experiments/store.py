@@ -17,6 +17,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import msgspec
 import numpy as np
@@ -27,8 +28,11 @@ from underfoot.documents import parse, placed
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import FORMAT, Protocol
 from underfoot.experiments.protocol import VERSION as PROTOCOL_VERSION
+from underfoot.experiments.stimuli import patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
-from underfoot.files import replaced
+from underfoot.files import make_folder, replaced, write_file
+from underfoot.patch import preset_files
+from underfoot.patch.node import Registry
 
 APPLICATION_ID = 0x55464558  # "UFEX"
 VERSION = 1
@@ -87,6 +91,7 @@ class SessionFile:
         self._begun: list[tuple[Excerpt, Future[_Packed]]] = []
         self._waiting: list[tuple[str, Entry, list[_Packed]]] = []
         """Writes that the disk has refused, with their times, to be written before anything else."""
+        self._unpacked: TemporaryDirectory[str] | None = None
 
     @staticmethod
     def create(
@@ -173,7 +178,8 @@ class SessionFile:
     def patches(self) -> dict[str, bytes]:
         """Return the protocol's patches as they were at the start of the session, by name."""
         with self._readable("patch"):
-            return dict(self._base.execute("select name, body from patch order by name"))
+            rows = self._base.execute("select name, body from patch order by name")
+            return {name: bytes(memoryview(body)) for name, body in rows}
 
     def stored_protocol(self) -> Protocol:
         """Return the protocol at the start of the session, for the analysis; its patches are not checked."""
@@ -194,11 +200,55 @@ class SessionFile:
                     raise BadFile(f"{self.path}: entry {number} cannot be read: {error}") from None
         return found
 
+    def is_of(self, protocol: Protocol, folder: Path | None) -> bool:
+        """Return whether the session was begun with this protocol, and with the patches that are in `folder`."""
+        return self._has_text_of(protocol) and self._has_patches_of(folder)
+
+    def as_begun(self, registry: Registry, beside: Path | None = None) -> tuple[Protocol, Path | None]:
+        """Return the protocol that the session was begun with, and the folder of its patches.
+
+        The folder is `beside` if its patches are unchanged; otherwise a temporary one, until `close`, without the files
+        of nodes that were beside them. Presets are those of this version.
+        """
+        folder = beside
+        if not self._has_patches_of(beside):
+            if self._unpacked is None:
+                self._unpacked = TemporaryDirectory(prefix="underfoot-")
+            folder = Path(self._unpacked.name)
+            for name, body in self._own_patches().items():
+                path = path_beside(name, folder)
+                make_folder(path.parent)
+                write_file(path, body)
+        return Protocol.loads(self.about["protocol"], registry, f"{self.path}, protocol", folder), folder
+
     def study(self, protocol: Protocol) -> Study:
         """Return the study in its current state; raise `BadFile` if the session belongs to another protocol."""
-        if protocol.dumps().decode() != self.about["protocol"]:
-            raise BadFile(f"{self.path} was begun with another protocol; go on with that one, or begin a new session")
+        if not self._has_text_of(protocol):
+            raise self.begun_otherwise()
         return Study(protocol, self.participant, self.entries())
+
+    def begun_otherwise(self) -> BadFile:
+        """Return the error of continuing the session with another protocol."""
+        return BadFile(
+            f"{self.path} was begun with another protocol, or an earlier form of it; go on with that one "
+            f"(underfoot experiment {self.path}), or begin a new session"
+        )
+
+    def _has_text_of(self, protocol: Protocol) -> bool:
+        return protocol.dumps().decode() == self.about["protocol"]
+
+    def _own_patches(self) -> dict[str, bytes]:
+        """Return the patches that are no presets."""
+        presets = preset_files.patches()
+        return {name: body for name, body in self.patches().items() if name not in presets}
+
+    def _has_patches_of(self, folder: Path | None) -> bool:
+        """Return whether the patches that are no presets are unchanged in `folder`."""
+        for name, body in self._own_patches().items():
+            path = path_beside(name, folder or Path())
+            if not path.is_file() or path.read_bytes() != body:
+                return False
+        return True
 
     def notes(self) -> list[Note]:
         """Return the experimenter's notes, in order."""
@@ -280,6 +330,8 @@ class SessionFile:
         with suppress(sqlite3.Error):  # another process reads the file: the log stays beside it
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
+        if self._unpacked is not None:
+            self._unpacked.cleanup()
 
     @contextmanager
     def _readable(self, table: str) -> Iterator[None]:
@@ -321,8 +373,6 @@ class _Transaction:
 
 
 def _patches(protocol: Protocol, folder: Path | None) -> dict[str, bytes]:
-    from underfoot.experiments.stimuli import patch_path
-
     names = {stimulus.patch for stimulus in protocol.stimuli.values() if stimulus.patch}
     return {name: patch_path(name, folder).read_bytes() for name in sorted(names)}
 

@@ -59,18 +59,18 @@ _TEXT_COLUMNS = (
 """Columns of text, also where a cell looks like a number."""
 
 
-def csv_text(rows: Sequence[Row]) -> str:
-    """Return a table of trials as CSV with a header; missing values are empty cells.
+def csv_text(rows: Sequence[Row], columns: Sequence[str] = ()) -> str:
+    """Return a table of trials as CSV with a header, of these columns or of all; missing values are empty cells.
 
     >>> print(csv_text([{"participant": "P1", "trial": 1, "rating": 40.0}]).splitlines()[0])
     participant,stage,method,practice,trial,block,attempt,spoiled,rating
     """
-    return _table(rows, columns_of(rows), ",", "")
+    return _table(rows, columns or columns_of(rows), ",", "")
 
 
-def write_csv(path: str | Path, rows: Sequence[Row]) -> None:
-    """Write a table of trials; an interrupted write leaves no partial file."""
-    write_file(path, csv_text(rows).encode())
+def write_csv(path: str | Path, rows: Sequence[Row], columns: Sequence[str] = ()) -> None:
+    """Write a table of trials with these columns, or with all; an interrupted write leaves no partial file."""
+    write_file(path, csv_text(rows, columns).encode())
 
 
 def read_csv(path: str | Path) -> list[Row]:

@@ -64,7 +64,9 @@ def counts(rows: Sequence[Row], axis: str) -> tuple[list[float], list[int], list
 
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
-    """Estimate one person's PSE, slope and intercept for each condition's curve; NaN if it cannot be fitted.
+    """Estimate one person's PSE (without a standard: threshold), slope and intercept for each condition's curve.
+
+    NaN if it cannot be fitted.
 
     Without a numeric factor, estimate the share of each stimulus.
     """
@@ -76,15 +78,21 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
 
 
 def _curves(rows: Sequence[Row], axis: str, condition: str, settings: Settings) -> list[Estimate]:
-    found = []
+    found, point = [], _half_name(rows)
     for value, part in _by_condition(rows, condition):
         try:
             x, yes, of = counts(part, axis)
             three = curve_estimates(x, yes, of, settings.bootstrap, with_lapses=settings.with_lapses)
         except BadMeasurement:
             three = tuple(Estimate(name, np.nan) for name in ("pse", "slope", "intercept"))  # type: ignore[assignment]
-        found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in three]
+        named = (replace(three[0], name=point), *three[1:])
+        found += [replace(one, name=f"{one.name} {value}".rstrip()) for one in named]
     return found
+
+
+def _half_name(rows: Sequence[Row]) -> str:
+    """Return what the level is where the share is a half: beside a standard it is equal to that, alone a threshold."""
+    return "pse" if any(row.get("comparison_at") or row.get("other") for row in rows) else "threshold"
 
 
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
@@ -95,7 +103,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         plain = preferences(_counted(rows))
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
-    found = Findings("Constant stimuli")
+    found, half = Findings("Constant stimuli"), _half_name(rows)
+    called = {"pse": "PSE"}.get(half, half)
     people = {
         person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
     }
@@ -103,18 +112,18 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     shown = [(person, one) for person, each in lines for one in (each, *_jnd(each))]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
     if any(math.isinf(one.high) for _, one in lines):
-        how += " From -inf to inf: the slope may be 0, and these trials do not bound the PSE."
-    how += " JND: from the PSE to where the share is three quarters, 0.6745 / slope."
+        how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
+    how += f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
     found.tables.append(_medians(by_name))
     found.tables.append(_shares(rows, axis, condition))
     found.drawings.append(_curves_drawn(rows, axis, condition))
-    for name in ("pse", "slope", "intercept"):
+    for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
-            found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS[name])
+            found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS.get(name, ""))
     return found
 
 
@@ -163,7 +172,7 @@ def _tests(name: str, values: Mapping[str, Sequence[float]]) -> Callable[[], lis
 
 
 def _medians(by_name: Mapping[str, Sequence[float]]) -> Table:
-    printed = {"pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
+    printed = {"threshold": {}, "pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
     rows = []
     for name, values in by_name.items():
         word, _, level = name.partition(" ")

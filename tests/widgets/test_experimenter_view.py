@@ -1,0 +1,66 @@
+"""What the experimenter is shown of a study on a floor of hardware, here tiles that send over UDP."""
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+from made_studies import made_protocol
+from people import open_session, taking_part
+from wired import ends
+
+from underfoot.devices.emulation.emulator import Emulator
+from underfoot.devices.replay import Replay
+from underfoot.engine.target import Target
+from underfoot.floor.forces import ForceSeries
+from underfoot.floor.layout import default_floor
+from underfoot.studies.runner import Phase
+from underfoot.widgets.experiment.experimenter_view import ExperimenterView
+
+CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 11.6, "level_m_s2": 2.0}
+
+
+class Standing(Replay):
+    """Tiles with as much on each as the test says."""
+
+    force_n = 0.0
+
+    def pull(self, end):
+        count = super().pull(end)
+        self.forces[:count] = self.force_n / 4
+        return count
+
+
+@pytest.fixture
+def tile():
+    sender, transport = ends("udp")
+    second = ForceSeries(np.arange(1000) / 1000.0, np.zeros((1000, 1, 4)), 1000.0)
+    source = Standing(second, default_floor(1, 1), 48_000.0, repeats=True)
+    with closing(Emulator(sender, source)) as emulator:
+        emulator.start()
+        source.target = Target(source.floor, kind="udp", source=transport.name.partition(":")[2])
+        yield source
+
+
+def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until, tmp_path):
+    view = ExperimenterView()
+    view.begin(tile.floor, "a study", presses=False)
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT})
+    with open_session(until, tile.target) as session, taking_part(session, protocol, tmp_path / "a", until) as person:
+        runner = person.runner
+
+        def shown():
+            view.show_runner(runner)
+            return view.news.text()
+
+        person.until_phase(Phase.READY)
+        person.until(lambda: shown() == "Nobody stands on the floor: 0 N.", "it is said")
+        assert not view.news.isHidden()
+        tile.force_n = 600.0
+        person.until(lambda: "Nobody" not in shown(), "somebody stands there")
+        tile.force_n = 0.0
+        person.until(lambda: shown().startswith("Nobody stands on the floor"), "nobody stands there again")
+        runner.start()
+        person.until_phase(Phase.ANSWERING)
+        assert "Nobody" not in shown()  # to answer, one may leave the floor
+        runner.answer({"rating": 50.0})
+        assert runner.study.is_done

@@ -1,0 +1,18 @@
+"""What the experimenter should know while a key begins what nobody on the floor feels."""
+
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
+
+
+def empty_floor_text(runner: Runner) -> str:
+    """That nobody stands on the floor, before and in a presentation that a key begins; "" where somebody does.
+
+    The trial is kept as it is, with its load: who feels it with a hand may load the floor with less than a foot.
+    Before a presentation it is not said of the simulated floor, on which a foot comes by itself.
+    """
+    page, is_simulated = runner.page, runner.session.target.kind == "simulator"
+    presents = page.trial is not None and page.start == "key" and bool(page.trial.intervals)
+    awaited = runner.phase is Phase.PRESENTING or (runner.phase is Phase.READY and not is_simulated)
+    if not presents or not awaited or runner.watch.is_loaded:
+        return ""
+    return f"Nobody stands on the floor: {abs(float(runner.watch.loads_n.sum())):.0f} N."
