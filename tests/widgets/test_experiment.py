@@ -7,7 +7,7 @@ from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
-from study_bench import Bench
+from study_bench import SLOW_MS, Bench
 from windows import dialog_of, noise_patch, play_on_simulator
 
 from underfoot.experiments.protocol import Protocol
