@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -25,13 +26,13 @@ from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.error_view import ErrorView
+from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.patch_editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
-from underfoot.widgets.plots.plot import Plot
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes that begin anew at random moments: the inspector shows their intervals. Others' laws take too long for that."""
@@ -93,7 +94,7 @@ class Inspector(QScrollArea):
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
-        self.law: Plot | None = None
+        self.law: LawView | None = None
         self.errors: ErrorView | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -156,8 +157,8 @@ class Inspector(QScrollArea):
 
     def show_laws(self, laws: Distributions) -> None:
         """Show the law of the node's intervals: the last of its laws."""
-        if self.law is not None and laws.drawings:
-            self.law.show_drawing(laws.drawings[-1])
+        if self.law is not None:
+            self.law.show_laws(replace(laws, drawings=laws.drawings[-1:]))
 
     def show_errors(self, curve: ErrorCurveDrawn) -> None:
         """Show what is known by now of the node's run time over error."""
@@ -233,8 +234,9 @@ class Inspector(QScrollArea):
                 editor.drive_requested.connect(lambda place, name=name: self.drive_requested.emit(id, name, place))
             self._offer_publishing(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
-            self.law = Plot()
+            self.law = LawView(most=1)
             self.law.setFixedHeight(LAW_PX)
+            self.law.expect()
             column.addWidget(self.law)
         if type.requested_error is not None:
             self.errors = ErrorView()
