@@ -95,6 +95,7 @@ class Inspector(QScrollArea):
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
         self.law: LawView | None = None
+        self._laws: Distributions | None = None
         self.errors: ErrorView | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -122,8 +123,11 @@ class Inspector(QScrollArea):
 
     def update_colours(self) -> None:
         """Build the page anew, in the colours that are in use."""
+        laws = self._laws
         self._shape = None
         self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
+        if laws is not None:
+            self.show_laws(laws)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """The tiles that there are."""
@@ -157,6 +161,7 @@ class Inspector(QScrollArea):
 
     def show_laws(self, laws: Distributions) -> None:
         """Show the law of the node's intervals: the last of its laws."""
+        self._laws = laws
         if self.law is not None:
             self.law.show_laws(replace(laws, drawings=laws.drawings[-1:]))
 
@@ -168,7 +173,7 @@ class Inspector(QScrollArea):
     # --- building ---
 
     def _build(self) -> None:
-        self.editors, self.picture, self.law, self.errors = {}, None, None, None
+        self.editors, self.picture, self.law, self.errors, self._laws = {}, None, None, None, None
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)

@@ -203,4 +203,8 @@ def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbo
         workspace._set("poisson", "interval", 0.05, "")
     workspace.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
     assert law.plots[0].isVisible()
-    assert law.plots[0].drawing.series[1].name == "exponential law"
+    drawing = law.plots[0].drawing
+    assert drawing.series[1].name == "exponential law"
+    workspace.inspector.update_colours()
+    assert workspace.inspector.law is not law
+    assert workspace.inspector.law.plots[0].drawing is drawing
