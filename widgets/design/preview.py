@@ -222,7 +222,9 @@ class PreviewPanel(QWidget):
         is_narrow = self.width() < NARROW_PX
         self.short_title.setText(name)
         self.short_title.setVisible(is_narrow)
-        (self._told if is_narrow else self._head).insertWidget(1, self.output)
+        line = self._told if is_narrow else self._head
+        if line.indexOf(self.output) < 0:
+            line.insertWidget(1, self.output)
         self.title.set_full_text("" if is_narrow else name)
 
     def show_preview(self, preview: Preview) -> None:
