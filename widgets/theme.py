@@ -28,12 +28,24 @@ _MIXTURES = {
     "alarming": ("alarm", "panel", 0.22),
     "alarming hover": ("alarm", "panel", 0.36),
     "alarming text": ("alarm", "text", 0.4),
+    "assuring": ("contact", "panel", 0.22),
     "quiet": ("muted", "raised", 0.92),
 }
 """Mixtures in every palette: a colour, what it is mixed with, and its share."""
 
 TEXT_BACKGROUNDS = {
-    "text": ("ground", "panel", "raised", "hover", "selected", "checked", "primary", "alarming", "alarming hover"),
+    "text": (
+        "ground",
+        "panel",
+        "raised",
+        "hover",
+        "selected",
+        "checked",
+        "primary",
+        "alarming",
+        "alarming hover",
+        "assuring",
+    ),
     "muted": ("ground", "panel", "raised", "hover"),
     "alarming text": ("alarming", "alarming hover"),
     "quiet": ("raised",),
@@ -262,6 +274,7 @@ QPushButton:checked, QToolButton:checked {{ background: {PALETTE["checked"]}; }}
 QPushButton:focus, QToolButton:focus, QComboBox:focus, QLineEdit:focus, QPlainTextEdit:focus {{
     border: 1px solid {VIBRATION}; }}
 QPushButton:disabled, QToolButton:disabled, QComboBox:disabled {{ color: {FAINT}; }}
+QComboBox {{ placeholder-text-color: {MUTED}; }}
 QPushButton[role="alarm"] {{
     background: {PALETTE["alarming"]}; border: 1px solid {ALARM}; font-weight: bold;
     color: {PALETTE["alarming text"]}; }}

@@ -9,12 +9,14 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMainWindow, QSplitter
+from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QWidget
 from windows import quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
-from underfoot.widgets import application, theme, window_state
+from underfoot.widgets import application, recolour, theme, window_state
+from underfoot.widgets.controls.slider import Slider
+from underfoot.widgets.design.message import Message
 from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
 
@@ -178,3 +180,26 @@ def test_a_window_is_never_larger_than_the_screen_nor_beside_it(qtbot):
         show(qtbot, window)
         assert room.contains(window.geometry())
         assert room.contains(window.minimumSize().width() - 1, window.minimumSize().height() - 1)
+
+
+def test_a_message_over_the_canvas_follows_the_colours(qtbot):
+    canvas, app = QWidget(), QApplication.instance()
+    canvas.resize(600, 200)
+    qtbot.addWidget(canvas)
+    for alarm, ground in ((True, "alarming"), (False, "assuring")):
+        message = Message(canvas)
+        for name in ("light", "dark"):
+            recolour.apply_colours(app, Settings(theme=name))
+            if name == "light":
+                message.show_text("It cannot be bypassed", alarm)
+            assert message.grab().toImage().pixelColor(4, 12).name() == theme.colours(name)[ground]
+
+
+def test_all_of_a_scale_to_answer_on_is_seen(qtbot):
+    slider = Slider()
+    qtbot.addWidget(slider)
+    slider.resize(200, 16)
+    slider.is_scale = True
+    slider.clear()
+    picture = slider.grab().toImage()
+    assert {picture.pixelColor(x, 8).name() for x in (4, 100, 195)} == {theme.FAINT}

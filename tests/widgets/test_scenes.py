@@ -11,6 +11,7 @@ from underfoot.floor.layout import default_floor
 from underfoot.scenes import discover
 from underfoot.scenes.pictures import Canvas
 from underfoot.scenes.shapes import Disc, Lines, box
+from underfoot.widgets import theme
 from underfoot.widgets.scenes.painting import paint_shapes
 
 LEFT = Qt.MouseButton.LeftButton
@@ -128,6 +129,33 @@ def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scene
     assert (middle.x(), middle.y()) == pytest.approx((view.width() / 2, view.height() / 2))
     qtbot.keyClick(view, Qt.Key.Key_Escape)
     assert scenes.projection is None
+
+
+def test_the_keys_of_the_projection_can_be_read_on_black_in_the_light_palette(scenes, qtbot):
+    start(scenes, qtbot, "frozen-pond")
+    qtbot.mouseClick(scenes.panel.project, LEFT)
+    theme.choose_palette("light")
+    try:
+        picture = scenes.projection.grab().toImage()
+    finally:
+        theme.choose_palette("dark")
+    rows = range(picture.height() - 4 * theme.GRID, picture.height())
+    greys = {picture.pixelColor(x, y).lightness() for y in rows for x in range(picture.width())}
+    assert min(greys) == 0
+    assert max(greys) > 128
+    scenes.projection.close()
+
+
+def test_what_one_scene_did_is_not_said_of_another(scenes, qtbot):
+    start(scenes, qtbot, "touch-widgets")
+    scenes.panel.add_line("Button down, press 1")
+    scenes.panel.show_speed(60.0, [], [])
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    assert scenes.panel.state.text().startswith("button pressed")
+    scenes.list.list.setCurrentRow(list(scenes.kinds).index("frozen-pond"))
+    panel = scenes.panel
+    assert (panel.state.text(), panel.speed.text(), panel.log.toPlainText()) == ("", "", "")
+    assert panel.start.isEnabled()
 
 
 def test_the_window_paints_what_films_have():

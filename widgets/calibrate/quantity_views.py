@@ -51,7 +51,7 @@ class QuantityRow(QWidget):
         super().__init__()
         self._layout = QHBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
-        self._layout.setSpacing(2 * theme.GRID)
+        self._layout.setSpacing(theme.GRID)
         self._pairs: list[tuple[QLabel, QLabel]] = []
         for _ in range(self.MAX_QUANTITIES):
             name, value = theme.label("", "small"), theme.label("")
@@ -62,6 +62,7 @@ class QuantityRow(QWidget):
                 cell.addWidget(label)
             self._layout.addLayout(cell, 1)
             self._pairs.append((name, value))
+        self._layout.addStretch(1)
         self.setFixedHeight(4 * theme.GRID + 4)
 
     def show_quantities(self, quantities: Quantities) -> None:
@@ -71,6 +72,8 @@ class QuantityRow(QWidget):
             name.setText(label_of(what))
             name.setToolTip(name.text())
             value.setText(quantity(amount, unit) if what else "")
+            for label in (name, value):
+                label.setVisible(bool(what))
 
     def texts(self) -> list[str]:
         """Return the displayed names and values."""

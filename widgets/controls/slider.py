@@ -23,6 +23,8 @@ class Slider(QSlider):
         self.setPageStep(100)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.is_scale = False
+        """Whether all of it is a scale to answer on, so that its ends are to be seen."""
         self._zero = 0.0
         self._position = 0.0
         self._accent = theme.VIBRATION
@@ -116,7 +118,7 @@ class Slider(QSlider):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(Qt.PenStyle.NoPen)
         middle, room = self.height() / 2, self.width() - 2 * KNOB_PX
-        painter.setBrush(QColor(theme.RAISED))
+        painter.setBrush(QColor(theme.FAINT if self.is_scale else theme.RAISED))
         painter.drawRoundedRect(QRectF(0.0, middle - 2, self.width(), 4.0), 2.0, 2.0)
         if not self._is_set:
             return

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -25,13 +26,13 @@ from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
 from underfoot.widgets.design.error_view import ErrorView
+from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.patch_editing import drivers
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
-from underfoot.widgets.plots.plot import Plot
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
@@ -93,7 +94,8 @@ class Inspector(QScrollArea):
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
-        self.law: Plot | None = None
+        self.law: LawView | None = None
+        self._laws: Distributions | None = None
         self.errors: ErrorView | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -121,8 +123,11 @@ class Inspector(QScrollArea):
 
     def update_colours(self) -> None:
         """Rebuild the page in the current colours."""
+        laws = self._laws
         self._shape = None
         self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
+        if laws is not None:
+            self.show_laws(laws)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """Set the ids of the tiles to choose from."""
@@ -156,8 +161,9 @@ class Inspector(QScrollArea):
 
     def show_laws(self, laws: Distributions) -> None:
         """Show the distribution of the node's intervals, the last of its distributions."""
-        if self.law is not None and laws.drawings:
-            self.law.show_drawing(laws.drawings[-1])
+        self._laws = laws
+        if self.law is not None:
+            self.law.show_laws(replace(laws, drawings=laws.drawings[-1:]))
 
     def show_errors(self, curve: ErrorCurveDrawn) -> None:
         """Show the node's run time as a function of error, as far as it has been measured."""
@@ -167,7 +173,7 @@ class Inspector(QScrollArea):
     # --- building ---
 
     def _build(self) -> None:
-        self.editors, self.picture, self.law, self.errors = {}, None, None, None
+        self.editors, self.picture, self.law, self.errors, self._laws = {}, None, None, None, None
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
@@ -233,8 +239,9 @@ class Inspector(QScrollArea):
                 editor.drive_requested.connect(lambda place, name=name: self.drive_requested.emit(id, name, place))
             self._offer_publishing(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
-            self.law = Plot()
+            self.law = LawView(most=1)
             self.law.setFixedHeight(LAW_PX)
+            self.law.expect()
             column.addWidget(self.law)
         if type.requested_error is not None:
             self.errors = ErrorView()

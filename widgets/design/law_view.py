@@ -11,25 +11,27 @@ from underfoot.widgets.plots.plot import Plot
 
 LAWS_PAGE = 3
 """Number of a node's distributions that are drawn."""
+LATE_AFTER_MS = 400
+"""Time in milliseconds after which the view says that distributions are being computed."""
 
 
 class LawView(QStackedWidget):
-    """Shows axes only once the quantity is known, and hides outdated distributions after `late_after_ms`."""
+    """Shows axes only once the quantity is known, hides outdated distributions, and draws at most `most` of them."""
 
-    def __init__(self, late_after_ms: int, parent: QWidget | None = None) -> None:
+    def __init__(self, most: int = LAWS_PAGE, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.text = theme.label("", "muted")
         self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.text.setWordWrap(True)
-        self.plots = [Plot(f"Law {k + 1}") for k in range(LAWS_PAGE)]
+        self.plots = [Plot(f"Law {k + 1}") for k in range(most)]
         page = QWidget(self)
         row = QHBoxLayout(page)
-        row.setContentsMargins(8, 0, 8, 8)
+        row.setContentsMargins(0, 0, 0, 0)
         for plot in self.plots:
             row.addWidget(plot)
         self.addWidget(self.text)
         self.addWidget(page)
-        self._late = QTimer(self, singleShot=True, interval=late_after_ms)
+        self._late = QTimer(self, singleShot=True, interval=LATE_AFTER_MS)
         self._late.timeout.connect(self.wait)
 
     def expect(self) -> None:

@@ -24,9 +24,9 @@ class Message(QLabel):
         self.setVisible(bool(text))
         if not text:
             return
-        accent = theme.ALARM if alarm else theme.CONTACT
+        accent, ground = (theme.ALARM, "alarming") if alarm else (theme.CONTACT, "assuring")
         self.setStyleSheet(
-            f"background: {theme.mixed(accent, theme.PANEL, 0.16)}; color: {theme.TEXT};"
+            f"background: {theme.PALETTE[ground]}; color: {theme.TEXT};"
             f"border: 1px solid {accent}; border-radius: 4px; padding: 6px 10px;"
         )
         self.setText(text)

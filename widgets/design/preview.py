@@ -29,7 +29,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import HEARD_HZ, Scale, quantised_levels, spectrogram_db, spectrum_db
-from underfoot.widgets.design.law_view import LawView
+from underfoot.widgets.design.law_view import LATE_AFTER_MS, LawView
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
 from underfoot.widgets.design.preview_signal import (
     SHORTEST_MS,
@@ -46,8 +46,6 @@ from underfoot.widgets.plots.zoom_plot import ZoomPlot
 RANGES_DB = (60, 90, 120)
 SIDE_PX, LEAST_SIDE_PX = 176, 112
 """The column of the tile and the spectrum; in a narrow panel it is a quarter, but not less than the second."""
-LATE_AFTER_MS = 400
-"""A preview that takes longer says that it is being made."""
 NARROW_PX, LOW_PX = 680, 240
 """Sizes below which the name precedes the figures, and the spectrogram has no text."""
 SILENT_DB = -120.0
@@ -98,7 +96,8 @@ class PreviewPanel(QWidget):
         )
         self.laws.setChecked(False)
         self.laws.hide()
-        self.law_view = LawView(LATE_AFTER_MS)
+        self.law_view = LawView()
+        self.law_view.setContentsMargins(8, 0, 8, 8)
         self.tiles = QComboBox(self)
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
@@ -143,7 +142,7 @@ class PreviewPanel(QWidget):
         return button
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
+        head = self._head = QHBoxLayout()
         head.setContentsMargins(16, 8, 8, 0)
         head.setSpacing(4)
         for box in (self.output, self.range, self.tiles):
@@ -171,7 +170,7 @@ class PreviewPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(head)
-        told = QHBoxLayout()
+        told = self._told = QHBoxLayout()
         told.setContentsMargins(16, 0, 8, 2)
         told.setSpacing(theme.GRID)
         told.addWidget(self.short_title)
@@ -185,7 +184,7 @@ class PreviewPanel(QWidget):
 
     def clear(self) -> None:
         """Show nothing, without a node."""
-        self.node, self._ports, self._preview = "", {}, None
+        self.node, self._ports, self._preview, self._is_late = "", {}, None, False
         self._name("Preview")
         self.note.set_full_text("select a node")
         self.output.hide()
@@ -209,6 +208,7 @@ class PreviewPanel(QWidget):
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = self._view_ms = None
+        self._is_late = False
         self._name(type.label)
         self.note.set_full_text("")
         self.laws.setVisible(type.distributions is not None)
@@ -222,6 +222,9 @@ class PreviewPanel(QWidget):
         is_narrow = self.width() < NARROW_PX
         self.short_title.setText(name)
         self.short_title.setVisible(is_narrow)
+        line = self._told if is_narrow else self._head
+        if line.indexOf(self.output) < 0:
+            line.insertWidget(1, self.output)
         self.title.set_full_text("" if is_narrow else name)
 
     def show_preview(self, preview: Preview) -> None:

@@ -187,6 +187,7 @@ class AnswerForm(QWidget):
             words = theme.label(end, "muted")
             words.setFont(theme.font(self._text_px))
             below.addWidget(words, 1, side)
+        slider.is_scale = True
         slider.setAccessibleName(question.label)
         slider.setMinimumSize(480, 4 * theme.GRID)
         value.setAlignment(Qt.AlignmentFlag.AlignCenter)

@@ -268,7 +268,7 @@ class StimulusForm(QWidget):
         """Return a box to choose a parameter of the patch to set."""
         box = self.adding = QComboBox()
         box.setAccessibleName("Add a setting")
-        box.addItem("Add a setting…", "")
+        box.addItem("Add…", "")
         for name in self._parameters:
             if name not in self._stimulus["settings"]:
                 box.addItem(name, name)
@@ -278,7 +278,7 @@ class StimulusForm(QWidget):
     def _patch_chooser(self) -> QComboBox:
         box = QComboBox()
         box.setAccessibleName("Remove a setting")
-        box.addItem("Remove one…", "")
+        box.addItem("Remove…", "")
         for name in self._stimulus["settings"]:
             box.addItem(name, name)
         box.setEnabled(bool(self._stimulus["settings"]))

@@ -133,7 +133,7 @@ class RecordingsWorkspace(Workspace):
         self.content = None
         self.title.setText("")
         self.facts.set_full_text("")
-        self.readout.setText("")
+        self.readout.set_full_text("")
         self.progress.setText("")
         self.steps.show_steps(())
         self._enable()
@@ -245,7 +245,7 @@ class RecordingsWorkspace(Workspace):
         opened, overview = content.opened, content.overview
         time_s = (values.frame - opened.first) / opened.rate
         baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
-        self.readout.setText(readout_text(opened.floor, values, baseline_n, time_s))
+        self.readout.set_full_text(readout_text(opened.floor, values, baseline_n, time_s))
         if values.corners_n is None:
             self.map.set_loads(np.zeros(len(opened.floor.tiles)), np.zeros(len(opened.floor.tiles), bool))
             self.map.set_contacts((), time_s)
@@ -411,8 +411,7 @@ class RecordingsWorkspace(Workspace):
         self.setFocusProxy(self.axis)
 
     def _build(self) -> None:
-        self.readout = theme.label("", "small")
-        self.readout.setMinimumWidth(1)
+        self.readout = ElidedLabel("small")
         self.readout.setFixedHeight(4 * theme.GRID)
         self.readout.setContentsMargins(2 * theme.GRID, 0, 0, 0)
         below = QSplitter(Qt.Orientation.Horizontal)
@@ -427,7 +426,8 @@ class RecordingsWorkspace(Workspace):
         column = QVBoxLayout(over)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        column.addWidget(with_header(self._head(), self.timeline), 1)
+        head, shrinking = self._head(), ((self.facts,), (self.playing, self.export_button))
+        column.addWidget(with_header(head, self.timeline, shrinking), 1)
         column.addWidget(self.readout)
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("recordings down")

@@ -54,7 +54,7 @@ class SceneList(QWidget):
             item.setSizeHint(QSize(LIST_PX - 4 * theme.GRID, PICTURE_PX + 3 * theme.GRID))
             path = kind.picture()
             if path is not None:
-                item.setIcon(QIcon(QPixmap(str(path))))
+                item.setIcon(_untinted(QPixmap(str(path))))
             self.list.addItem(item)
         column = QVBoxLayout(self)
         column.addWidget(theme.label("SCENES", "heading"))
@@ -104,7 +104,6 @@ class ScenePanel(QWidget):
         self.log.setMaximumBlockCount(MAX_LOG_LINES)
         self.log.setAccessibleName("What happened")
         self.log.setMinimumHeight(5 * theme.GRID)
-        self.log.setMaximumHeight(14 * theme.GRID)
         self._lay_out()
         self.start.clicked.connect(self._start_or_stop)
         self.project.clicked.connect(self.project_requested)
@@ -112,7 +111,9 @@ class ScenePanel(QWidget):
         self.is_playing = False
 
     def show_kind(self, kind: type[Scene], values: dict[str, Any]) -> None:
-        """Show a scene, with the values of its parameters."""
+        """Show a scene, with the values of its parameters; what another did goes."""
+        self.speed.clear()
+        self.log.clear()
         self.title.setText(kind.title)
         self.about.setText(kind.doc)
         page = QWidget()
@@ -176,6 +177,13 @@ class ScenePanel(QWidget):
         for part in below:
             column.addWidget(part)
         column.addWidget(theme.label("PARAMETERS", "heading"))
-        column.addWidget(self.parameters, 3)
+        column.addWidget(self.parameters, 2)
         column.addWidget(theme.label("WHAT HAPPENED", "heading"))
         column.addWidget(self.log, 1)
+
+
+def _untinted(picture: QPixmap) -> QIcon:
+    """Return an icon that keeps its colours in a chosen row."""
+    icon = QIcon(picture)
+    icon.addPixmap(picture, QIcon.Mode.Selected)
+    return icon

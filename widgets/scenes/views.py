@@ -17,6 +17,8 @@ from underfoot.widgets.floor_map import DEFAULT_PRESS_N
 from underfoot.widgets.scenes.painting import paint_shapes
 
 KEPT = 500
+ON_BLACK = "dark"
+"""The palette of what is drawn beside a scene, whose ground is black whatever the window has."""
 HINT_S = 6.0
 """Time for which the projector's keys are shown after it was opened or adjusted."""
 
@@ -104,7 +106,7 @@ class SceneView(QWidget):
         if self._floor is None:
             return
         to_pixels = self.to_pixels()
-        painter.setPen(QPen(QColor(theme.LINE), 1.0))
+        painter.setPen(QPen(QColor(theme.colours(ON_BLACK)["line"]), 1.0))
         for tile in self._floor.tiles:
             painter.drawPolygon(to_pixels.map(QPolygonF([QPointF(x, y) for x, y in tile.corners_m().tolist()])))
         if self._scene is not None:
@@ -179,7 +181,8 @@ class SceneProjection(TrueScaleWindow):
         if time.monotonic() < self._hint_until:
             line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
             painter.setFont(theme.font())
-            painter.setPen(QColor(theme.MUTED))
+            painter.fillRect(line, QColor("black"))
+            painter.setPen(QColor(theme.colours(ON_BLACK)["muted"]))
             painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.hint("this line goes by itself"))
         painter.end()
         self.times.add_picture(began)

@@ -73,7 +73,6 @@ class ScenesWorkspace(Workspace):
         self.setFocusProxy(self.list)
         self._connect()
         self.list.list.setCurrentRow(0)
-        self._show_availability()
 
     # --- as a workspace ---
 
@@ -111,6 +110,7 @@ class ScenesWorkspace(Workspace):
             self.stop()
         self.chosen = name
         self.panel.show_kind(self.kinds[name], self._values[name])
+        self._show_availability()
 
     def change(self, parameter: str, value: Any) -> None:
         """Change a parameter of the chosen scene, also while it plays."""

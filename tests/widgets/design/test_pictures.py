@@ -197,10 +197,14 @@ def test_a_contact_is_made_softer_by_its_tip(selected):
 
 def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbot):
     workspace = selected("poisson")
+    law = workspace.inspector.law
+    assert not law.plots[0].isVisible(), "axes of nothing"
     with qtbot.waitSignal(workspace.preview_requested, check_params_cb=lambda node, tile, laws: laws):
         workspace._set("poisson", "interval", 0.05, "")
     workspace.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
-    assert not workspace.inspector.law.grab().isNull()
-    assert [series.name for series in REGISTRY["poisson"].distributions({"interval": 0.05})[-1].series][
-        1
-    ] == "exponential law"
+    assert law.plots[0].isVisible()
+    drawing = law.plots[0].drawing
+    assert drawing.series[1].name == "exponential law"
+    workspace.inspector.update_colours()
+    assert workspace.inspector.law is not law
+    assert workspace.inspector.law.plots[0].drawing is drawing

@@ -216,3 +216,25 @@ def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(sh
     assert line.y[line.x.argmax()] == pytest.approx(8000.0, rel=0.03)
     shown.show_preview(Preview(3, 16_000.0, np.zeros(1600), {"heard": crackle[::3]}))
     assert shown.spectrum.ranges[3] == pytest.approx(8000.0), "no more than is sampled"
+
+
+def test_what_was_awaited_is_no_more_awaited_when_no_node_is_meant(shown, qtbot):
+    shown.expect("hum", REGISTRY["hum"])
+    qtbot.waitUntil(lambda: shown.note.full_text == "being made…")
+    shown.clear()
+    assert shown.note.full_text == "select a node"
+    assert shown.waveform.drawing.note == ""
+
+
+@pytest.mark.parametrize(("width_px", "beside"), [(900, "title"), (520, "short_title")])
+def test_in_a_narrow_panel_no_button_is_cut(shown, qtbot, width_px, beside):
+    shown.expect("slip", NODES["stick-slip"])
+    shown.resize(width_px, 300)
+    row = (shown.output, shown.laws, *shown.shows.values(), shown.log, shown.range, shown.tiles)
+
+    def is_arranged():
+        assert all(widget.width() >= widget.sizeHint().width() for widget in row)
+        assert all(shown.rect().contains(widget.geometry()) for widget in row)
+        assert abs(shown.output.geometry().center().y() - getattr(shown, beside).geometry().center().y()) <= 2
+
+    qtbot.waitUntil(is_arranged)

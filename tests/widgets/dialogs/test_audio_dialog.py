@@ -32,6 +32,13 @@ def test_what_is_in_use_is_what_is_shown(qtbot):
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
+def test_no_control_is_cut(qtbot):
+    dialog = opened(qtbot, [])
+    card = dialog.cards.rows[0]
+    for control in (card.device_box, card.channels, dialog.cards.add_button, dialog.cards.search_again, dialog.rate):
+        assert control.height() >= control.sizeHint().height()
+
+
 def test_apply_gives_device_rate_and_block(qtbot):
     dialog = opened(qtbot, CARDS)
     dialog.cards.rows[0].device_box.setCurrentIndex(dialog.cards.rows[0].device_box.findData("Eight out"))

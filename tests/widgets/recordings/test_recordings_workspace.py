@@ -116,8 +116,8 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
     drag(axis, axis.position_of(1.0, "force"), axis.position_of(2.0, "force"))
     assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
-    qtbot.waitUntil(lambda: opened.readout.text().startswith(f"{axis.cursor_s:.3f} s"))
-    assert all(unit in opened.readout.text() for unit in (" N", "commanded", "measured"))
+    qtbot.waitUntil(lambda: opened.readout.full_text.startswith(f"{axis.cursor_s:.3f} s"))
+    assert all(unit in opened.readout.full_text for unit in (" N", "commanded", "measured"))
     drag(axis, axis.position_of(2.0, "force"), axis.position_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
     assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
     qtbot.keyClick(axis, Qt.Key.Key_Backspace)
@@ -141,8 +141,8 @@ def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot)
     step = opened.content.steps[2].step
     opened._choose_tile(opened.content.opened.floor.index(step.tile))
     opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
-    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text())
-    assert "dB" in opened.readout.text()
+    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.full_text)
+    assert "dB" in opened.readout.full_text
     moment = moments[-1]
     assert moment.vibration["measured"].peak_m_s2 == pytest.approx(0.8 * moment.vibration["commanded"].peak_m_s2)
     assert moment.vibration["commanded"].peak_m_s2 == pytest.approx(1e-3 * moment.corners_n.sum(axis=1).max(), rel=0.25)
