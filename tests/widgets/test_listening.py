@@ -1,6 +1,5 @@
 """A scripted hand plays from the start, loops, hears one node alone, and compares A with B: on the simulated floor."""
 
-import time
 from itertools import pairwise
 
 import numpy as np
@@ -174,10 +173,13 @@ def test_a_preview_of_an_older_edit_sets_no_level(window, bench, qtbot):
     louder = quiet.set("noise", "amplitude", 4.0 * quiet.node("noise").parameters.get("amplitude", 1.0), REGISTRY)
     bench.document.edit(louder, "Set amplitude")
     bench.undo_action.trigger()
-    with qtbot.waitSignal(controller.preview_computed):
-        bench.preview_requested.emit("tile-output", tile, False)
-        time.sleep(0.5)  # it is computed, but not received yet
-        bench.redo_action.trigger()
+    quiet_ones = []
+    controller.preview_computed.connect(lambda preview, node: quiet_ones.append((preview, node)))
+    bench.preview_requested.emit("tile-output", tile, False)
+    qtbot.waitUntil(lambda: any(node == "tile-output" for _, node in quiet_ones))
+    bench.redo_action.trigger()
+    bench.show_preview(quiet_ones[-1][0], "tile-output")  # as if it had arrived only now
+    assert listening.level(slot) is None
     qtbot.waitUntil(lambda: listening.level(slot) is not None)
     assert listening.level(slot) == pytest.approx(4.0 * loudness, rel=0.02)
     bench.undo_action.trigger()
