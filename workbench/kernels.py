@@ -28,9 +28,12 @@ class Kernel:
     `py_func` is the function itself, `compiled` Numba's dispatcher.
     """
 
-    def __init__(self, function: Callable[..., Any], is_kept: bool, **options: Any) -> None:
+    is_kept = True
+    """Whether it is cached, and can be called from Python."""
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         update_wrapper(self, function)
-        self.py_func, self.is_kept = function, is_kept
+        self.py_func = function
         self.options = {"nopython": True, "nogil": True, "error_model": "numpy", **options}
 
     __call__ = property(attrgetter("compiled"))  # no interpreter frame: the output callback calls kernels
@@ -50,6 +53,8 @@ class Kernel:
 
 class KernelPart(Kernel):
     """Kernel that exists only within others. Python cannot call it: without this, the interpreter would crash."""
+
+    is_kept = False
 
     def _refuse(self) -> Any:
         raise TypeError(f"{self.py_func.__name__} is a part of kernels; Python calls {self.py_func.__name__}.py_func")
@@ -73,22 +78,22 @@ class Intrinsic:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel whose bits depend neither on how frames are split nor on the process that compiled it."""
-    return Kernel(function, is_kept=True)
+    return Kernel(function)
 
 
 def modal_kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel whose inner loop runs over modes: it may contract, and reassociate sums over modes."""
-    return Kernel(function, is_kept=True, fastmath={"contract", "nsz", "arcp", "reassoc"})
+    return Kernel(function, fastmath={"contract", "nsz", "arcp", "reassoc"})
 
 
 def part(function: Callable[..., Any]) -> Any:
     """Declare a helper of one kernel, compiled with it."""
-    return KernelPart(function, is_kept=False, **_PART)
+    return KernelPart(function, **_PART)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Declare a helper that is inlined into each kernel that calls it, for code that runs every frame."""
-    return KernelPart(function, is_kept=False, **_INLINED)
+    return KernelPart(function, **_INLINED)
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
@@ -105,7 +110,7 @@ def callback(signature: Any, function: Callable[..., Any]) -> Any:
 
 def modal_inlined(function: Callable[..., Any]) -> Any:
     """Declare a helper inlined into modal kernels. It may contract; its sums keep their order."""
-    return KernelPart(function, is_kept=False, **_INLINED, fastmath={"contract", "nsz"})
+    return KernelPart(function, **_INLINED, fastmath={"contract", "nsz"})
 
 
 @intrinsic

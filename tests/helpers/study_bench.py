@@ -4,6 +4,7 @@ from made_studies import protocol_text
 from PySide6.QtCore import Qt
 
 from underfoot.experiments.store import SessionFile
+from underfoot.studies.runner import Phase
 
 LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 240_000
 
@@ -44,6 +45,15 @@ class Bench:
 
     def key(self, key):
         self.qtbot.keyClick(self.person, key)
+
+    def rate(self, trials):
+        """Begin, feel and rate so many trials by keys, each a step above the middle."""
+        for _ in range(trials):
+            self.until(Phase.READY)
+            self.key(Qt.Key.Key_Space)
+            self.until(Phase.ANSWERING)
+            self.key(Qt.Key.Key_Right)
+            self.key(Qt.Key.Key_Return)
 
     def choose(self, **protocol):
         """Open a protocol from a file, and begin it for a participant whose id is typed."""

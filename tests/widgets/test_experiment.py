@@ -61,12 +61,7 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     bench.wait(lambda: bench.person.form.fields)
     bench.qtbot.keyClicks(bench.person.form.fields["age"], "31")
     bench.qtbot.keyClick(bench.person.form.fields["age"], Qt.Key.Key_Return)
-    for _ in range(2):
-        bench.until(Phase.READY)
-        bench.key(Qt.Key.Key_Space)
-        bench.until(Phase.ANSWERING)
-        bench.key(Qt.Key.Key_Right)
-        bench.key(Qt.Key.Key_Return)
+    bench.rate(trials=2)
     bench.until(Phase.END)
     answers = [entry.answers for entry in bench.entries()]
     assert answers[:2] == [{"agreed": "yes"}, {"age": 31}]
@@ -411,12 +406,7 @@ def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_whe
     bench.click(next(button for button in question.buttons() if button.text() == GO_ON))
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
     assert bench.runner.protocol.stage("main").practice is False
-    for _ in range(2):
-        bench.until(Phase.READY)
-        bench.key(Qt.Key.Key_Space)
-        bench.until(Phase.ANSWERING)
-        bench.key(Qt.Key.Key_Right)
-        bench.key(Qt.Key.Key_Return)
+    bench.rate(trials=2)
     bench.until(Phase.END)
     assert [entry.stage for entry in bench.entries()] == ["consent", "main", "main"]
 

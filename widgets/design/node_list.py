@@ -168,8 +168,7 @@ class NodeSearch(QFrame):
         column.addWidget(self.list)
         self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
-        for entered in (self.field.return_pressed, self.field.shift_return_pressed):
-            entered.connect(lambda: self._done(self.list.current()))
+        self.field.return_pressed.connect(lambda: self._done(self.list.current()))
         self.field.escaped.connect(lambda: self._done(""))
         self.hide()
 
@@ -209,8 +208,8 @@ class SearchField(QLineEdit):
     """A field whose arrow keys move through a list. Escape clears and leaves it."""
 
     stepped = Signal(int)
-    return_pressed = Signal()
-    shift_return_pressed = Signal()
+    return_pressed = Signal(bool)
+    """Enter was pressed; True with Shift."""
     escaped = Signal()
 
     def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
@@ -233,8 +232,7 @@ class SearchField(QLineEdit):
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.stepped.emit(1 if key == Qt.Key.Key_Down else -1)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            with_shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            (self.shift_return_pressed if with_shift else self.return_pressed).emit()
+            self.return_pressed.emit(bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
         elif key == Qt.Key.Key_Escape:
             self.clear()
             self.escaped.emit()

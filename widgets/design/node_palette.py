@@ -25,7 +25,6 @@ class NodePalette(QWidget):
         self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
         self.field.return_pressed.connect(self._enter)
-        self.field.shift_return_pressed.connect(self._enter)
         self.list.chosen.connect(self.chosen)
 
     def _enter(self) -> None:

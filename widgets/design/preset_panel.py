@@ -61,7 +61,6 @@ class PresetPanel(QWidget):
         self.field.textChanged.connect(self._filter)
         self.field.stepped.connect(self.list.step)
         self.field.return_pressed.connect(self._enter)
-        self.field.shift_return_pressed.connect(lambda: self._insert(self._meant()))
         self.field.escaped.connect(self._leave_field)
         self.filters.buttonClicked.connect(lambda _: self._filter())
         self.list.current_changed.connect(self._moved)
@@ -162,19 +161,15 @@ class PresetPanel(QWidget):
                 f"Hearing {self._auditioned.title}. Enter opens it, Shift+Enter puts it into your patch, Esc goes back."
             )
 
-    def _enter(self) -> None:
-        meant = self._meant()
+    def _enter(self, with_shift: bool) -> None:
+        """Open the current preset, or else the first; with Shift, put it into the patch."""
+        meant = self.list.current() or next(iter(self.list.presets()), None)
         if meant is not None:
-            self._choose(meant)
+            (self._insert if with_shift else self._choose)(meant)
 
-    def _meant(self) -> Preset | None:
-        """Return the current preset, or else the first."""
-        return self.list.current() or next(iter(self.list.presets()), None)
-
-    def _insert(self, preset: Preset | None) -> None:
-        if preset is not None:
-            self.end_audition()
-            self.insertion_requested.emit(preset)
+    def _insert(self, preset: Preset) -> None:
+        self.end_audition()
+        self.insertion_requested.emit(preset)
 
     def _choose(self, preset: Preset) -> None:
         self._audition_timer.stop()

@@ -198,8 +198,7 @@ class SlotListening(QObject):
         """Return whether a preview's slot, tile, duration and nodes are still current; its patch can be older."""
         if self._requested is None or self._requested[0] != self._conditions():
             return False
-        requested = self._requested[1]
-        return not changed_nodes(requested, patch) and len(requested.nodes) == len(patch.nodes)
+        return not changed_nodes(self._requested[1], patch)
 
     def _conditions(self) -> tuple[object, ...]:
         return self._open_patch.slot, self._preview.pad.tile.id, self._bar.seconds

@@ -139,7 +139,8 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     people = options.simulate or 0
     page = options.report / "power.html" if options.report and options.report.is_dir() else None
     require_outputs_writable(page, options.csv)
-    truths = truths_of(protocol, dict(_truth(options.truth)))
+    truth = dict(_truth(options.truth))
+    truths = truths_of(protocol, truth)
     found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)
     if options.report is not None:
         facts = [("protocol", options.protocol), ("seed", str(options.seed)), *(("truth", t) for t in options.truth)]
@@ -148,7 +149,6 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
         from underfoot.experiments.simulation import simulated_rows
         from underfoot.experiments.trial_files import write_csv
 
-        truth = dict(_truth(options.truth))
         rows = [simulated_rows(protocol, person, options.seed, truth)[0] for person in range(people)]
         write_csv(options.csv, [row for of_person in rows for row in of_person])
     print(json.dumps(data_of([found])) if options.as_json else text_of([found]))

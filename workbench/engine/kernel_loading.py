@@ -46,10 +46,9 @@ class KernelParts:
     def __init__(self, patch: Patch, target: Target, options: LoopOptions, from_end: bool = False) -> None:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
-        kernels: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
-        kernels += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
         # A part returns True if it made something that is not reported to listeners of the compiler.
-        self._parts: list[Callable[[], bool]] = [partial(_loaded, load) for load in kernels]
+        self._parts: list[Callable[[], object]] = [_program, *(REGISTRY[name].compile for name in types)]
+        self._parts += [load_kernels, _output, self._source, self._plates, self._intake, contacts.load_kernels]
         self._parts += [
             partial(load_plate, tile, options.simulation, float(options.rate_hz), heard)
             for heard in options.plates
@@ -62,7 +61,7 @@ class KernelParts:
         """Load all parts; report how many are ready as soon as one has to be made."""
         with _reporting(progress, len(self._parts) + 1) as ready:
             for part in self._parts:
-                ready(part())
+                ready(part() is True)
             self._play()
             ready(False)
 
@@ -107,11 +106,6 @@ def load_common_kernels() -> None:
 
 class _NotInCache(Exception):
     """A kernel has to be compiled."""
-
-
-def _loaded(load: Callable[[], object]) -> bool:
-    load()
-    return False
 
 
 def _program() -> None:

@@ -4,6 +4,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+Z_95 = 1.959964
+"""Standard normal deviate with 2.5 % of the distribution above it: half a 95 % interval."""
+
 
 @dataclass(frozen=True)
 class Estimate:

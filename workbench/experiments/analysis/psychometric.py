@@ -20,15 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import numbers
 from underfoot.errors import BadMeasurement, require
-from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.estimate import Z_95, Estimate
 from underfoot.experiments.analysis.libraries import statsmodels
 
 MOST_LAPSES = 0.1
 """Upper bound of a fitted lapse rate; more is not a lapse but another curve (Wichmann and Hill, 2001, use up to
 0.06).
 """
-
-_Z = 1.959964  # 2.5 % of a normal distribution is above it
 
 Array = NDArray[np.float64]
 
@@ -130,7 +128,7 @@ def estimates(
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
-    z = _Z
+    z = Z_95
     (vii, vis), (_, vss) = curve.covariance
     found = []
     for name, value, variance in (("slope", curve.slope, vss), ("intercept", curve.intercept, vii)):
@@ -162,7 +160,7 @@ def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
     if len(kept) < 20:
         return math.nan, math.nan
     below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
-    low, high = np.percentile(kept, 100.0 * ndtr(2.0 * ndtri(below) + np.array([-_Z, _Z])))
+    low, high = np.percentile(kept, 100.0 * ndtr(2.0 * ndtri(below) + np.array([-Z_95, Z_95])))
     return float(low), float(high)
 
 

@@ -4,12 +4,10 @@ import math
 from collections.abc import Sequence
 from statistics import NormalDist
 
-from underfoot.experiments.analysis.estimate import Estimate, mean_interval
+from underfoot.experiments.analysis.estimate import Z_95, Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Cell, Table
 from underfoot.experiments.questions import NO, YES
 from underfoot.experiments.table import Row, grouped
-
-_Z = 1.959964
 
 
 def sensitivity(rows: Sequence[Row]) -> list[Table]:
@@ -52,5 +50,5 @@ def d_prime(hits: tuple[int, int], false_alarms: tuple[int, int]) -> tuple[Estim
         rate = (count + 0.5) / (of + 1.0)
         z.append(normal.inv_cdf(rate))
         variance += rate * (1.0 - rate) / (of * normal.pdf(z[-1]) ** 2)
-    value, half = z[0] - z[1], _Z * math.sqrt(variance)
+    value, half = z[0] - z[1], Z_95 * math.sqrt(variance)
     return Estimate("d'", value, value - half, value + half), -0.5 * (z[0] + z[1])
