@@ -17,7 +17,7 @@ from underfoot.clock import FADE
 from underfoot.devices.accelerometers import Accelerometer
 from underfoot.devices.sound import PlayRecord, Stream, max_channels
 from underfoot.engine.commands import Level, Panic
-from underfoot.engine.reports import Notice, OutputChanged, Started
+from underfoot.engine.reports import Costs, Notice, OutputChanged, Started
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session_replay import replay
 from underfoot.errors import DeviceError
@@ -194,6 +194,7 @@ def test_sound_that_comes_with_a_later_patch_is_said_to_have_no_channel(null_sin
         playing.session.edit(heard)
         playing.until(lambda: playing.of(Notice), "it is told")
         assert playing.of(Notice)[0].text.startswith("this patch's Sound has no channel; choose the sound card again")
+        playing.until(lambda: any("sound-output" in costs.left_out for costs in playing.of(Costs)), "it is not run")
 
 
 def test_a_device_that_is_not_there_is_named_in_one_line():

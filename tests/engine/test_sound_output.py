@@ -42,6 +42,14 @@ def test_it_is_one_channel_behind_the_tiles_and_the_tiles_play_as_without_it():
     np.testing.assert_array_equal(heard.samples[:, :4], plain.samples)
 
 
+def test_without_a_channel_it_is_not_run_and_the_tiles_play_the_same():
+    patch = felt().add("noise", REGISTRY).add("sound-output", REGISTRY)
+    patch = patch.connect("noise.out", "sound-output1.sound", REGISTRY)
+    found = play(patch, sound_channel=-1)
+    assert set(found.left_out) == {"sound-output", "noise", "sound-output1"}
+    np.testing.assert_array_equal(found.samples, play(felt(None)).samples)
+
+
 def test_it_is_the_sum_of_all_tiles_in_parts_of_full_scale():
     """Four tiles with an amplitude of 2 at 0.05 each: 0.4; a tile gives 2 of its 20 m/s^2."""
     samples = play(felt()).samples[FRAMES // 2 :]

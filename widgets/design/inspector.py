@@ -10,7 +10,7 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from underfoot.engine.reports import Distributions, ErrorCurveDrawn
+from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group
@@ -89,8 +89,7 @@ class Inspector(QScrollArea):
         self._folder: Path | None = None
         self._shape: object = None
         self._edit_number = 0
-        self._share: Mapping[str, float] = {}
-        self._awake: Mapping[str, int] = {}
+        self._costs: Costs | None = None
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
@@ -143,9 +142,9 @@ class Inspector(QScrollArea):
             if isinstance(editor, FileEditor):
                 editor.set_folder(folder)
 
-    def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
-        """Show each node's share of the block time and number of awake tiles; None if the engine is stopped."""
-        self._share, self._awake = share or {}, awake
+    def show_costs(self, costs: Costs | None) -> None:
+        """Show the share of the block time and the number of awake tiles; None if the engine is stopped."""
+        self._costs = costs
         self._show_cost()
 
     def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
@@ -400,13 +399,15 @@ class Inspector(QScrollArea):
 
     def _show_cost(self) -> None:
         ids = self._ids or [node.id for node in self._patch.nodes]
-        if not self._share:
-            self._cost.setText("–")
+        costs = self._costs
+        known = [id for id in ids if id in costs.share] if costs else []
+        if costs is None or not known:
+            is_unused = costs is not None and all(id in costs.left_out for id in ids)
+            self._cost.setText("none: reaches no output that plays" if is_unused and ids else "–")
             self._tiles_awake.setText("–")
             return
-        known = [id for id in ids if id in self._share]
-        self._cost.setText(f"{percent(sum(self._share[id] for id in known))} of a block" if known else "not built")
-        awake = max((self._awake.get(id, 0) for id in known), default=0)
+        self._cost.setText(f"{percent(sum(costs.share[id] for id in known))} of a block")
+        awake = max(costs.awake.get(id, 0) for id in known)
         of = f" of {len(self._tiles)}" if self._tiles else ""
         self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
 

@@ -1,13 +1,13 @@
 """The drawn patch: one item for each node and wire, of which only changed ones are updated."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QBrush, QColor, QTransform
 from PySide6.QtWidgets import QGraphicsScene
 
-from underfoot.patch.effective import effective_patch
+from underfoot.engine.reports import Costs
 from underfoot.patch.groups import parents
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
@@ -16,7 +16,7 @@ from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, 
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of
-from underfoot.widgets.design.patch_editing import driven_parameters, drivers, upstream
+from underfoot.widgets.design.patch_editing import driven_parameters, drivers
 from underfoot.widgets.design.placing import Box
 from underfoot.widgets.design.rewiring import insertion_ports, port_of
 from underfoot.widgets.design.wire_picture import WirePicture
@@ -336,19 +336,15 @@ class PatchScene(QGraphicsScene):
 
     # --- reports of the engine ---
 
-    def show_costs(self, share: Mapping[str, float] | None, awake: Mapping[str, int]) -> None:
-        """Show each node's share of a block and number of awake tiles; None if the engine is stopped.
-
-        A node is unused if it leads to no playing output; a node that is not built yet is not unused.
-        """
-        heard = effective_patch(self.patch, self.registry)
-        used = upstream(heard, (node.id for node in heard.nodes if self.registry[node.type].is_sink))
+    def show_costs(self, costs: Costs | None) -> None:
+        """Show each node's share of a block, and which nodes are asleep or unused; None if the engine is stopped."""
+        share, awake, left_out = (costs.share, costs.awake, costs.left_out) if costs else ({}, {}, ())
         for id, item in self.nodes.items():
             if item.state == "fault":
                 continue
-            if share is None or id not in share:
+            if id not in share:
                 self._costs.pop(id, None)
-                item.set_cost("", "" if share is None or id in used else "unused")
+                item.set_cost("", "unused" if id in left_out else "")
                 continue
             # Fluctuating figures would redraw every node twice a second.
             before = self._costs.get(id, -1.0)

@@ -237,11 +237,10 @@ class DesignWorkspace(Workspace):
 
     def show_costs(self, costs: Costs | None) -> None:
         """Show each node's cost, and the nodes that are asleep; None if the engine is stopped."""
-        share, awake = (costs.share, costs.awake) if costs else (None, {})
-        self.canvas.patch_scene.show_costs(share, awake)
-        self.inspector.show_costs(share, awake)
+        self.canvas.patch_scene.show_costs(costs)
+        self.inspector.show_costs(costs)
         if costs:
-            self.silence_hint.take(self.patch(), self.registry, awake)
+            self.silence_hint.take(self.patch(), self.registry, costs.awake)
 
     def show_health(self, health: Health) -> None:
         """Clear the costs while the engine is not running."""

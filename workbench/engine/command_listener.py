@@ -60,7 +60,7 @@ class CommandListener:
         except UnderfootError as error:
             self._outbox.put(PatchRefused.because(error))
             return
-        if isinstance(action, ProgramSwap) and action.program.has_sound and self._loop.options.sound_channel == -1:
+        if isinstance(action, ProgramSwap) and action.program.lacks_sound:
             line = "this patch's Sound has no channel; choose the sound card again to open one"
             self.notices.append(Notice(line))
         self._runner.inbox.append(self._affordable(action) if isinstance(action, ProgramSwap) else action)
@@ -139,7 +139,7 @@ class CommandListener:
         costs = {id: load * share for id, share in program.shares().items()}
         steady = {id: 0.5 * (cost + self._costs.get(id, cost)) for id, cost in costs.items()}  # mean of the last second
         self._costs = costs
-        self._outbox.put(Costs(steady, awake))
+        self._outbox.put(Costs(steady, awake, program.left_out))
         fault = program.fault()
         if fault is not None:
             self._outbox.put(Fault(*fault))

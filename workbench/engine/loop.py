@@ -123,6 +123,7 @@ class Loop:
             scopes=scopes,
             folder=self.options.folder,
             seed=self.options.seed,
+            with_sound=self.options.sound_channel != -1,
         )
 
     def send(self, action: Action, frame: int | None = None) -> None:

@@ -71,7 +71,7 @@ class Pacer:
         silent = [t.id for t, channel in zip(target.floor.tiles, loop.channels, strict=True) if channel < 0]
         notices = [f"tiles without a channel: {', '.join(silent)}"] if silent else []
         notices += self._further.open()
-        if loop.program.has_sound and loop.safety.sound_channel < 0:
+        if loop.program.lacks_sound:
             notices.append("no channel is left behind the tiles' for Sound")
         return "; ".join(notices)
 

@@ -43,10 +43,14 @@ class Fault:
 
 @dataclass(frozen=True)
 class Costs:
-    """Each node's cost (share of the block time) and number of awake tiles, twice a second."""
+    """Each node's cost (share of the block time) and number of awake tiles, twice a second.
+
+    `left_out` are the nodes that are not run, because they reach no output that plays.
+    """
 
     share: dict[str, float]
     awake: dict[str, int]
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

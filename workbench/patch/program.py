@@ -30,9 +30,10 @@ class Program:
 
     Marks are applied first (`underfoot.patch.effective`). Only nodes that reach a sink, or an output named in `scopes`
     ("node.port"), are built; the others are in `left_out`. `output` is float64 [tiles, block] in m/s^2. `sound` is
-    float64 [1, block], the sum of all tiles' sound in full scale, if the patch `has_sound`. `engine_signals[name]` is
-    filled by the engine before each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and
-    reads files; running does none of these.
+    float64 [1, block], the sum of all tiles' sound in full scale, if the program `has_sound`. Without `with_sound` the
+    patch's Sound is left out, too, and the program `lacks_sound`. `engine_signals[name]` is filled by the engine before
+    each run; `scope[name]` holds the frames of a scope. Building allocates, compiles and reads files; running does none
+    of these.
     """
 
     def __init__(
@@ -46,13 +47,16 @@ class Program:
         scopes: Sequence[str] = (),
         folder: Path | None = None,
         seed: int | None = None,
+        with_sound: bool = True,
     ) -> None:
         patch.check(registry)
         self.patch, self.tiles, self.rate, self.block = patch, tuple(tiles), rate, block
         patch = effective_patch(patch, registry)
         kinds = {f"{node.id}.{n}": p.kind for node in patch.nodes for n, p in registry[node.type].output_ports.items()}
         self.scope_names = tuple(scope for scope in scopes if kinds.get(scope) == "signal")
-        needed = _nodes_to_outputs(patch, registry, scopes)
+        sounds = [node.id for node in patch.nodes if registry[node.type].to_sound]
+        self.has_sound, self.lacks_sound = bool(sounds) and with_sound, bool(sounds) and not with_sound
+        needed = _nodes_to_outputs(patch if with_sound else patch.remove(sounds), registry, scopes)
         self.node_ids, guards = guarded(patch, registry, needed, scopes)
         self.left_out = tuple(node.id for node in patch.nodes if node.id not in needed)
         self.index = {id: k for k, id in enumerate(self.node_ids)}
@@ -88,7 +92,6 @@ class Program:
         self.output, self.sound = self.tables.output, self.tables.sound
         self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
         """Rows of `output`, then `sound`, and which of them are zero throughout."""
-        self.has_sound = self.tables.sound_sinks.size > 0
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
         self.begins_anew = False
         """Whether only nodes that follow the floor take over state from the previous program."""

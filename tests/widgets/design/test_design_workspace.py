@@ -241,7 +241,8 @@ def test_a_preview_that_failed_says_why(workspace, qtbot):
 
 def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     scene = workspace.canvas.patch_scene
-    workspace.show_costs(Costs({"push": 0.001, "step": 0.02, "shaker": 0.3}, {"push": 1, "step": 0, "shaker": 2}))
+    shares, awake = {"push": 0.001, "step": 0.02, "shaker": 0.3}, {"push": 1, "step": 0, "shaker": 2}
+    workspace.show_costs(Costs(shares, awake, ("hum",)))
     states = {id: (item.cost, item.state) for id, item in scene.nodes.items()}
     assert states == {
         "push": ("0.1 %", ""),

@@ -125,7 +125,7 @@ def test_tab_goes_through_the_header_from_left_to_right(shown):
 
 def test_a_node_that_is_not_built_yet_is_not_called_unused(workspace):
     workspace.document.edit(workspace.patch().connect("hum.out", "shaker.acceleration", REGISTRY), "Connect")
-    workspace.show_costs(Costs({"shaker": 0.3}, {"shaker": 2}))
+    workspace.show_costs(Costs({"shaker": 0.3}, {"shaker": 2}, ("push", "step")))
     states = {id: item.state for id, item in workspace.canvas.patch_scene.nodes.items()}
     assert states == {"push": "unused", "step": "unused", "hum": "", "shaker": ""}
 
