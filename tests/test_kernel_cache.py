@@ -5,6 +5,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections import Counter
 
 import numba
 import numpy as np
@@ -117,8 +118,9 @@ def test_the_oldest_forms_of_a_kernel_go(kernels, tmp_path, monkeypatch):
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
     for k in range(7):
         kernels(called=CALLED.replace("2.0", f"{k}.5"))(1.0)
-    kept = sorted(path.suffix for path in cache_folder().rglob("caller.one_more-*"))
-    assert kept == [".lock"] * 4 + [".nbc"] * 4 + [".nbi"] * 4
+    kept = Counter(path.suffix for path in cache_folder().rglob("caller.one_more-*"))
+    assert kept[".nbc"] == kept[".nbi"] == 4
+    assert kept[".lock"] in (0, 4)  # older versions of filelock delete them
 
 
 def test_of_processes_that_need_a_kernel_at_once_one_compiles_it(kernels, tmp_path):

@@ -7,7 +7,7 @@ has a method `update_colours`.
 import re
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 
 from underfoot.drawing import look
 from underfoot.widgets import theme
@@ -39,7 +39,7 @@ def apply_colours(app: QApplication, settings: Settings) -> None:
             widget.setIcon(theme.recoloured_icon(widget.icon()))
         if hasattr(widget, "update_colours"):
             widget.update_colours()
-        widget.update()
+        QWidget.update(widget)  # lists of older Qt for Python have only their own, of an index
 
 
 def _recoloured(text: str) -> str:

@@ -2,6 +2,7 @@
 
 from PySide6.QtCore import QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMenu
 
 
 def show(qtbot, widget):
@@ -35,8 +36,8 @@ def choose(button, *words):
             timer.stop()
             menus[0].close()
             return
-        if action.menu() is not None:
-            menus.append(action.menu())
+        # Not action.menu(): the menu that older Qt for Python returns is deleted with its name here.
+        menus.extend(under for under in menu.findChildren(QMenu) if under.menuAction() == action)
         del left[0]
         if not left:
             timer.stop()
