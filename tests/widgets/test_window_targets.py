@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from on_screen import choose
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QMenu, QPushButton
 from windows import LONG_MS, calibrate, choose_file, design, dialog_of, quiet_window
 
 from underfoot.devices.emulation.emulator import Emulator
@@ -44,9 +44,9 @@ def test_another_target_is_another_session_with_the_same_patch(window, qtbot):
 
 def test_the_menu_marks_the_floor_and_the_tiles_that_are_played_on(window, qtbot):
     def marked():
-        actions = window.main_bar.target.menu().actions()
-        inner = [action for outer in actions if outer.menu() for action in outer.menu().actions()]
-        return {action.text() for action in (*actions, *inner) if action.isChecked()}
+        menu = window.main_bar.target.menu()
+        actions = [action for one in (menu, *menu.findChildren(QMenu)) for action in one.actions()]
+        return {action.text() for action in actions if action.isChecked()}
 
     assert marked() == {"Simulated floor  2 × 2", "Ideal sensors"}
     for choice, words in (

@@ -235,9 +235,8 @@ class _OutputRecorder:
         return float((rows[:, 1] > rows[:, 0]).mean())
 
     def shown_s(self) -> tuple[float, float]:
-        """Medians of the displayed latency, and of the hold in it."""
-        latency_s, hold_s = np.median(self._shown, axis=0)
-        return float(latency_s), float(hold_s)
+        """Return the median of the displayed latency, and the hold in it."""
+        return sorted(self._shown)[len(self._shown) // 2]
 
     def step_latencies(self, sent_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the seconds from each step sent to the delivery of its first frame."""

@@ -129,8 +129,9 @@ class CommandListener:
         source = self._loop.source
         if isinstance(source, DeviceFloor):
             self._status.put(Field.LOST, float(source.counts.lost))
-            self._status.put(Field.LATENCY_S, max(source.latency_s, self._runner.block_s))
-            self._status.put(Field.HOLD_S, max(source.latency_s - self._runner.block_s, 0.0))
+            latency_s, block_s = source.latency_s, self._runner.block_s
+            self._status.put(Field.LATENCY_S, max(latency_s, block_s))
+            self._status.put(Field.HOLD_S, max(latency_s - block_s, 0.0))
             for line in source.take_notices():
                 self._outbox.put(Notice(line))
         program, load = self._loop.program, self._runner.load
