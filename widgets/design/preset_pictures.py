@@ -1,6 +1,7 @@
 """Pictures of presets: those that are not kept are computed in a background process of lowest priority."""
 
 import threading
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +13,8 @@ from underfoot.engine.worker_pool import in_parallel
 from underfoot.errors import BadFile
 
 SETTLED_S = 1.5
-"""Time for which the processor is left to what the user waits for, before pictures that are missing are computed."""
+"""Seconds after the window's start for which the processor is left to what the user waits for, before pictures that are
+missing are computed."""
 
 
 class PresetPictures(QObject):
@@ -24,6 +26,7 @@ class PresetPictures(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._leaving = threading.Event()
+        self._begins = time.monotonic() + SETTLED_S
         self._thread: threading.Thread | None = None
         self._asked: set[Path] = set()
 
@@ -48,7 +51,7 @@ class PresetPictures(QObject):
 
     def _compute(self, paths: Sequence[Path]) -> None:
         missing = [path for path in paths if not self._take_kept(path)]
-        if not missing or self._leaving.wait(SETTLED_S):
+        if not missing or self._leaving.wait(max(self._begins - time.monotonic(), 0.0)):
             return
         pictures = in_parallel(picture_in_background, missing, 1, is_stopped=self._leaving.is_set)
         for number, picture in pictures:
