@@ -24,21 +24,32 @@ class ArrayCache:
 
     def get(self, name: str, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
         """Return the array of this name; made if there is none yet, or if its file is truncated."""
-        if name not in self._latest:
-            self._latest[name] = self._from_disk(name, make)
+        found = self.kept(name)
+        if found is None:
+            found = make()
+            with suppress(OSError, BadFile):
+                self._write(self._path(name), found)
+            self._keep(name, found)
+        return found
+
+    def kept(self, name: str) -> NDArray[np.float64] | None:
+        """Return the array of this name, or None if it has to be made."""
+        found = self._latest.get(name)
+        if found is None:
+            with suppress(OSError, ValueError, EOFError):
+                found = np.asarray(np.load(self._path(name)))
+        if found is not None:
+            self._keep(name, found)
+        return found
+
+    def _keep(self, name: str, array: NDArray[np.float64]) -> None:
+        self._latest[name] = array
         self._latest.move_to_end(name)
         while len(self._latest) > self._in_memory:
             self._latest.popitem(last=False)
-        return self._latest[name]
 
-    def _from_disk(self, name: str, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        path = cache_folder() / self._folder / f"{name}.npy"
-        with suppress(OSError, ValueError, EOFError):
-            return np.asarray(np.load(path))
-        made = make()
-        with suppress(OSError, BadFile):
-            self._write(path, made)
-        return made
+    def _path(self, name: str) -> Path:
+        return cache_folder() / self._folder / f"{name}.npy"
 
     def _write(self, path: Path, array: NDArray[np.float64]) -> None:
         make_folder(path.parent)

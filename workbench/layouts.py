@@ -7,7 +7,7 @@ made. In compiled code a memory is an address and these sizes.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -168,7 +168,14 @@ class Memory:
 
     def _find(self, name: str) -> tuple[Part, int]:
         layout = vars(self)["layout"]
-        for part, begin in zip(layout.parts.values(), layout.places(vars(self)["sizes"]), strict=False):
-            if part.name == name:
-                return part, begin
-        raise AttributeError(f"{layout.name} has no {name!r}; it has {', '.join(layout.parts)}")
+        found = _parts(layout, *vars(self)["sizes"].values()).get(name)
+        if found is None:
+            raise AttributeError(f"{layout.name} has no {name!r}; it has {', '.join(layout.parts)}")
+        return found
+
+
+@lru_cache(maxsize=512)
+def _parts(layout: Layout, *sizes: int) -> dict[str, tuple[Part, int]]:
+    """Return each part of a memory by its name, and where it starts; `sizes` in the order of the layout's symbols."""
+    places = layout.places(dict(zip(layout.symbols, sizes, strict=True)))
+    return {part.name: (part, begin) for part, begin in zip(layout.parts.values(), places, strict=False)}

@@ -110,9 +110,9 @@ def test_the_trials_of_a_participant_are_printed_and_written_beforehand(tmp_path
 
 
 def test_two_processes_give_the_same_table_as_one():
-    tables = [run("experiment", "target-selection", "--simulate", 50, "--processes", n).stdout for n in (1, 2)]
+    tables = [run("experiment", "detection-threshold", "--simulate", 50, "--processes", n).stdout for n in (1, 2)]
     assert tables[0] == tables[1]
-    assert "rate at 4.5 cm" in tables[0]
+    assert "threshold TD" in tables[0]
 
 
 def test_sessions_are_analysed_exported_and_read_again(tmp_path):

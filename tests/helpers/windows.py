@@ -23,12 +23,11 @@ def noise_patch(title="Hiss"):
 
 
 def quiet_window(qtbot, folder, path=None):
-    """Return a window without a session."""
+    """Return a window without a session, with the first workspace; the others are made when they are shown."""
     made = MainWindow(folder, Target(default_floor()), path)
     made.settings.first_steps_done = True
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
     show(qtbot, made)
-    made.make_workspaces()
     return made
 
 

@@ -24,7 +24,8 @@ from underfoot.widgets.view_menu import ViewMenu
 @pytest.fixture(autouse=True)
 def _dark_again():
     yield
-    application.application(Settings())
+    if theme.NAME != "dark":
+        application.application(Settings())
 
 
 def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):

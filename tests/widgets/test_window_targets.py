@@ -23,6 +23,7 @@ from underfoot.widgets.window import STARTING
 def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session another one will be opened."""
     made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
+    made.make_workspaces()
     with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
         made.start()
     return made

@@ -1,13 +1,20 @@
-"""Pictures of presets, computed in a background process of lowest priority."""
+"""Pictures of presets: those that are not kept are computed in a background process of lowest priority."""
 
 import threading
+import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from underfoot.engine.preset_pictures import PresetPicture, picture_in_background
+from underfoot.engine.preset_pictures import PresetPicture, kept_picture, picture_in_background
 from underfoot.engine.worker_pool import in_parallel
+from underfoot.errors import BadFile
+
+SETTLED_S = 1.5
+"""Seconds after the window's start for which the processor is left to what the user waits for, before pictures that are
+missing are computed."""
 
 
 class PresetPictures(QObject):
@@ -19,6 +26,7 @@ class PresetPictures(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._leaving = threading.Event()
+        self._begins = time.monotonic() + SETTLED_S
         self._thread: threading.Thread | None = None
         self._asked: set[Path] = set()
 
@@ -42,10 +50,22 @@ class PresetPictures(QObject):
             self._thread.join()
 
     def _compute(self, paths: Sequence[Path]) -> None:
-        pictures = in_parallel(picture_in_background, paths, 1)
+        missing = [path for path in paths if not self._take_kept(path)]
+        if not missing or self._leaving.wait(max(self._begins - time.monotonic(), 0.0)):
+            return
+        pictures = in_parallel(picture_in_background, missing, 1, is_stopped=self._leaving.is_set)
         for number, picture in pictures:
             if self._leaving.is_set():
                 break
             if isinstance(picture, PresetPicture):
-                self.arrived.emit(paths[number], picture)
+                self.arrived.emit(missing[number], picture)
         pictures.close()  # type: ignore[attr-defined]  # a generator, which ends its processes
+
+    def _take_kept(self, path: Path) -> bool:
+        """Show the picture of a file if it was computed before; return whether none is to be computed."""
+        with suppress(BadFile):
+            picture = kept_picture(path)
+            if picture is not None and not self._leaving.is_set():
+                self.arrived.emit(path, picture)
+            return picture is not None or self._leaving.is_set()
+        return True  # it is gone

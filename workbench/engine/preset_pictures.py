@@ -48,10 +48,15 @@ def picture_of(path: Path) -> PresetPicture:
     ((96,), True)
     """
     text = read_file(path)
-    name = hashlib.sha256(__version__.encode() + bytes(path.parent) + text).hexdigest()[:32]
-    numbers = _CACHE.get(name, lambda: _computed(Patch.loads(text, REGISTRY, str(path)), path.parent))
-    peak, felt_db = float(numbers[0]), float(numbers[1])
-    return PresetPicture(numbers[2:], peak, felt_db if np.isfinite(felt_db) else None)
+    return _picture(
+        _CACHE.get(_name(path, text), lambda: _computed(Patch.loads(text, REGISTRY, str(path)), path.parent))
+    )
+
+
+def kept_picture(path: Path) -> PresetPicture | None:
+    """Return the picture of the preset in a file if it was computed before."""
+    numbers = _CACHE.kept(_name(path, read_file(path)))
+    return None if numbers is None else _picture(numbers)
 
 
 def picture_in_background(path: Path) -> PresetPicture:
@@ -59,6 +64,15 @@ def picture_in_background(path: Path) -> PresetPicture:
     with suppress(OSError, AttributeError):
         os.nice(19 - os.nice(0))
     return picture_of(path)
+
+
+def _name(path: Path, text: bytes) -> str:
+    return hashlib.sha256(__version__.encode() + bytes(path.parent) + text).hexdigest()[:32]
+
+
+def _picture(numbers: NDArray[np.float64]) -> PresetPicture:
+    peak, felt_db = float(numbers[0]), float(numbers[1])
+    return PresetPicture(numbers[2:], peak, felt_db if np.isfinite(felt_db) else None)
 
 
 def _computed(patch: Patch, folder: Path) -> NDArray[np.float64]:

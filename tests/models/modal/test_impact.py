@@ -55,13 +55,10 @@ def solved(mass, velocity, stiffness, exponent, damping, modes, times, load=0.0)
     for first, last, step in ((0.0, middle, lasts / 50), (middle, times[-1], np.inf)):
         inside = times[(times > first) & (times <= last)] if first > 0 else times[times <= last]
         if last > first:
-            part = solve_ivp(
-                motion, (first, last), start, "DOP853", inside, rtol=1e-12, atol=1e-13 * scale, max_step=step
-            )
-            # t_eval leaves the state at `last` out unless it is among the times
-            end = solve_ivp(motion, (first, last), start, "DOP853", rtol=1e-12, atol=1e-13 * scale, max_step=step)
-            start = end.y[:, -1]
-            parts.append(part.y)
+            at = np.append(inside[inside < last], last)  # the next part begins at the state there
+            part = solve_ivp(motion, (first, last), start, "DOP853", at, rtol=1e-12, atol=1e-13 * scale, max_step=step)
+            start = part.y[:, -1]
+            parts.append(part.y[:, : inside.size])
     y = np.concatenate(parts, axis=1)
     return y[-1], shapes @ y[2 : 2 + count], shapes @ y[2 + count : 2 + 2 * count]
 

@@ -51,10 +51,12 @@ def texture(frames, coefficients, key=KEY, block=None):
 
 def impulses(frames, mean_s=0.02, key=KEY, start=START, block=None):
     found = []
+    events = event_list(room=min(block or frames, frames))
     for first, count in stretches(frames, block):
-        events = event_list(room=count)
+        events.count = 0.0
         noise.impulses(key, mean_s, RATE, start + first, start + first + count, events)
-        found.append(rows_of(events))
+        if events.count:
+            found.append(rows_of(events))
     return np.concatenate(found)
 
 

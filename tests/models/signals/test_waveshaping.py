@@ -25,8 +25,9 @@ def sum_of_sines(turns, amplitudes):
 
 
 def exact_turns(f0_hz, frames, rate):
-    """Phase of whole frames, with no rounding before the last."""
-    return [np.longdouble(float(Fraction(f0_hz) * int(i) / Fraction(rate) % 1)) for i in frames]
+    """Phase of whole frames, with no rounding before the last: division of integers rounds once."""
+    turn = Fraction(f0_hz) / Fraction(rate)
+    return [np.longdouble(turn.numerator * int(i) % turn.denominator / turn.denominator) for i in frames]
 
 
 def run_split(f0_hz, amplitudes, n, block, phase=0.0):

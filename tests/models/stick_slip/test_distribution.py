@@ -114,12 +114,12 @@ def test_a_constant_acceleration_gives_the_inverse_gaussian_distribution(gap, er
     # A spring so soft and so far out that its acceleration stays at 1 m/s^2 to a few 1e-6.
     acceleration, noise, w0 = 1.0, 0.25, 1e-3
     block = BlockOnBelt(w0, 0.0, noise, 0.5, -acceleration / w0**2, 0.5 - gap)
-    duration = distribution.first_passage(block, t_end=10.0, error=error)
-    times = np.linspace(0.0, 10.0, 2001)[1:] * gap
+    t_end = 10.0 * min(gap, 1.0)
+    duration = distribution.first_passage(block, t_end=t_end, error=error)
+    times = np.linspace(0.0, t_end, 2001)[1:]
     shape = gap**2 / (2.0 * noise)
     exact = invgauss(mu=gap / acceleration / shape, scale=shape).cdf(times)
-    observed = times <= 10.0
-    assert np.abs(np.interp(times, duration.points, duration.cdf) - exact)[observed].max() <= error
+    assert np.abs(np.interp(times, duration.points, duration.cdf) - exact).max() <= error
 
 
 @pytest.mark.parametrize("error", ERRORS[:-1])

@@ -11,6 +11,7 @@ from underfoot.engine.levels import levels_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design import preset_pictures
 from underfoot.widgets.design.preset_panel import PresetPanel
 
 
@@ -149,6 +150,22 @@ def test_pictures_come_and_say_what_the_levels_say(panel, qtbot):
     picture = picture_of(path)
     assert picture.peak_m_s2 == pytest.approx(levels.commanded.peak_m_s2, rel=0.05)
     assert picture.envelope.max() == 1.0
+
+
+def test_kept_pictures_are_there_without_a_process(qtbot, monkeypatch):
+    from underfoot.engine.preset_pictures import picture_of
+
+    paths = list(preset_files.patches().values())[:3]
+    kept = [picture_of(path).peak_m_s2 for path in paths]
+    given = []
+    monkeypatch.setattr(preset_pictures, "in_parallel", lambda work, jobs, *_, **__: given.append(jobs))
+    pictures, came = preset_pictures.PresetPictures(), []
+    pictures.arrived.connect(lambda path, picture: came.append((path, picture.peak_m_s2)))
+    pictures.ask(paths)
+    qtbot.waitUntil(lambda: len(came) == len(paths) or bool(given))
+    pictures.close()
+    assert came == list(zip(paths, kept, strict=True))
+    assert given == []
 
 
 def test_what_is_said_to_be_heard_is_heard(panel, qtbot):

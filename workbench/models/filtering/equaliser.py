@@ -11,8 +11,7 @@ where they help most, so that a higher order is never worse than a lower one.
 """
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +40,8 @@ _POINTS, _OUTER_POINTS, _PARTS = 240, 40, 4
 _NOISE_DB, _MOST_SMOOTHED = 0.2, 16
 _LEAST_ZETA, _MOST_ZETA = 0.004, 3.0
 _LEAST_IN_BAND = 4
+_KEPT = 48
+"""Orders of curves that are kept: a wizard designs for one curve several times, and tests in every order."""
 
 
 def design(
@@ -77,8 +78,7 @@ def design(
     )
     require(0.0 <= most_gain_db <= 60.0, "most_gain_db", most_gain_db, "0 to 60 dB")
     wanted = _Wanted(*_curve(frequencies_hz, magnitude, low, high), rate_hz, most_gain_db)
-    *_, best = _grown(wanted, int(order) // 2)
-    return _sections(best)
+    return _sections(_grown(wanted, int(order) // 2)[1])
 
 
 def gain(sections: ArrayLike, frequencies_hz: ArrayLike, rate_hz: float) -> NDArray[np.complex128]:
@@ -160,6 +160,7 @@ class _Wanted:
 
     def __init__(self, band: Array, log_magnitude: Array, rate_hz: float, most_gain_db: float) -> None:
         low, high = float(band[0]), float(band[-1])
+        self._given = band.tobytes(), log_magnitude.tobytes(), rate_hz, most_gain_db
         inverse = np.minimum(log_magnitude.mean() - log_magnitude, most_gain_db / _DB)
         # Points are dense at the band's ends: otherwise a narrow peak just outside would fit a notch there.
         share = np.linspace(0.0, 1.0, _OUTER_POINTS + 1)[1:] ** 2
@@ -183,6 +184,12 @@ class _Wanted:
         self.narrowest = math.tan(0.5 * math.pi * LEAST_WIDTH_HZ / rate_hz)
         self.atoms = self._atoms(low, high, rate_hz)
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Wanted) and self._given == other._given
+
+    def __hash__(self) -> int:
+        return hash(self._given)
+
     def _atoms(self, low: float, high: float, rate_hz: float) -> tuple[Array, Array]:
         """Return candidate sections (ln w, ln zeta), and the derivatives of the log gain by both and the gain."""
         f = np.geomspace(0.5 * low, min(1.5 * high, 0.45 * rate_hz), 60)
@@ -197,18 +204,40 @@ class _Wanted:
         narrowest = np.maximum(_LEAST_ZETA, self.narrowest * (np.exp(w) + np.exp(-w)))
         return np.stack([w, np.clip(places[:, 1], np.log(narrowest), math.log(_MOST_ZETA))], axis=1)
 
-    def error(self, found: Array) -> tuple[Array, Array]:
-        """Return the weighted error of parameters `found`, (points,), and its derivatives, (parameters, points)."""
-        power, by_w, by_zeta = _quadratics(found[:-1].reshape(-1, 2), self.squared)
-        zeros = len(power) // 2
+    def error(self, found: Array) -> "_Error":
+        """Return the weighted error of parameters `found`."""
+        quadratics = _quadratics(found[:-1].reshape(-1, 2), self.squared)
+        power, zeros = quadratics[0], len(quadratics[0]) // 2
         logarithm = 0.5 * np.log(power[:zeros].prod(axis=0) / power[zeros:].prod(axis=0))
         error = (logarithm + found[-1] - self.logarithm) * self.weight
         counts = ~self.at_most | (error > 0.0)
-        slopes = np.ones((found.size, error.size))
+        return _Error(np.where(counts, error, 0.0), self.weight * counts, quadratics)
+
+
+class _Error:
+    """Weighted error of some parameters, (points,)."""
+
+    def __init__(self, values: Array, weight: Array, quadratics: tuple[Array, Array, Array]) -> None:
+        self.values, self._weight, self._quadratics = values, weight, quadratics
+        self._sizes = np.abs(values)
+        self.largest = float(self._sizes.max())
+
+    def norm(self, p: int) -> float:
+        """Return the p-norm."""
+        return self.largest * float(np.mean((self._sizes / self.largest) ** p)) ** (1.0 / p) if self.largest else 0.0
+
+    def shares(self) -> Array:
+        """Return the sizes of the errors as shares of the largest."""
+        return self._sizes / self.largest
+
+    def slopes(self) -> Array:
+        """Return the derivatives by the parameters, (parameters, points)."""
+        _, by_w, by_zeta = self._quadratics
+        slopes = np.ones((2 * len(by_w) + 1, self.values.size))
         slopes[0:-1:2], slopes[1:-1:2] = by_w, by_zeta
-        slopes[2 * zeros : -1] *= -1.0
-        slopes *= self.weight * counts
-        return np.where(counts, error, 0.0), slopes
+        slopes[len(by_w) : -1] *= -1.0
+        slopes *= self._weight
+        return slopes
 
 
 def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
@@ -221,21 +250,25 @@ def _quadratics(places: Array, squared: Array) -> tuple[Array, Array, Array]:
     return power, 2.0 * w2 * apart / power + by_zeta, by_zeta
 
 
-def _grown(wanted: _Wanted, sections: int) -> Iterator[Array]:
-    """Yield the best parameters with 1, 2, ... sections: zeros (ln w, ln zeta) of each, then poles, then the gain."""
-    smooth = best = np.zeros(1)
-    for _ in range(sections):
-        # The mean square gives a smooth descent; its result is refined at higher p. In parallel the best lower order is
-        # extended by one section, so that no order is worse than the one before.
-        starts = [_with(smooth, place) for place in _places(wanted, smooth, 3)]
-        smooth = min((_refined(wanted, start, 2, 12) for start in starts), key=lambda found: _norm_of(wanted, found, 2))
-        smooth = sharp = _refined(wanted, smooth, 2, 25)
-        for p in _STAGES[1:]:
-            sharp = _refined(wanted, sharp, p, 15)
-        grown = _refined(wanted, _with(best, _places(wanted, best, 1)[0]), _STAGES[-1], 15)
-        unchanged = _with(best, wanted.atoms[0][0])
-        best = min((sharp, grown, unchanged), key=lambda found: float(np.abs(wanted.error(found)[0]).max()))
-        yield best
+@lru_cache(maxsize=_KEPT)
+def _grown(wanted: _Wanted, sections: int) -> tuple[Array, Array]:
+    """Return parameters with so many sections: zeros (ln w, ln zeta) of each, then poles, then the gain.
+
+    The first have the least mean square, the second are the best.
+    """
+    if sections == 0:
+        return np.zeros(1), np.zeros(1)
+    # The mean square gives a smooth descent; its result is refined at higher p. In parallel the best lower order is
+    # extended by one section, so that no order is worse than the one before.
+    smooth, best = _grown(wanted, sections - 1)
+    starts = [_with(smooth, place) for place in _places(wanted, smooth, 3)]
+    smooth = min((_refined(wanted, start, 2, 12) for start in starts), key=lambda found: wanted.error(found).norm(2))
+    smooth = sharp = _refined(wanted, smooth, 2, 25)
+    for p in _STAGES[1:]:
+        sharp = _refined(wanted, sharp, p, 15)
+    grown = _refined(wanted, _with(best, _places(wanted, best, 1)[0]), _STAGES[-1], 15)
+    unchanged = _with(best, wanted.atoms[0][0])
+    return smooth, min((sharp, grown, unchanged), key=lambda found: wanted.error(found).largest)
 
 
 def _with(found: Array, place: Array) -> Array:
@@ -246,12 +279,12 @@ def _with(found: Array, place: Array) -> Array:
 
 def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
     """Return the positions where a further section reduces the squared error most, from the derivatives there."""
-    error, slopes = wanted.error(found)
+    error = wanted.error(found)
     places, atoms = wanted.atoms
-    atoms = atoms * (slopes[-1])
+    atoms = atoms * error.slopes()[-1]
     square = atoms @ atoms.transpose(0, 2, 1)
     square += 1e-9 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    toward = atoms @ error
+    toward = atoms @ error.values
     taken = np.sum(toward * np.linalg.solve(square, toward[:, :, None])[:, :, 0], axis=1)
     chosen: list[Array] = []
     for k in np.argsort(-taken):
@@ -262,33 +295,25 @@ def _places(wanted: _Wanted, found: Array, most: int) -> list[Array]:
     return chosen
 
 
-def _norm(error: Array, p: int) -> float:
-    largest = float(np.abs(error).max())
-    return largest * float(np.mean((np.abs(error) / largest) ** p)) ** (1.0 / p) if largest > 0.0 else 0.0
-
-
-def _norm_of(wanted: _Wanted, found: Array, p: int) -> float:
-    return _norm(wanted.error(found)[0], p)
-
-
 def _refined(wanted: _Wanted, found: Array, p: int, steps: int) -> Array:
     """Minimise the p-norm from `found` by damped Gauss-Newton steps; it never rises."""
-    error, slopes = wanted.error(found)
-    norm, damping = _norm(error, p), 1e-2
+    error = wanted.error(found)
+    norm, damping = error.norm(p), 1e-2
     for _ in range(steps):
         if norm < 1e-9:
             break
-        weighted = slopes * (np.abs(error) / np.abs(error).max() + 1e-12) ** (p - 2)
-        square, toward = _products(weighted, slopes), weighted @ error
+        slopes = error.slopes()
+        weighted = slopes * (error.shares() + 1e-12) ** (p - 2)
+        square, toward = _products(weighted, slopes), weighted @ error.values
         diagonal = np.diag(square)
         before = norm
         for _ in range(8):
             system = square + np.diag(damping * diagonal + 1e-9 * diagonal.max())
             moved = found - np.linalg.solve(system, toward) / (p - 1)
             moved[:-1] = wanted.held(moved[:-1].reshape(-1, 2)).ravel()
-            tried: Any = wanted.error(moved)
-            if _norm(tried[0], p) < norm:
-                found, (error, slopes), norm = moved, tried, _norm(tried[0], p)
+            tried = wanted.error(moved)
+            if tried.norm(p) < norm:
+                found, error, norm = moved, tried, tried.norm(p)
                 damping = max(damping / 5.0, 1e-9)
                 break
             damping = min(4.0 * damping, 1e6)
