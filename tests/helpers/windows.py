@@ -28,7 +28,7 @@ def quiet_window(qtbot, folder, path=None):
     made.settings.first_steps_done = True
     qtbot.addWidget(made, before_close_func=lambda w: w.leave())
     show(qtbot, made)
-    made.make_workspaces()
+    made.workspaces.create_all()
     return made
 
 
@@ -38,7 +38,7 @@ def play_on_simulator(folder):
     window.settings.first_steps_done = True
     window.resize(1280, 800)
     window.show()
-    window.make_workspaces()
+    window.workspaces.create_all()
     window.start()
     window.open_patch.write_autosave()
     wait_until_playing(window)

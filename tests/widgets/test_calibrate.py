@@ -441,7 +441,7 @@ def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_p
         qtbot.waitUntil(lambda: wizard.would_lose)
         window.close()
         assert window.isVisible()
-        assert window.workspace == "Calibrate"
+        assert window.workspaces.chosen == "Calibrate"
         qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
         assert window.isVisible()
         window.close()

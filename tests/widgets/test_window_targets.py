@@ -16,7 +16,7 @@ from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
-from underfoot.widgets.window import STARTING
+from underfoot.widgets.session_display import STARTING
 
 
 @pytest.fixture

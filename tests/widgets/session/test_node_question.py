@@ -161,7 +161,7 @@ def test_a_study_of_ones_own_waits_for_the_answer_when_its_page_is_opened(qtbot,
     window = quiet_window(qtbot, kept)
     desk = window.workspaces["Experiment"]
     assert "Hums" not in [study.protocol.title for study in desk.studies]
-    window.show_workspace("Experiment")
+    window.workspaces.choose("Experiment")
     answer(qtbot, window, "Run it")
     assert "Hums" in [study.protocol.title for study in desk.studies]
 
