@@ -123,7 +123,7 @@ class _Terminal:
         self._disk_refused = False
 
     def run(self) -> None:
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
 
         _say(_HELP)
         while self._runner.phase is not Phase.END:
@@ -153,7 +153,7 @@ class _Terminal:
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
 
     def _take(self, line: str) -> None:
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner = self._runner
@@ -182,7 +182,7 @@ class _Terminal:
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
