@@ -5,7 +5,7 @@ from PySide6.QtGui import QKeyEvent
 
 
 def is_escape_override(event: QEvent) -> bool:
-    """Whether this event asks a widget, before the window hears of it, if it has a use for Escape.
+    """Return whether an event asks a widget if it uses Escape, before the window does.
 
     A widget that accepts such an event closes something. Shift+Escape is never asked for: that is always panic.
     """

@@ -68,7 +68,7 @@ class ScreenshotTaker(QObject):
             QTimer.singleShot(self._waits.settle_ms, self._next)
 
     def _take_all(self) -> Iterator[str]:
-        """Stops wherever the window needs time to draw. The last workspace, which is on the screen, comes first."""
+        """Take all pictures, and yield whenever the window needs time to draw; the visible workspace comes first."""
         for workspace, show in reversed(list(self._workspaces.items())):
             for width, height in SIZES:
                 show()

@@ -54,7 +54,7 @@ class TickReporter:
         window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
 
     def begin(self) -> None:
-        """The engine runs: play, record, and tell."""
+        """Play, record and report from now on."""
         controller = self._window.controller
         if controller.session is not None and controller.session.recording is None:
             controller.play()

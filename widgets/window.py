@@ -49,7 +49,7 @@ class MainWindow(QMainWindow):
     """Shows a patch and the session that plays it. `start` opens the session; closing the window ends it."""
 
     painted = Signal()
-    """The window is on the screen for the first time."""
+    """The window was painted for the first time."""
 
     def __init__(
         self,
@@ -178,7 +178,7 @@ class MainWindow(QMainWindow):
         self.activateWindow()  # keys come here from the first on, also where no window manager sees to it
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Keys that no widget had a use for."""
+        """Play or stop with Space, if no widget has used the key."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             self.controller.play_or_stop()
         else:

@@ -62,7 +62,7 @@ class CostDialog(QDialog):
         self._start_or_stop()
 
     def done(self, result: int) -> None:
-        """Esc and the button in the frame both come here: what is being measured stops."""
+        """Stop the measurement; Esc and the frame's button both end here."""
         self._stop("")
         super().done(result)
 

@@ -41,6 +41,6 @@ class FileErrorDialog(QDialog):
 
 
 def _numbered_lines(place: FilePlace) -> list[str]:
-    """The lines around the place, with their numbers and a mark at the one that is meant."""
+    """Return the lines around the place with their numbers, and a mark at the line of the error."""
     cut = ((k, f"{line[:MAX_LETTERS]}…" if len(line) > MAX_LETTERS else line) for k, line in place.excerpt())
     return [f"{'▸' if k == place.line else ' '}{k:5}  {line}" for k, line in cut]

@@ -105,7 +105,7 @@ class NetworkDialog(QDialog):
         grid.setRowMinimumHeight(row + 2, theme.GRID)
 
     def values(self) -> tuple[dict[str, str], list[str]]:
-        """The addresses, and the names of what is to be used."""
+        """Return the addresses, and the names of the protocols that are on."""
         texts = {name: field.text().strip() for name, field in self.addresses.items()}
         return texts, [name for name, box in self.check_boxes.items() if box.isChecked()]
 

@@ -48,7 +48,7 @@ class ShortcutsDialog(QDialog):
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
-    """The keys of those actions that have one."""
+    """Return text and keys of the actions that have keys."""
     native = QKeySequence.SequenceFormat.NativeText
     return [
         (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:3]))

@@ -29,7 +29,7 @@ _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS 
 
 
 def run_pilot(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
-    """Two trials of each stage on oneself; without --session in a folder of their own, under the next free number."""
+    """Run two trials of each stage as a pilot; without --session, in a new numbered file of a separate folder."""
     kept = Path(f"{Path(options.protocol).stem}-pilot")
     path = options.session or next(p for k in count(1) if not (p := kept / f"{k}.session").exists())
     if options.session is None:
@@ -75,7 +75,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
 
 
 def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
-    """What was asked for beside the floor."""
+    """Return the equipment that the options choose."""
     from underfoot.studies.equipment import EquipmentChoice
 
     masking = "" if options.masking == "default" else options.masking
@@ -213,7 +213,7 @@ class _Terminal:
 
 
 def answers_of(questions: Any, line: str) -> dict[str, Any]:
-    """The answers of a line: one for each question, separated by semicolons; an empty one is none.
+    """Return the answers in a line, separated by semicolons, one per question; an empty one is omitted.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> answers_of((yes_or_no("felt", "Did you?"),), "y")

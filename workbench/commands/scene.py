@@ -161,7 +161,7 @@ class _Show:
             time.sleep(_TICK_S)
 
     def _write(self) -> None:
-        """The picture and the film."""
+        """Write the picture and the film."""
         from underfoot.files import write_file
         from underfoot.scenes.pictures import Canvas, gif, png
 

@@ -131,7 +131,7 @@ class Format:
         return self.suffixes[0]
 
     def matches(self, path: Path) -> bool:
-        """Whether the file begins like a file of this format."""
+        """Return whether the file begins like a file of this format."""
         try:
             with path.open("rb") as file:
                 head = b"".join(file.read(4096).split())

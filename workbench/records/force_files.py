@@ -18,7 +18,7 @@ MOST_BYTES = 512 << 20
 def read_force_file(
     path: str | Path, floor: Floor | None = None, stretch_s: tuple[float, float] | None = None
 ) -> tuple[ForceSeries, Floor]:
-    """The forces in a file, or in a stretch of it, in seconds from its beginning; and the floor that they are of.
+    """Read the forces in a file, or in a part of it, with times in seconds from its beginning, and their floor.
 
     A recording and a C3D file bring their floor, and `floor` must have as many tiles if it is given; beside a CSV it is
     looked for where it is not given. Raises `BadFile` for what cannot be read, and for fewer than two samples.
@@ -41,7 +41,7 @@ def read_force_file(
 
 
 def floor_of(path: str | Path) -> Floor:
-    """The floor that the forces in a file are of, without reading the forces where that can be."""
+    """Return the floor of a file's forces, without reading the forces if possible."""
     path = Path(path)
     if is_recording(path):
         with Recording(path) as recording:

@@ -94,7 +94,7 @@ class Writer:
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def commands(self) -> int:
-        """Number of commands."""
+        """Return the number of commands."""
         count: int = self._base.execute("select count(*) from command").fetchone()[0]
         return count
 

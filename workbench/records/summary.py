@@ -30,7 +30,7 @@ class Summary:
 
 
 def summary_of(path: Path) -> Summary:
-    """The summary of a recording; `BadFile` where it cannot be read. Little of a long one is read."""
+    """Return the summary of a recording; `BadFile` if it cannot be read. Only a small part of a long file is read."""
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
         first, end = recording.span
@@ -46,7 +46,7 @@ def summary_of(path: Path) -> Summary:
 
 
 def _begun(recording: Recording) -> datetime:
-    """When it was begun; of an earlier version, when its file was last written to."""
+    """Return when it was begun; for an earlier version, when its file was last written."""
     try:
         return datetime.fromisoformat(recording.about["begun"])
     except (KeyError, ValueError):

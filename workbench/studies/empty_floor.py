@@ -5,7 +5,7 @@ from underfoot.studies.runner import Runner
 
 
 def empty_floor_text(runner: Runner) -> str:
-    """That nobody stands on the floor, before and in a presentation that a key begins; "" where somebody does.
+    """Return a warning if nobody stands on the floor before or during a presentation started by a key; else "".
 
     The trial is kept as it is, with its load: who feels it with a hand may load the floor with less than a foot.
     Before a presentation it is not said of the simulated floor, on which a foot comes by itself.
