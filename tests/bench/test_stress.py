@@ -82,7 +82,7 @@ def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
         base.execute("update force set data = ?", (rows.tobytes(),))
     assert "times that no session can have" in read_error(KINDS["recording"], path)
     with Recording(path) as recording, pytest.raises(BadFile):
-        recording.forces()
+        recording.force_samples()
 
 
 def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resampled(tmp_path):

@@ -167,7 +167,7 @@ class TileProperties:
         return float(self.resonances_hz[self._heave()])
 
     def tilt_hz(self) -> float:
-        """Return the higher of the two tilt resonances: of the three lowest resonances, those that are not the heave."""
+        """Return the higher of the two tilt resonances: of the three lowest, those that are not the heave."""
         return float(np.delete(self.resonances_hz[:3], self._heave()).max())
 
     def bend_hz(self, is_peak: bool) -> float:
@@ -191,7 +191,7 @@ class TileProperties:
         return 100.0 * float(np.linalg.norm(spectrum[2:]) / spectrum[1])
 
     def sway_hz(self) -> float:
-        """Return the two sideways resonances; the shear modulus of rubber mounts is a third of their Young's modulus."""
+        """Return the two sideways resonances; the shear modulus of rubber is a third of its Young's modulus."""
         return self.suspension.resonance_hz() / math.sqrt(_SHEAR)
 
     def yaw_hz(self) -> float:

@@ -63,7 +63,7 @@ def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceS
             raise BadFile(
                 f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch"
             )
-        rows = recording.forces_between(max(begin, first - rate), min(until, end + rate))
+        rows = recording.force_samples_between(max(begin, first - rate), min(until, end + rate))
     if len(rows) < 2:
         raise BadFile(f"{path} holds no force samples{' there' if stretch_s else ': it was ended before the first'}")
     return ForceSeries((rows[:, 0] - first) / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor

@@ -62,7 +62,7 @@ def _force(recording: Recording, first: int, end: int, tiles: int) -> NDArray[np
     else:
         low = high = np.full((POINTS, 1), np.nan, np.float32)
         for k, frame in enumerate(edges[:-1].tolist()):
-            rows = recording.forces_between(frame, frame + (edges[1] - edges[0]) / 8.0)
+            rows = recording.force_samples_between(frame, frame + (edges[1] - edges[0]) / 8.0)
             if len(rows):
                 high[k] = envelopes.loads(rows[:, 2:])[:, -1].max()
     rest = float(np.nanmin(low)) if np.isfinite(low).any() else 0.0
