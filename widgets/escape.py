@@ -1,4 +1,4 @@
-"""Escape closes what is open, and is panic where nothing is: how a widget with something open takes it for itself."""
+"""Escape closes something open, or else is panic: how a widget with something open claims the key."""
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent

@@ -1,4 +1,4 @@
-"""What the session reports, as the main bar, the progress bar and the status line show it."""
+"""Display of the session's reports in the main bar, the progress bar and the status line."""
 
 from pathlib import Path
 

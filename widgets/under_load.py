@@ -1,4 +1,4 @@
-"""The window as a program of its own that tells each second how it does: what `bench --stress whole_floor` starts."""
+"""The window as a separate program that reports each second, for `bench --stress whole_floor`."""
 
 import json
 import signal

@@ -1,4 +1,4 @@
-"""What the window remembers of its layout: size and place, where the parts of workspaces meet, which was on the screen.
+"""Stored layout of the window: size, position, and splitters of workspaces.
 
 Only splitters with an object name are remembered.
 """

@@ -1,4 +1,4 @@
-"""What this program is: version, licence, what it is built on, and where it keeps its files."""
+"""The About dialog: version, licence, libraries, and the program's folders."""
 
 import platform
 from importlib.metadata import PackageNotFoundError, version

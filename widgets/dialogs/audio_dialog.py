@@ -42,7 +42,7 @@ class AudioDialog(QDialog):
     applied = Signal(object, int, int, str)
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block, accelerometers."""
     pulse_requested = Signal(str)
-    """The tile whose shaker is to be heard."""
+    """The tile on which a pulse should play."""
     devices_found = Signal(list)
     """The devices that there are."""
 

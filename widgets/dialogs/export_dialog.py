@@ -1,4 +1,4 @@
-"""Writes the patch in a format of another program: which formats there are, and what each will lose."""
+"""Exports the patch to a format of another program; lists the formats and what each omits."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The network dialog: what goes to other programs and where, and whether these may send cues."""
+"""The network dialog: which data are sent to other programs and where, and whether these may send cues."""
 
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -35,7 +35,7 @@ STREAMS = (
 
 
 class NetworkDialog(QDialog):
-    """Edits addresses and what is used; Apply hands them to `apply(addresses, on)`, which may refuse them.
+    """Edits addresses and protocols; Apply passes them to `apply(addresses, on)`, which may refuse them.
 
     `counts` and `problem` are asked for while the dialog is open.
     """

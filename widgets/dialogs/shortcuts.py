@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollAre
 from underfoot.widgets import theme
 
 Keys = Sequence[tuple[str, str]]
-"""What is done, and by which keys."""
+"""Actions and their keys."""
 
 
 class ShortcutsDialog(QDialog):

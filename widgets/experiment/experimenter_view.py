@@ -29,7 +29,7 @@ _WORDS = {
     "level": "the level is set",
 }
 _USUAL_FOR_S = 120.0
-"""The pace that is usual counts as if it had been seen for so long."""
+"""Weight of the usual pace, as if it had been observed for this time."""
 
 
 class ExperimenterView(QWidget):

@@ -24,7 +24,7 @@ LEVELS = (1, 4, 16, 64)
 RAW_S, FINE_S = 0.004, 0.1
 """Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
-"""Vibration at the cursor is that of so long about it."""
+"""Time around the cursor over which vibration is measured."""
 
 
 @dataclass(frozen=True)

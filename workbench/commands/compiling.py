@@ -1,4 +1,4 @@
-"""What a command says while kernels are compiled: at first use, for half a minute or so."""
+"""Progress report of a command while kernels are compiled, which takes half a minute at first use."""
 
 import sys
 import threading

@@ -17,7 +17,7 @@ PATCH_SUFFIX = ".json"
 
 @dataclass(frozen=True)
 class ConvertOptions:
-    """What the command line says of a conversion; None and "" are what was not given."""
+    """Options of a conversion; None or "" if not given."""
 
     source: Path | None
     output: Path | None

@@ -34,7 +34,7 @@ _SENDERS = [transport.sender for transport in TRANSPORTS.values()]
 
 @dataclass(frozen=True)
 class EmulateOptions:
-    """What the command line says of emulating; None is what was not given. `senders` have the values of theirs."""
+    """Options of the command; None if not given. `senders` holds the options of each transport."""
 
     senders: Mapping[type[Sender], str]
     floor: Path | None

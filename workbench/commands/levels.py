@@ -1,4 +1,4 @@
-"""`underfoot levels`: how loud patches are on a tile that is stood on, and what is felt of them."""
+"""`underfoot levels`: commanded, measured and felt levels of patches on a loaded tile."""
 
 import json
 from pathlib import Path

@@ -103,7 +103,7 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
 @dataclass
 class _Shown:
-    """What was printed last, so that it is printed once."""
+    """The last lines printed, so that none is printed twice."""
 
     key: str = ""
     hint: str = ""
@@ -112,7 +112,7 @@ class _Shown:
 
 
 class _Terminal:
-    """Shows a runner in a terminal, and gives it what is typed."""
+    """Displays a runner in a terminal, and passes typed answers to it."""
 
     def __init__(self, runner: "Runner", lines: TypedLines) -> None:
         from underfoot.studies.simulated_foot import SimulatedFoot

@@ -32,7 +32,7 @@ Summary = dict[str, Any]
 
 @dataclass(frozen=True)
 class RenderOptions:
-    """What the command line says of a rendering; None is what was not given."""
+    """Options of a rendering; None if not given."""
 
     patches: tuple[Path, ...]
     output: Path | None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class _LoadedRig:
-    """What rigs have on which forces act: the simulator's come with a load cell."""
+    """Options of rigs with forces; the simulator's has a load cell."""
 
     target: str
     cell: str

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TileOptions:
-    """Options that say which tile is calibrated, and what becomes of the result."""
+    """Options that choose the tile, and where the result is written."""
 
     floor: Path | None = option("Floor JSON with the tile and its sensors; by default the default floor.", None)
     tile: str = option("The tile; by default the only one in the file, or the floor's first.", "")

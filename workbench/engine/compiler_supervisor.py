@@ -8,7 +8,7 @@ from underfoot.engine.reports import Compiled, Preview
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest
 
 SHARED = -1
-"""Ticket of a request to compile what the engine is loading."""
+"""Ticket of a request to compile the program that the engine is loading."""
 
 
 class CompilerSupervisor:

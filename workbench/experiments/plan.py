@@ -1,4 +1,4 @@
-"""The trials of one participant before they come: what the seed, the id and the protocol say of them."""
+"""The trials of one participant in advance, as they follow from seed, id and protocol."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""The least and the most of what a recording holds, bin by bin, so that hours can be drawn without being read.
+"""Minimum and maximum of a recording's signals in bins, so that hours can be drawn without reading all samples.
 
 They lie in a table beside the samples, written with them, at two levels: bins of 10 ms, and one for each block of
 some 0.05 s. For a recording of an earlier version `records.survey` makes the same table in the cache folder.

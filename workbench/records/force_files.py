@@ -12,7 +12,7 @@ from underfoot.records.recording import Recording, is_recording
 
 FORMS = "a force CSV, a recording, or a C3D file with force plates"
 MOST_BYTES = 512 << 20
-"""Forces of a recording that are played are in memory: so much at most."""
+"""Largest size in memory of a recording's forces."""
 
 
 def read_force_file(

@@ -1,4 +1,4 @@
-"""What a list says of a recording: when, how long, which floor, how many steps, and a small picture of its force."""
+"""Summary of a recording for a list: date, length, floor, number of steps, and a small picture of its force."""
 
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""What there is in a recording: its contacts, its footsteps and their curves of stance, and envelopes of its samples.
+"""Survey of a recording: contacts, footsteps with their force over the stance, and envelopes of the samples.
 
 It takes a while for a long recording, and is kept in the cache folder. `underfoot.engine.survey_process` does it beside
 the window.
@@ -29,9 +29,9 @@ FORMAT = 3
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
 PLACES_S = 0.025
-"""A contact's places are kept so far apart: a foot rolls on by a centimetre or two."""
+"""Distance between stored places of a contact; a foot rolls by a centimetre or two."""
 KEPT = 200
-"""Files of so many recordings are kept in the cache; the oldest go."""
+"""Number of recordings whose files stay in the cache; the oldest are removed."""
 
 
 class ContactSpan(msgspec.Struct, frozen=True):
@@ -68,7 +68,7 @@ class Stance(msgspec.Struct, frozen=True):
 
 
 class Survey(msgspec.Struct):
-    """What was found up to `until_s`: seconds from the recording's first frame on."""
+    """The results up to `until_s`, in seconds from the recording's first frame."""
 
     contacts: list[ContactSpan] = []
     steps: list[Stance] = []

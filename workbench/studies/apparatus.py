@@ -1,4 +1,4 @@
-"""What presents the stimuli of a study and measures what the participant does: the same for all of its trials."""
+"""The apparatus of a study: session, stimuli and equipment, shared by all of its trials."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the experimenter should know while a key begins what nobody on the floor feels."""
+"""A warning for the experimenter if a key starts a presentation while nobody stands on the floor."""
 
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner

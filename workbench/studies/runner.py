@@ -360,4 +360,4 @@ _STEPS: Mapping[Phase, Callable[[Runner], None]] = {
     Phase.PAGE: Runner._page,
     Phase.PAUSE: Runner._pause,
 }
-"""What `poll` does in the phases without a trial; nothing when stopped, and at the end."""
+"""The steps of `poll` in phases without a trial; none when stopped, and at the end."""

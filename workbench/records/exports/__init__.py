@@ -19,7 +19,7 @@ from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
 
 VIBRATION = ("commanded", "measured", "vibration")
-"""What was asked of tiles and what they did, m/s^2, and what they played, of full scale."""
+"""Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
 
 
 class ExportStopped(UnderfootError):
@@ -34,7 +34,7 @@ class ExportSource:
     vibration: str = "measured"
     """The one of `VIBRATION` that a format takes which carries one alone."""
     progress: Callable[[str, float], bool] = field(default=lambda text, share: True)
-    """Is told what is being written, and which share of that is done; says whether to go on."""
+    """Receives the current step and its completed share; returns whether to continue."""
 
     @property
     def forces(self) -> RecordedForces:
@@ -82,7 +82,7 @@ class ExportSource:
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """A format: its suffix, what it is, what of a recording it does not carry, and what writes it to a path."""
+    """A format: its suffix and description, what it omits of a recording, and the function that writes it."""
 
     suffix: str
     title: str
