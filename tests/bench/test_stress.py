@@ -137,7 +137,7 @@ def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
 
     def run(row, effort, progress):
         asked.update(row=row, effort=effort)
-        return {"damage": [Outcome("patch", 3, "a traceback", False)]}
+        return {"damage": [Outcome("patch", 3, "a traceback", passed=False)]}
 
     monkeypatch.setattr(stress, "run", run)
     done = CliRunner().invoke(cli, ["bench", "--stress", "damage", "--times", "3"])

@@ -171,7 +171,7 @@ def _candidate(
 ) -> Candidate:
     plate = spec.plate(*map(float, made_of))
     try:
-        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(False)
+        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(is_peak=False)
     except BadValue:
         dip_hz = math.nan
     mass, deflection, first = map(float, does)
