@@ -183,7 +183,7 @@ def test_steps_of_hardware_are_those_of_the_file(underfoot, folder, walk_on, sch
     assert "underfoot: uncalibrated: t1, t2 (20 counts a newton are assumed)\n" in error
     with Recording(folder / "live.underfoot") as recording:
         assert recording.about["target"] == scheme
-        rows = recording.forces()
+        rows = recording.force_samples()
     assert len(rows) > 2000
     assert (np.diff(rows[:, 0]) > 0.0).all()
 

@@ -24,7 +24,7 @@ from llvmlite import binding
 from underfoot.__main__ import cli
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -58,7 +58,7 @@ def render_of(name, block=BLOCK, seconds=SECONDS):
     """Samples of a preset, float32 [frame, channel]."""
     patch = Patch.load(preset_files.patches()[name], REGISTRY)
     source = SimulatedFloor(default_floor(), 48_000, patch.seed)
-    return render(patch, REGISTRY, source, seconds, LoopOptions(block=block)).samples
+    return render_source(patch, REGISTRY, source, seconds, LoopOptions(block=block)).samples
 
 
 def render_figures(samples):

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Play
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.engine.safety import DC_HZ
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.nodes import REGISTRY
@@ -38,7 +38,7 @@ def load(name):
 
 def play(patch, seconds, block=1024, walking=True):
     source = SimulatedFloor(default_floor(), RATE, patch.seed, walking)
-    return render(patch, REGISTRY, source, seconds, LoopOptions(block=block))
+    return render_source(patch, REGISTRY, source, seconds, LoopOptions(block=block))
 
 
 @cache

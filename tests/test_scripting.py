@@ -13,7 +13,7 @@ import soundfile
 
 import underfoot as uf
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.engine.render import render as play
+from underfoot.engine.render import render_source
 from underfoot.nodes import REGISTRY
 from underfoot.records.tables import Table
 
@@ -72,7 +72,7 @@ def test_a_walker_presses_with_its_weight():
 def test_a_patch_becomes_the_array_that_the_engine_would_play():
     samples = run(SCRIPTS[3])["samples"]
     patch = uf.open_patch("gravel")
-    expected = play(patch, REGISTRY, SimulatedFloor(uf.default_floor(), 48_000.0, patch.seed), 2.0)
+    expected = render_source(patch, REGISTRY, SimulatedFloor(uf.default_floor(), 48_000.0, patch.seed), 2.0)
     assert samples.tobytes() == expected.samples.tobytes()
 
 
@@ -112,6 +112,20 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
         assert getattr(uf, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'rendr'"):
         uf.rendr  # noqa: B018
+
+
+@pytest.mark.parametrize(("make", "said"), [
+    (lambda patch: uf.render("gravel"), """patch is 'gravel'; allowed: a Patch, such as open_patch("gravel")"""),
+    (lambda patch: uf.render(patch, "w"), """forces is 'w'; allowed: Forces, such as read_forces("walk.csv")"""),
+    (lambda patch: uf.render(patch, floor=4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
+    (lambda patch: uf.render(patch, plates="foot"), "plates is 'foot'; allowed: a tuple of accelerometer, foot"),
+    (lambda patch: uf.walk("10"), "seconds is '10'; allowed: above 0, up to 600 s"),
+    (lambda patch: uf.walk(2.0, 4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
+])  # fmt: skip
+def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said):
+    with pytest.raises(uf.UnderfootError) as error:
+        make(uf.open_patch("tacton-impact"))
+    assert str(error.value) == said
 
 
 @pytest.mark.parametrize("make", [

@@ -55,9 +55,9 @@ def run(
         if file is not None:
             window.open_file(file)
         collect_in_this_thread(window)
-        freeze_loaded(window.bridge.started, window.loaded)
+        freeze_loaded(window.bridge.started, window.workspaces.loaded)
         window.painted.connect(window.start)
-        window.bridge.started.connect(lambda: QTimer.singleShot(SETTLED_MS, window.make_next_workspace))
+        window.bridge.started.connect(lambda: QTimer.singleShot(SETTLED_MS, window.workspaces.create_next))
         if screenshot_dir is not None:
             _take_screenshots(window, screenshot_dir)
         status = app.exec()
@@ -105,7 +105,7 @@ def _take_screenshots(window: MainWindow, folder: Path) -> None:
     """Save a picture of every workspace, and then close the window."""
     from underfoot.widgets.screenshots import ScreenshotTaker
 
-    shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
+    shows = {name: partial(window.workspaces.choose, name) for name in window.workspaces.names}
     taker = ScreenshotTaker(window, shows, lambda: window.controller.played_s, folder)
     taker.finished.connect(window.leave)
     taker.start()

@@ -1,11 +1,11 @@
-"""Escape closes what is open, and is panic where nothing is: how a widget with something open takes it for itself."""
+"""Escape closes something open, or else is panic: how a widget with something open claims the key."""
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 
 
 def is_escape_override(event: QEvent) -> bool:
-    """Whether this event asks a widget, before the window hears of it, if it has a use for Escape.
+    """Return whether an event asks a widget if it uses Escape, before the window does.
 
     A widget that accepts such an event closes something. Shift+Escape is never asked for: that is always panic.
     """

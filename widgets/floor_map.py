@@ -1,4 +1,4 @@
-"""The floor from above: each tile's load, and the contacts on it with the trails that they left."""
+"""The floor from above: the load of each tile, and contacts with their trails."""
 
 import math
 from collections import deque
@@ -28,47 +28,47 @@ from underfoot.quantities import quantity
 from underfoot.widgets import theme
 
 FULL_SCALE_N = 1000.0
-"""The load at which a tile shows the full amber."""
+"""Load at which a tile has the full colour."""
 
 TRAIL_S = 3.0
-"""How long the trail of a contact is shown."""
+"""Time for which the trail of a contact is visible."""
 
 DEFAULT_PRESS_N = 400.0
-"""The force of a press with the mouse, until another is chosen."""
+"""Default force of a press with the mouse."""
 
 _MARGIN = 2 * theme.GRID
 _TRAIL_STEP_S = 0.02
-"""Points of a trail are this far apart."""
+"""Distance between points of a trail."""
 
 _FADE_STEPS = 12
-"""Steps in which a trail fades."""
+"""Number of steps in which a trail fades."""
 
 _BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
 
 _Trail = list[tuple[float, float, float]]
-"""Seconds, and a place on the floor in metres."""
+"""Time in seconds, and place on the floor in metres."""
 
 _SHADES = 32
-"""Shades of a loaded tile."""
+"""Number of shades of a loaded tile."""
 
 _MIN_SHOWN_PEAK = 1e-4
-"""Share of full scale from which a tile's vibration is shown."""
+"""Share of full scale from which a tile's vibration is visible."""
 
 _MIN_SHOWN_N = 2.0
 """Loads below this are shown as 0."""
 
 
 STEP_MS = 1000
-"""So long the step of a preview is shown."""
+"""Time for which the step of a preview is marked."""
 
 
 class FloorMap(QWidget):
-    """Shows what it is given; emits which tile was chosen and where the mouse presses, in the tile's own frame."""
+    """Shows loads and contacts; emits the chosen tile, and where the mouse presses in the tile's frame."""
 
     tile_chosen = Signal(str)
     """A tile's id."""
     tile_clicked = Signal()
-    """The person chose a tile, by mouse or key."""
+    """The tile chosen by the user, with mouse or keys."""
     pressed = Signal(str, float, float, float)
     """Tile, x and y in metres, force in newtons; 0 ends the press."""
 
@@ -85,7 +85,7 @@ class FloorMap(QWidget):
         self._pressed_tile = ""
         self._background: QPixmap | None = None
         self._old_trails: dict[int, tuple[QPoint, QPixmap]] = {}
-        """Pictures of trails whose contact has gone, and their places."""
+        """Pictures of trails whose contact has ended, and their positions."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
@@ -94,13 +94,13 @@ class FloorMap(QWidget):
     # --- what it shows ---
 
     def update_colours(self) -> None:
-        """Have the colours that are in use."""
+        """Repaint in the present colours."""
         shares = [0.06 + 0.54 * shade / (_SHADES - 1) for shade in range(_SHADES)]
         self._amber = [QColor(theme.mixed(theme.FORCE, theme.RAISED, share)) for share in shares]
         self._background = None
 
     def set_floor(self, floor: Floor) -> None:
-        """Draw these tiles, with nothing on them, the first one chosen."""
+        """Show these tiles, empty, with the first one chosen."""
         count = len(floor.tiles)
         self._floor = floor
         self._load_n = np.zeros(count)
@@ -115,7 +115,7 @@ class FloorMap(QWidget):
         self.choose_tile(floor.ids[0])
 
     def choose_tile(self, tile: str) -> None:
-        """Mark a tile as chosen; `tile_chosen` is emitted if it was another one before."""
+        """Choose a tile; `tile_chosen` is emitted if it changes."""
         if tile != self._chosen_tile:
             self._chosen_tile = tile
             self.tile_chosen.emit(tile)
@@ -123,39 +123,39 @@ class FloorMap(QWidget):
         self.update()
 
     def chosen_tile(self) -> str:
-        """The id of the chosen tile."""
+        """Return the id of the chosen tile."""
         return self._chosen_tile
 
     def set_press(self, force_n: float) -> None:
-        """The force of a press with the mouse."""
+        """Set the force of a press with the mouse."""
         self._press_n = force_n
         self.setToolTip(self._tooltip())
 
     def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
-        """Load of each tile in newtons, and which tiles are untared."""
+        """Set the load of each tile in newtons, and which tiles are untared."""
         self._load_n, self._untared = np.asarray(load_n), np.asarray(untared)
 
     def show_step(self, tile: str) -> None:
-        """Mark for a second that the preview's step plays on this tile, where nobody stands; "" ends it."""
+        """Mark for a second the tile on which the preview's step plays without a person; "" ends the mark."""
         self._step_tile = tile
         if tile:
             self._step_timer.start()
         self.update()
 
     def set_vibration(self, peak: ArrayLike) -> None:
-        """Largest sample of each tile's vibration lately, of full scale."""
+        """Set the recent peak of each tile's vibration, relative to full scale."""
         self._peak = np.asarray(peak)
 
     def set_deviating(self, deviating: ArrayLike) -> None:
-        """Which tiles do not do what they are told."""
+        """Mark tiles whose acceleration deviates from the command."""
         self._deviating = np.asarray(deviating)
 
     def set_contacts(self, contacts: Sequence[OngoingContact], now_s: float) -> None:
-        """The contacts at `now_s`."""
+        """Set the contacts at `now_s`."""
         self._contacts, self._now_s = contacts, now_s
 
     def add_trails(self, rows: ContactRows) -> None:
-        """Lengthen the trails of contacts by where they have been."""
+        """Extend the trails of contacts by their recent positions."""
         for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
             del self._trails[id]
             self._old_trails.pop(id, None)
@@ -175,7 +175,7 @@ class FloorMap(QWidget):
         return QSize(192, 160)
 
     def to_screen(self) -> QTransform:
-        """From the floor's frame, y away from the viewer, to the widget's pixels."""
+        """Convert a point in the floor's frame, whose y axis points away from the viewer, to the widget's pixels."""
         assert self._floor is not None
         corners = np.concatenate([tile.corners_m() for tile in self._floor.tiles])
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -186,7 +186,7 @@ class FloorMap(QWidget):
         return moved.scale(scale, -scale).translate(-middle[0], -middle[1])
 
     def tile_at(self, place: QPointF) -> str:
-        """The id of the tile under a place of the widget, or ""."""
+        """Return the id of the tile at a point of the widget, or ""."""
         if self._floor is None:
             return ""
         back, _ = self.to_screen().inverted()
@@ -229,7 +229,7 @@ class FloorMap(QWidget):
         super().resizeEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Arrows choose the next tile in their direction."""
+        """Choose the next tile in the direction of an arrow key."""
         directions = {
             Qt.Key.Key_Left: (-1.0, 0.0),
             Qt.Key.Key_Right: (1.0, 0.0),
@@ -293,7 +293,7 @@ class FloorMap(QWidget):
         self._paint_contacts(painter)
 
     def _paint_step(self, painter: QPainter, polygon: QPolygonF) -> None:
-        """A dashed sole: a step that is computed, and not a foot."""
+        """Paint a dashed sole for a simulated step, to distinguish it from a foot."""
         area = polygon.boundingRect()
         size = 0.5 * min(area.width(), area.height())
         painter.setPen(QPen(QColor(theme.CONTACT), 2.0, Qt.PenStyle.DashLine))
@@ -303,7 +303,7 @@ class FloorMap(QWidget):
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, "preview")
 
     def _paint_loads(self, painter: QPainter) -> None:
-        """Colour and figures of tiles that are loaded, vibrate or are untared."""
+        """Paint tiles that are loaded, vibrate or are untared, with their figures."""
         assert self._floor is not None
         painter.setFont(theme.font(theme.SMALL_PX))
         for row in map(
@@ -343,7 +343,7 @@ class FloorMap(QWidget):
         return picture
 
     def _paint_background(self) -> QPixmap:
-        """What does not move: tiles, their names, and a scale."""
+        """Paint what does not move: tiles, their names, and a scale."""
         assert self._floor is not None
         picture = self._empty_picture(self.size())
         painter = QPainter(picture)
@@ -377,7 +377,7 @@ class FloorMap(QWidget):
         painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
 
     def _paint_trails(self, painter: QPainter) -> None:
-        """The trails of the last seconds. One whose contact has gone is a picture that fades."""
+        """Paint the trails of the last seconds; that of a contact that ended is a cached picture, which fades."""
         tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
         for id, trail in self._trails.items():
             if id in tips:
@@ -392,7 +392,7 @@ class FloorMap(QWidget):
         painter.setOpacity(1.0)
 
     def _picture_of(self, line: _Trail) -> tuple[QPoint, QPixmap]:
-        """A trail as it is at its end, and the place of its picture."""
+        """Return a picture of a finished trail, and its position."""
         places = QPolygonF([self._transform.map(QPointF(x, y)) for _, x, y in line])
         area = places.boundingRect().adjusted(-2.0, -2.0, 2.0, 2.0).toAlignedRect()
         picture = self._empty_picture(area.size())
@@ -404,7 +404,7 @@ class FloorMap(QWidget):
         return area.topLeft(), picture
 
     def _paint_trail(self, painter: QPainter, line: _Trail) -> None:
-        """A trail in pieces that fade."""
+        """Paint a trail in segments that fade."""
         green = QColor(theme.CONTACT)
         ages = [min(max(int((line[-1][0] - time_s) / TRAIL_S * _FADE_STEPS), 0), _FADE_STEPS) for time_s, _, _ in line]
         places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
@@ -417,7 +417,7 @@ class FloorMap(QWidget):
                 begin = end
 
     def _paint_contacts(self, painter: QPainter) -> None:
-        """The contacts, and who stands there."""
+        """Paint the contacts, and the persons' numbers."""
         painter.setFont(theme.font(theme.SMALL_PX))
         painter.setPen(QPen(QColor(theme.CONTACT), 1.5))
         inside = QColor(theme.mixed(theme.CONTACT, theme.GROUND, 0.55))
@@ -439,7 +439,7 @@ class FloorMap(QWidget):
 
 
 def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: float, area: QRectF) -> list[QRectF]:
-    """Where a label of each owner goes: beside it, below or above, wherever it covers least of the others and labels.
+    """Return the position of each owner's label: beside, below or above it, where it covers the least of the others.
 
     All are within `area` if they can be.
     """
@@ -460,7 +460,7 @@ def label_places(owners: Sequence[QRectF], others: Sequence[QRectF], width: floa
 
 
 def _paint_on_ground(painter: QPainter, area: QRectF, flags: Qt.AlignmentFlag, text: str, colour: str) -> None:
-    """Words on the background of plots: on the amber of a loaded tile red and green could not be read."""
+    """Paint text on the plot background, because red and green are unreadable on the amber of a loaded tile."""
     painter.fillRect(painter.boundingRect(area, flags, text).adjusted(-3, 0, 3, 0), QColor(theme.GROUND))
     painter.setPen(QColor(colour))
     painter.drawText(area, flags, text)

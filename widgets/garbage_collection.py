@@ -12,7 +12,7 @@ _INTERVAL_MS = 50
 
 
 def collect_in_this_thread(owner: QObject) -> None:
-    """From now on collect garbage only here, while the event loop of `owner`'s thread runs."""
+    """Collect garbage only in this thread from now on, while the event loop of `owner` runs."""
     gc.disable()
     timer = QTimer(owner, interval=_INTERVAL_MS)
     timer.timeout.connect(_collect)

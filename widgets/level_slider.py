@@ -1,4 +1,4 @@
-"""The output level, with the meter of what is played in the groove of its slider."""
+"""The output level, with a level meter in the groove of its slider."""
 
 import math
 
@@ -16,11 +16,11 @@ WARNING_DB = -6.0
 """From here on the meter is drawn as a warning."""
 
 _FALL_DB = 1.2
-"""The meter falls by so much a reading: 12 dB a second."""
+"""Fall of the meter per reading: 12 dB per second."""
 
 
 class LevelSlider(QSlider):
-    """The output level in tenths of a decibel; its groove is the meter of what comes out, on the same scale."""
+    """The output level in tenths of a decibel; its groove is the level meter, on the same scale."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)

@@ -1,4 +1,4 @@
-"""The transport bar: workspaces, target, play, stop, panic, record, level, and how the engine is."""
+"""The main bar: workspaces, target, play, stop, panic, record, level, and readouts of the engine."""
 
 import time
 from collections.abc import Collection, Sequence
@@ -21,35 +21,35 @@ from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 
 MAX_WARNINGS = 8
-"""So many warnings are listed in a tooltip."""
+"""Largest number of warnings in a tooltip."""
 
 BUSY_LOAD = 0.8
 """Share of a block's time from which the engine's load is shown as an alarm."""
 
 ALARM_S = 10.0
-"""How long a new loss is shown as an alarm."""
+"""Time for which a new error is shown as an alarm."""
 
 TAB_PX = 4 * theme.GRID + 2
-"""The width of a tab that is a picture."""
+"""Width of a tab that shows its icon."""
 
 
 LEAST_READABLE_PX, BESIDE_WORDS_PX = 7 * theme.GRID, 30
-"""Beyond its least width a target takes so much at least to be read; and what is beside its words."""
+"""Readable width of the target beyond its minimum, and width beside its text."""
 
 Choices = Sequence[tuple["str | Choices", str]]
-"""A key and words for each. A key of "" is a line between; further choices instead of a key are a menu of theirs."""
+"""Key and text of each choice. The key "" is a separator; choices in place of a key are a submenu."""
 
 _LATENCY = ("Latency, est.", "Latency, meas.")
-"""Estimated and measured; which, and of what, is told in its tooltip."""
+"""If estimated, and if measured; the tooltip says from what."""
 _XRUNS = "Buffer underruns: how often the sound device ran out of samples because the engine was late"
 
 
 class MainBar(QWidget):
-    """Shows what it is told, and emits what was asked for."""
+    """Shows the state that it is given, and emits requests."""
 
     workspace_chosen = Signal(str)
     target_chosen = Signal(str)
-    """The key of a choice that `set_targets` gave."""
+    """The key of a choice of `set_targets`."""
     play_requested = Signal()
     stop_requested = Signal()
     panic_requested = Signal()
@@ -85,7 +85,7 @@ class MainBar(QWidget):
     # --- what it shows ---
 
     def add_workspace(self, name: str, key: str, icon: str) -> None:
-        """A tab for another workspace, which in a narrow window is a picture."""
+        """Add a workspace's tab; in a narrow window it shows only the icon."""
         button = QPushButton(name)
         button.setProperty("role", "tab")
         button.setCheckable(True)
@@ -101,16 +101,16 @@ class MainBar(QWidget):
         self._make_room()
 
     def update_colours(self) -> None:
-        """Have the tabs' icons in the colours that are in use."""
+        """Show the tabs' icons in the present colours."""
         self._tab_icons = {name: theme.recoloured_icon(icon) for name, icon in self._tab_icons.items()}
         self._make_room()
 
     def set_workspace(self, name: str) -> None:
-        """Mark the workspace that is on the screen."""
+        """Mark the visible workspace."""
         self.tabs[name].setChecked(True)
 
     def set_targets(self, choices: Choices) -> None:
-        """What the target chooser offers."""
+        """Set the choices of the target menu."""
         self.target.menu().clear()
         self._target_actions = {}
         self._fill_menu(self.target.menu(), choices)
@@ -127,7 +127,7 @@ class MainBar(QWidget):
                 menu.addSeparator()
 
     def set_target(self, text: str, keys: Collection[str] = ()) -> None:
-        """What the session plays on, in words; the choices of these keys are marked."""
+        """Show a description of the target, and mark the choices with these keys."""
         self.target.setText(text)
         self.target.setToolTip(f"Target: {text}. Click to choose another one.")
         self._target_keys = keys
@@ -143,7 +143,7 @@ class MainBar(QWidget):
         self.target_chosen.emit(key)
 
     def set_warnings(self, workspace: str, lines: Sequence[str]) -> None:
-        """Warnings of a workspace; the sign is shown where there are any."""
+        """Set a workspace's warnings; the warning sign is visible if there are any."""
         self._warnings[workspace] = lines
         workspace, lines = next((item for item in self._warnings.items() if item[1]), (workspace, ()))
         self.warnings.setVisible(bool(lines))
@@ -157,25 +157,25 @@ class MainBar(QWidget):
         self.warnings_clicked.emit(next(workspace for workspace, lines in self._warnings.items() if lines))
 
     def set_playing(self, playing: bool) -> None:
-        """Whether sound is on."""
+        """Show whether sound is on."""
         self.play.setIcon(theme.icon("play", theme.VIBRATION))
         theme.set_role(self.play, "primary" if playing else "")
 
     def set_recording(self, text: str) -> None:
-        """What is recorded, in words; "" while nothing is."""
+        """Show a description of the recording; "" if there is none."""
         self.record.setChecked(bool(text))
         theme.set_role(self.record, "alarm" if text else "")
         self.record.setToolTip(text or "Record forces and vibration (Ctrl+R)")
 
     def set_level(self, db: float) -> None:
-        """The output level, without emitting `level_chosen`."""
+        """Show the output level, without emitting `level_chosen`."""
         blocked = self.level.blockSignals(True)
         self.level.setValue(round(10 * db))
         self.level.blockSignals(blocked)
         self._show_level(round(10 * db))
 
     def set_health(self, health: Health, tiles: int) -> None:
-        """How the engine is, and how many of `tiles` are asleep."""
+        """Show the engine's state, and how many of `tiles` are asleep."""
         self.level.show_peak(health.peak if health.running else 0.0)
         running = health.running
         self.engine.show_value(
@@ -203,7 +203,7 @@ class MainBar(QWidget):
     # --- layout ---
 
     def minimumSizeHint(self) -> QSize:
-        """As narrow as it gets without those figures that give way."""
+        """Return the least width, without the readouts that can be hidden."""
         return QSize(0, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -233,7 +233,7 @@ class MainBar(QWidget):
         self._layout.activate()
 
     def _has_room(self, hidden: "Readout | None" = None) -> bool:
-        """Whether all that is shown has room, `hidden` one."""
+        """Return whether everything fits, without the readout `hidden`."""
         for layout in (self._tab_line, self._layout):
             layout.invalidate()  # or it has the size of before what was just hidden
         wide = self._layout.minimumSize().width() - (hidden.width() + self._layout.spacing() if hidden else 0)
@@ -242,7 +242,7 @@ class MainBar(QWidget):
         return wide + readable <= self.width()
 
     def _show_tabs(self, with_names: Sequence[str]) -> None:
-        """Write names on these tabs, and draw pictures on the others."""
+        """Show names on these tabs, and icons on the others."""
         for name, tab in self.tabs.items():
             tab.setText(name if name in with_names else "")
             tab.setIcon(QIcon() if name in with_names else self._tab_icons[name])
@@ -375,17 +375,17 @@ class Readout(QFrame):
         self.setFixedWidth(max(metrics.horizontalAdvance(text) for text in (widest_text, name)) + 2)
 
     def show_name(self, name: str) -> None:
-        """Another name, no longer than the first."""
+        """Show another name, no longer than the first."""
         self._name.setText(name)
         self.setAccessibleName(name)
 
     def show_value(self, text: str, *, alarm: bool = False) -> None:
-        """A value with its unit, in red as an alarm."""
+        """Show a value with its unit, in red for an alarm."""
         self._value.setText(text)
         theme.set_role(self._value, "alarm" if alarm else "")
 
     def show_count(self, count: int) -> None:
-        """A count of bad things, red for a while after it has grown."""
+        """Show a count of errors, red for a while after it has grown."""
         if count > self._count:
             self._red_until = time.monotonic() + ALARM_S
         self._count = count
@@ -402,14 +402,14 @@ class Readout(QFrame):
 
 
 def _jumps(health: Health) -> str:
-    """How often what accelerometers hear had to be aligned anew; nothing where it never was."""
+    """Return how often accelerometer input was realigned; "" if never."""
     if not health.jumps:
         return ""
     return f"; {health.jumps} times frames were lost on the way to its inputs, and what is measured was aligned anew"
 
 
 def _round_trip(health: Health) -> str:
-    """What the sound device's part of the latency rests on, in words."""
+    """Return the source of the sound device's share of the latency, in words."""
     if not health.round_trip_s:
         return "estimated, by the device's clock; Calibrate, Latency measures it"
     clock = f", {1e3 * health.clock_trip_s:.2f} ms by the device's clock" if health.clock_trip_s else ""
@@ -417,7 +417,7 @@ def _round_trip(health: Health) -> str:
 
 
 def _further_cards(health: Health) -> str:
-    """How far further sound cards are behind the first; nothing without any."""
+    """Return how far other sound cards are behind the first; "" without any."""
     if not health.cards_delay_s:
         return ""
     return (

@@ -43,5 +43,5 @@ def apply_colours(app: QApplication, settings: Settings) -> None:
 
 
 def _recoloured(text: str) -> str:
-    """A text in which colours of any palette are those of the one in use."""
+    """Return a text with colours of any palette replaced by the present ones."""
     return _COLOUR.sub(lambda found: theme.current_colour(found[0]), text)

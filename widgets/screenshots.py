@@ -1,4 +1,4 @@
-"""Pictures of every workspace: what `--screenshot` saves."""
+"""Pictures of every workspace, saved by `--screenshot`."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ SIZES = ((1280, 800), (1920, 1080))
 
 @dataclass(frozen=True)
 class WaitTimes:
-    """How long to wait for what is to be seen."""
+    """Waiting times before pictures."""
 
     play_s: float = 5.0
     """Seconds of the session that go by before the first picture, so that there is something on it."""
@@ -68,7 +68,7 @@ class ScreenshotTaker(QObject):
             QTimer.singleShot(self._waits.settle_ms, self._next)
 
     def _take_all(self) -> Iterator[str]:
-        """Stops wherever the window needs time to draw. The last workspace, which is on the screen, comes first."""
+        """Take all pictures, and yield whenever the window needs time to draw; the visible workspace comes first."""
         for workspace, show in reversed(list(self._workspaces.items())):
             for width, height in SIZES:
                 show()

@@ -1,4 +1,4 @@
-"""The line at the bottom of the window: messages for the person, and what the session plays on."""
+"""The line at the bottom of the window: messages for the user, and the state of the session."""
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QResizeEvent
@@ -8,12 +8,12 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 
 LETTER_MS, LEAST_MS, MOST_MS = 120, 5_000, 20_000
-"""A message stays as long as it takes to read it: so long a letter, within these."""
+"""Reading time of a message per letter, with its minimum and maximum."""
 NO_FORCE = "no force comes from the floor"
 
 
 class StatusLine(QWidget):
-    """A message, which goes away after a while, and the place of what the session does."""
+    """Shows a message until it can be read, and the state of the session."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -34,23 +34,23 @@ class StatusLine(QWidget):
         self._timer.timeout.connect(lambda: self.show_message(""))
 
     def show_message(self, text: str) -> None:
-        """A line for the person, until there is another or it has been there for a while."""
+        """Show a message until the next one, or for the time it takes to read."""
         self._message.set_full_text(text)
         self._share_room()
         self._timer.start(min(max(LETTER_MS * len(text), LEAST_MS), MOST_MS))
 
     def withdraw(self, text: str) -> None:
-        """This message is not so any more; another one that is shown instead stays."""
+        """Remove this message if it is still shown."""
         if text == self.message:
             self.show_message("")
 
     def show_session(self, text: str, reason: str = "") -> None:
-        """What the session does or plays on, and why it is not what was asked for."""
+        """Show the session's state or output, and the reason if that is not what was requested."""
         self._text, self._reason = text, reason
         self._show()
 
     def show_floor(self, silent: bool) -> None:
-        """Whether no force comes from the floor."""
+        """Show whether the floor has stopped sending forces."""
         self._is_floor_silent = silent
         self._show()
 
@@ -59,7 +59,7 @@ class StatusLine(QWidget):
         self._share_room()
 
     def _share_room(self) -> None:
-        """Let a message have the room that it wants, up to two thirds of it."""
+        """Give a message the width that it needs, up to two thirds."""
         room = max(self.width() - 5 * theme.GRID, 0)  # without margins and spacing
         self._session.setMaximumWidth(max(room - self._message.sizeHint().width(), room // 3))
 
@@ -69,10 +69,10 @@ class StatusLine(QWidget):
 
     @property
     def message(self) -> str:
-        """The message that is shown, in full."""
+        """The present message, not elided."""
         return self._message.full_text
 
     @property
     def session(self) -> str:
-        """What the session does, in full."""
+        """The state of the session, not elided."""
         return self._session.full_text

@@ -1,4 +1,4 @@
-"""How everything looks: colours, fonts, the 8-pixel grid. One accent a kind of signal, the same everywhere."""
+"""The look of the window: colours, fonts, the 8-pixel grid, and one accent per kind of signal."""
 
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QApplication, QLabel, QStyleFactory, QWidget
 from underfoot.drawing import look
 
 GRID = 8
-"""Pixels. Sizes, margins and gaps are multiples of it, or of its half."""
+"""Pixels. Sizes, margins and gaps are multiples of this or of its half."""
 
 _WINDOW_COLOURS = {
     "panel": ("#191e25", "#f4f6f8"),
     "raised": ("#222933", "#e6eaee"),
     "hover": ("#2a323e", "#d9dfe5"),
 }
-"""What only the window has, in the palettes `look.PALETTES`: panels, controls on them, and those under the mouse."""
+"""Colours that only the window has, beside those of `look.PALETTES`: panels, controls, and controls under the mouse."""
 
 _MIXTURES = {
     "selected": ("vibration", "raised", 0.45),
@@ -31,7 +31,7 @@ _MIXTURES = {
     "assuring": ("contact", "panel", 0.22),
     "quiet": ("muted", "raised", 0.92),
 }
-"""Mixtures in every palette: a colour, what it is mixed with, and its share."""
+"""Mixed colours of every palette: a colour, the one that it is mixed with, and its share."""
 
 TEXT_BACKGROUNDS = {
     "text": (
@@ -52,7 +52,7 @@ TEXT_BACKGROUNDS = {
     **dict.fromkeys(("force", "vibration", "events", "contact", "alarm"), ("ground", "panel", "raised")),
     "ground": ("force", "vibration", "events", "contact", "alarm"),
 }
-"""Which colours words have, and on what they stand: each at a contrast of 4.5 at least, in every palette."""
+"""Colours of text, and their backgrounds: the contrast is at least 4.5 in every palette."""
 
 LINE_BACKGROUNDS = {
     "faint": ("ground", "panel", "raised"),
@@ -61,18 +61,18 @@ LINE_BACKGROUNDS = {
     **{name: ("ground", "panel") for name in look.COLOURS if name.startswith("corner")},
     "onset": ("ground",),
 }
-"""Which colours lines and controls have that say something, and on what they are: each at a contrast of 3 at least.
-What only parts one thing from another, `line` and a plot's `grid`, is not among them."""
+"""Colours of meaningful lines and controls, and their backgrounds: the contrast is at least 3. Separators (`line`, and
+a plot's `grid`) are not included."""
 
 NAME = ""
-"""The palette in use: "dark" or "light"."""
+"""The present palette: "dark" or "light"."""
 PALETTE: dict[str, str] = {}
 """Its colours by their names, for drawings."""
 FORCE = VIBRATION = EVENTS = CONTACT = ALARM = ""
 GROUND = PANEL = RAISED = HOVER = LINE = ""
 TEXT = MUTED = ""
 FAINT = ""
-"""Of lines and of what cannot be used now, not of text."""
+"""For lines and disabled controls, not for text."""
 _CONSTANTS = (
     "force", "vibration", "events", "contact", "alarm",
     "ground", "panel", "raised", "hover", "line", "text", "muted", "faint",
@@ -83,12 +83,12 @@ TEXT_PX, SMALL_PX, TITLE_PX = 13, look.SMALL_PX, look.TITLE_PX
 _ICON_FOLDER = Path(str(files("underfoot.assets"))).joinpath("icons").as_posix()
 _ICON_PX = (16, 18, 24, 32, 36, 48)
 _ICONS: dict[int, tuple[str, str]] = {}
-"""What each icon that was made shows, and in which colour, by its key in Qt's cache."""
+"""Name and colour of each icon made, by its key in Qt's cache."""
 _FAMILIES = ("Inter", "Segoe UI", "SF Pro Text", "Noto Sans", "Cantarell", "DejaVu Sans")
 
 
 def choose_palette(name: str) -> None:
-    """Take the colours of a palette, "dark" or "light". What was made before keeps its own."""
+    """Use the colours of a palette, "dark" or "light", from now on; existing widgets keep theirs."""
     known = globals()
     known["NAME"], known["PALETTE"] = name, colours(name)
     known.update({colour.upper(): PALETTE[colour] for colour in _CONSTANTS})
@@ -96,7 +96,7 @@ def choose_palette(name: str) -> None:
 
 @cache
 def colours(name: str) -> dict[str, str]:
-    """All colours of a palette, "dark" or "light", by their names."""
+    """Return all colours of a palette, "dark" or "light", by name."""
     known = {**look.palette(name), **{own: both[look.PALETTES.index(name)] for own, both in _WINDOW_COLOURS.items()}}
     known.update({made: mixed(known[of], known[on], share) for made, (of, on, share) in _MIXTURES.items()})
     return known
@@ -104,12 +104,12 @@ def colours(name: str) -> dict[str, str]:
 
 @cache
 def _names() -> dict[str, str]:
-    """The names of all colours of all palettes."""
+    """Return the names of all colours of all palettes."""
     return {colour: name for palette in look.PALETTES for name, colour in colours(palette).items()}
 
 
 def current_colour(colour: str) -> str:
-    """What a colour of any palette is in the one that is in use; another colour is what it was.
+    """Return the present palette's colour for a colour of any palette; other colours are returned unchanged.
 
     >>> current_colour(colours("light")["force"]), current_colour("#123456")
     ('#f0a63c', '#123456')
@@ -118,7 +118,7 @@ def current_colour(colour: str) -> str:
 
 
 def apply(app: QApplication) -> None:
-    """Make `app` flat, in the colours that were chosen: Fusion, an explicit palette, one stylesheet, one font."""
+    """Apply the chosen colours to `app`: Fusion style, an explicit palette, one stylesheet, one font."""
     app.setStyle(QStyleFactory.create("Fusion"))
     app.setPalette(_palette())
     app.setFont(font())
@@ -126,7 +126,7 @@ def apply(app: QApplication) -> None:
 
 
 def signal_colour(kind: str, unit: str = "") -> str:
-    """The accent of a port or curve: events violet, forces amber, every other signal teal.
+    """Return the accent of a port or curve: violet for events, amber for forces, teal for all other signals.
 
     >>> signal_colour("event"), signal_colour("signal", "N"), signal_colour("signal", "m/s^2")
     ('#b693f2', '#f0a63c', '#3fc1c9')
@@ -138,7 +138,7 @@ def signal_colour(kind: str, unit: str = "") -> str:
 
 @lru_cache(maxsize=1024)
 def mixed(colour: str, ground: str, share: float) -> str:
-    """`share` of `colour` over the rest of `ground`: a shade that needs no transparency.
+    """Return `share` of `colour` mixed with `ground`, as an opaque colour.
 
     >>> mixed("#ffffff", "#000000", 0.5)
     '#808080'
@@ -150,7 +150,7 @@ def mixed(colour: str, ground: str, share: float) -> str:
 
 @lru_cache(maxsize=32)
 def font(size_px: int = TEXT_PX, bold: bool = False) -> QFont:
-    """The one font, in pixels, so that the grid holds on every screen."""
+    """Return the application's font, sized in pixels so that the grid is the same on every screen."""
     made = QFont(_family())
     made.setPixelSize(size_px)
     made.setBold(bold)
@@ -165,7 +165,7 @@ def _family() -> str:
 
 
 def label(text: str = "", role: str = "") -> QLabel:
-    """A label in one of the roles of the stylesheet: title, heading, muted, small, value, alarm, good."""
+    """Return a label with a role of the stylesheet: title, heading, muted, small, value, alarm, good."""
     made = QLabel(text)
     if role:
         made.setProperty("role", role)
@@ -173,7 +173,7 @@ def label(text: str = "", role: str = "") -> QLabel:
 
 
 def set_role(widget: QWidget, role: str) -> None:
-    """Give a widget another role, and let the stylesheet see it."""
+    """Set a widget's role, and apply the stylesheet again."""
     if widget.property("role") != role:
         widget.setProperty("role", role)
         widget.style().unpolish(widget)
@@ -181,14 +181,14 @@ def set_role(widget: QWidget, role: str) -> None:
 
 
 def icon(name: str, colour: str = "") -> QIcon:
-    """The drawing `assets/icons/<name>.svg` in a colour, that of text if none is given; faint where it is disabled."""
+    """Return the icon `assets/icons/<name>.svg` in a colour, by default that of text; faint if disabled."""
     made = _icon(name, colour or TEXT, FAINT)
     _ICONS[made.cacheKey()] = name, colour or TEXT
     return made
 
 
 def recoloured_icon(made: QIcon) -> QIcon:
-    """An icon in the colours that are in use, where it is one of `icon`."""
+    """Return an icon made by `icon` in the present colours; other icons are returned unchanged."""
     name, colour = _ICONS.get(made.cacheKey(), ("", ""))
     return icon(name, current_colour(colour)) if name else made
 

@@ -1,4 +1,4 @@
-"""The window as a program of its own that tells each second how it does: what `bench --stress whole_floor` starts."""
+"""The window as a separate program that reports each second, for `bench --stress whole_floor`."""
 
 import json
 import signal
@@ -34,8 +34,8 @@ def run(folder: str, kind: str, source: str, sound: str | None, tiles: str) -> N
     window.resize(1280, 800)
     window.show()
     collect_in_this_thread(window)
-    freeze_loaded(window.bridge.started, window.loaded)
-    window.show_workspace("Monitor")
+    freeze_loaded(window.bridge.started, window.workspaces.loaded)
+    window.workspaces.choose("Monitor")
     reporter = TickReporter(window)
     window.bridge.started.connect(reporter.begin)
     window.start()
@@ -54,7 +54,7 @@ class TickReporter:
         window.bridge.ticked.connect(lambda: self._ticks_s.append(time.perf_counter()))
 
     def begin(self) -> None:
-        """The engine runs: play, record, and tell."""
+        """Play, record and report from now on."""
         controller = self._window.controller
         if controller.session is not None and controller.session.recording is None:
             controller.play()

@@ -1,4 +1,4 @@
-"""What the window remembers of its layout: size and place, where the parts of workspaces meet, which was on the screen.
+"""Stored layout of the window: size, position, and splitters of workspaces.
 
 Only splitters with an object name are remembered.
 """
@@ -32,7 +32,7 @@ def restore_window(window: QMainWindow, settings: Settings) -> None:
 
 
 def save_window(window: QMainWindow, settings: Settings) -> None:
-    """Remember size and place of the window."""
+    """Store size and position of the window."""
     settings.window_bytes = bytes(window.saveGeometry().data())
 
 
@@ -46,7 +46,7 @@ def restore_splitters(widget: QWidget, settings: Settings) -> None:
 
 
 def save_splitters(widget: QWidget, settings: Settings) -> None:
-    """Remember where the splitters of a workspace are."""
+    """Store the splitter positions of a workspace."""
     for splitter in _named_splitters(widget):
         settings.splitters[splitter.objectName()] = b64encode(bytes(splitter.saveState().data())).decode()
 

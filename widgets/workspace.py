@@ -1,7 +1,7 @@
-"""What a workspace is: a page of the window, in a folder of its own that declares it.
+"""Workspaces: the pages of the window. Each is a folder of `underfoot.widgets`.
 
-A folder of `underfoot.widgets` is a workspace where its `__init__.py` has a `WorkspaceDeclaration`. The window, its
-menu, the tabs, the sheet of shortcuts and the pictures of `--screenshot` follow from the declarations.
+A folder is a workspace if its `__init__.py` has a `WorkspaceDeclaration`. The window, its menu, the tabs, the list of
+shortcuts and the pictures of `--screenshot` follow from the declarations.
 """
 
 import dis
@@ -29,7 +29,7 @@ from underfoot.widgets.session.settings import Settings
 
 @dataclass(frozen=True)
 class WorkspaceContext:
-    """What the window shares with its workspaces. `folder` is where the program keeps its files."""
+    """Objects that the window shares with its workspaces. `folder` contains the program's own files."""
 
     registry: Registry
     settings: Settings
@@ -40,67 +40,67 @@ class WorkspaceContext:
 
 
 class Workspace(QWidget):
-    """One page of the window. It works alone, too, as tests use it: only `attach` binds it to anything else."""
+    """A page of the window. Until `attach` it is independent of the session, as tests use it."""
 
     notified = Signal(str)
-    """A line for the person, shown at the bottom of the window."""
+    """A message for the user, shown at the bottom of the window."""
     withdrawn = Signal(str)
-    """A line that was shown there is not so any more."""
+    """A message of `notified` that no longer holds."""
     warnings_changed = Signal(object)
-    """Lines of warning, shown in the transport bar; a click there brings this workspace to the screen."""
+    """Warnings, one line each, for the main bar; a click there shows this workspace."""
     loaded = Signal()
-    """Modules or kernels that stay have been loaded just now."""
+    """Modules or kernels that stay in memory were just loaded."""
     files_pasted = Signal(list)
-    """Paths of files that were copied elsewhere and pasted here: to be opened as if they had been dropped."""
+    """Paths of pasted files, to be opened like dropped ones."""
 
     def attach(self, context: WorkspaceContext) -> None:
-        """Show the present, and connect to what is listened to from now on. Called once."""
+        """Show the present state and follow its changes. Called once."""
 
     def menu_actions(self) -> Sequence[QAction]:
-        """Actions for the window's menu."""
+        """Return actions for the window's menu."""
         return ()
 
     def shortcuts(self) -> Keys:
-        """What is done by which keys here: for the sheet of shortcuts."""
+        """Return actions and their keys, for the list of shortcuts."""
         return ()
 
     def set_active(self, active: bool) -> None:
-        """The workspace comes to the screen, or another one takes its place."""
+        """Note that the workspace is now visible, or hidden."""
 
     def open_file(self, path: Path) -> None:
-        """Open a file of one of the suffixes that the declaration says."""
+        """Open a file with one of the declared suffixes."""
 
     def export(self) -> bool:
-        """Export what is shown, in a dialog; whether there is anything other than the patch to be exported here."""
+        """Export what is shown, in a dialog; return False if only the patch can be exported here."""
         return False
 
     def silence(self) -> None:
-        """Panic: end whatever makes sound by itself."""
+        """Stop whatever makes sound by itself (panic)."""
 
     def save_for_restart(self, folder: Path) -> None:
-        """The window is closed to be opened anew at once: write what no file has to `folder`."""
+        """Save to `folder` what is in no file, before the window is closed and opened again."""
 
     @property
     def would_lose(self) -> bool:
-        """Whether closing the window would lose what a person measured, or break it off: `ask_to_leave` asks."""
+        """Whether closing the window would lose or interrupt a measurement: then `ask_to_leave` asks."""
         return False
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
-        """Where it `would_lose`, call `then` when the person agrees."""
+        """Ask the user before something is lost (`would_lose`); call `then` if they agree."""
         then()
 
     def close_down(self) -> None:
-        """The window closes: end what runs, and wait for what is being written."""
+        """End what runs, and wait for files being written, before the window closes."""
 
 
 @dataclass(frozen=True)
 class WorkspaceDeclaration:
-    """A workspace as its folder declares it. `make` imports what it needs, so that an unused workspace costs nothing.
+    """The declaration of a workspace. `make` imports the code, so that an unused workspace costs nothing.
 
-    Most of that is `workspace.py` in the folder, which is the package `package`: `load` imports it beforehand.
-    `suffixes` are those of files that it opens: dropped on the window, or named on the command line. `name` is on its
-    tab, or in a narrow window the picture `icon`; `key` brings it to the screen; tabs are in the order of their keys.
-    `focus` says where the focus must be for its shortcuts, if that is not the whole workspace.
+    The code is `workspace.py` in the folder, the package `package`; `load` imports it beforehand. Files with one of the
+    `suffixes` open here, if they are dropped on the window or given on the command line. The tab shows `name`, or in a
+    narrow window `icon`; the shortcut `key` shows the workspace; tabs are in the order of keys. `focus` says where the
+    focus must be for its shortcuts; "" for the whole workspace.
     """
 
     name: str
@@ -114,7 +114,7 @@ class WorkspaceDeclaration:
     def load(self) -> bool:
         """Import the next part of the workspace's code; return whether there was one.
 
-        A part is a module that the workspace's imports, at last the workspace's own: all at once would hold the window.
+        A part is one imported module, the last one the workspace's own: to import all at once would block the window.
         """
         name = f"{self.package}.workspace"
         if not self.package or name in sys.modules:
@@ -125,7 +125,7 @@ class WorkspaceDeclaration:
 
 @cache
 def _imports_of(name: str) -> tuple[str, ...]:
-    """Return the modules that a module imports, by its code."""
+    """Return the names of the modules that a module imports, without importing it."""
     spec = importlib.util.find_spec(name)
     assert spec is not None
     assert isinstance(spec.loader, importlib.abc.InspectLoader)
@@ -135,7 +135,7 @@ def _imports_of(name: str) -> tuple[str, ...]:
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:
-    """The workspaces that the folders of `underfoot.widgets` declare, in the order of their keys.
+    """Return the workspaces declared by the folders of `underfoot.widgets`, in the order of their keys.
 
     >>> "Design" in [workspace.name for workspace in discover()]
     True

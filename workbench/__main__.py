@@ -121,7 +121,7 @@ def _open_window(
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":
-    """The target that was asked for; None for what the window opens by itself."""
+    """Return the target of the command line; None for the window's last one."""
     from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
     from underfoot.floor.layout import Floor, default_floor
     from underfoot.records.force_files import FORMS, floor_of

@@ -82,7 +82,7 @@ def test_a_sample_of_an_impossible_time_does_not_hold_up_a_replay(tmp_path):
         base.execute("update force set data = ?", (rows.tobytes(),))
     assert "times that no session can have" in read_error(KINDS["recording"], path)
     with Recording(path) as recording, pytest.raises(BadFile):
-        recording.forces()
+        recording.force_samples()
 
 
 def test_a_sound_whose_header_makes_hours_of_it_is_refused_before_it_is_resampled(tmp_path):
@@ -137,7 +137,7 @@ def test_one_row_is_asked_for_and_failures_are_an_error(monkeypatch):
 
     def run(row, effort, progress):
         asked.update(row=row, effort=effort)
-        return {"damage": [Outcome("patch", 3, "a traceback", False)]}
+        return {"damage": [Outcome("patch", 3, "a traceback", passed=False)]}
 
     monkeypatch.setattr(stress, "run", run)
     done = CliRunner().invoke(cli, ["bench", "--stress", "damage", "--times", "3"])

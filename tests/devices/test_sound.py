@@ -307,8 +307,8 @@ def found_later(path):
     """
     with Recording(path) as recording:
         begun, played = recording.vibration()
-        asked = recording.tiles("commanded")[1]
-        first, measured = recording.tiles("measured")
+        asked = recording.acceleration("commanded")[1]
+        first, measured = recording.acceleration("measured")
     assert not measured[:, [0, 2]].any()
     assert asked.any()
     delays = []

@@ -16,7 +16,7 @@ from underfoot.clock import FADE
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Pulse, TileEqualiser, equalisers_of, from_text, to_text
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.engine.safety import Limits
 from underfoot.engine.session_replay import replay
 from underfoot.engine.tile_pulse import PULSE_S
@@ -210,6 +210,6 @@ def test_a_profile_drives_its_tile():
     profile = measured("t1")
     assert TileEqualiser.of_profile("t1", profile) == TileEqualiser("t1", 30.0, BAND)
     source = SimulatedFloor(FLOOR)
-    rendered = render(hum(), REGISTRY, source, 0.2, LoopOptions(equalisers=equalisers_of({"t1": profile})))
+    rendered = render_source(hum(), REGISTRY, source, 0.2, LoopOptions(equalisers=equalisers_of({"t1": profile})))
     out = played(loop_of(hum(), equalisers=[TileEqualiser("t1", 30.0, BAND)]), 9_600)
     assert rendered.samples.tobytes() == out.tobytes()

@@ -16,7 +16,7 @@ from underfoot.engine.commands import equalisers_of
 from underfoot.engine.levels import headroom_db, levels_of
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import DRIVE, previewed
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
@@ -44,7 +44,7 @@ def test_a_calibrated_tile_does_what_it_is_told_from_60_to_700_hz_and_another_do
     for name, profiles in (("calibrated", {"t1": profile}), ("not", {})):
         floor = default_floor(1, 1)
         options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of(profiles))
-        tiles = render(noise(), REGISTRY, SimulatedFloor(floor, walking=False), 20.0, options).tiles
+        tiles = render_source(noise(), REGISTRY, SimulatedFloor(floor, walking=False), 20.0, options).tiles
         found[name] = worst_db(tiles["commanded"][:, 0], tiles["accelerometer"][:, 0])
     assert found["calibrated"] < 1.0
     assert found["not"] > 5.0
@@ -61,7 +61,7 @@ def test_a_tile_calibrated_while_stood_on_does_what_it_is_told_while_it_is_stood
     for name, learned in (("standing", Profile.load(path)), ("nobody", profile)):
         source = Replay(ForceSeries(np.arange(20_000) / 1000.0, stood, 1000.0), default_floor(1, 1), 48_000.0)
         loop_options = LoopOptions(plates=("accelerometer",), equalisers=equalisers_of({"t1": learned}))
-        tiles = render(noise(), REGISTRY, source, 20.0, loop_options).tiles
+        tiles = render_source(noise(), REGISTRY, source, 20.0, loop_options).tiles
         after = slice(48_000, None)
         found[name] = worst_db(tiles["commanded"][after, 0], tiles["accelerometer"][after, 0])
     assert found["standing"] < 1.0

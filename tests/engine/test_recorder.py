@@ -102,7 +102,7 @@ def test_all_that_is_played_from_now_on_is_in_the_file(rings, record, until):
         first, played = recording.vibration()
         assert (first, len(played)) == (9_600, 9_600)
         np.testing.assert_array_equal(played, expected(9_600, 19_200))
-        np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(200, 400))
+        np.testing.assert_array_equal(recording.force_samples()[:, 3], np.arange(200, 400))
         assert recording.commands() == [(12_000, "Level", '{"db":-3.0}')]
         assert recording.about == ABOUT
         assert recording.gaps() == recording.gaps("force") == []
@@ -146,7 +146,7 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
         assert len(played) in (9_600, 14_400)
         np.testing.assert_array_equal(played, expected(0, len(played)))
         assert recording.about["patch"] == ABOUT["patch"]
-        assert len(recording.forces()) == len(played) // 48
+        assert len(recording.force_samples()) == len(played) // 48
 
     recorder.restart()
     rings.write(4_800)
@@ -155,7 +155,7 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
     assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 19_200))
-        np.testing.assert_array_equal(recording.forces()[:, 3], np.arange(400))
+        np.testing.assert_array_equal(recording.force_samples()[:, 3], np.arange(400))
         assert len(recording.commands()) == 1
 
 
@@ -314,8 +314,8 @@ def test_what_tiles_were_asked_and_did_is_kept_and_a_tile_that_is_still_takes_no
     recorder.end(4_800)
     assert recorder.has_ended(10.0)
     with Recording(recorder.path) as recording:
-        assert recording.tiles("commanded")[1].tobytes() == asked.tobytes()
-        np.testing.assert_array_equal(recording.tiles("measured")[1], 2.0 * asked)
+        assert recording.acceleration("commanded")[1].tobytes() == asked.tobytes()
+        np.testing.assert_array_equal(recording.acceleration("measured")[1], 2.0 * asked)
     with closing(sqlite3.connect(recorder.path)) as base:
         sizes = base.execute("select sum(length(data)) from measured").fetchone()
     assert sizes == (4_800 * 4,)
@@ -329,5 +329,5 @@ def test_a_recording_of_before_accelerometers_has_none(tmp_path):
     with closing(sqlite3.connect(path)) as base:
         base.executescript("drop table commanded; drop table measured; pragma user_version = 1;")
     with Recording(path) as recording:
-        assert len(recording.tiles("measured")[1]) == 0
+        assert len(recording.acceleration("measured")[1]) == 0
         assert len(recording.vibration()[1]) == 480

@@ -7,7 +7,7 @@ from made_patches import hum, rough_step, stepped_bank
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Play, PressTile, Set, Strike
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
@@ -17,7 +17,9 @@ SECONDS = 1.5
 
 
 def walked(patch, block=1024, seed=None, **commands):
-    return render(patch, REGISTRY, SimulatedFloor(FLOOR), SECONDS, LoopOptions(block=block, seed=seed), **commands)
+    return render_source(
+        patch, REGISTRY, SimulatedFloor(FLOOR), SECONDS, LoopOptions(block=block, seed=seed), **commands
+    )
 
 
 @pytest.mark.parametrize("patch", [stepped_bank(), rough_step(), hum()])
@@ -63,7 +65,7 @@ def test_nothing_is_let_out_unless_it_is_asked_for():
 
 
 def test_an_empty_floor_puts_everything_to_sleep():
-    rendered = render(stepped_bank(), REGISTRY, SimulatedFloor(FLOOR, walking=False), 0.5)
+    rendered = render_source(stepped_bank(), REGISTRY, SimulatedFloor(FLOOR, walking=False), 0.5)
     assert not rendered.samples.any()
     assert rendered.run == []
     assert set(rendered.asleep) == {"tile-force", "footfall", "join", "strike", "modal-bank", "tile-output"}
@@ -82,7 +84,7 @@ def test_the_summary_says_what_came_out():
 def test_another_rate_is_played_at_that_rate():
     tone = hum(tone={"frequency": 100.0, "harmonics": (1.0,)})
     low, high = (
-        render(tone, REGISTRY, SimulatedFloor(FLOOR, rate_hz), 1.0, LoopOptions(rate_hz=rate_hz))
+        render_source(tone, REGISTRY, SimulatedFloor(FLOOR, rate_hz), 1.0, LoopOptions(rate_hz=rate_hz))
         for rate_hz in (44_100.0, 96_000.0)
     )
     for rendered in (low, high):
@@ -97,4 +99,4 @@ def test_another_rate_is_played_at_that_rate():
 )
 def test_what_cannot_be_rendered_is_refused(seconds, options):
     with pytest.raises(BadValue, match="allowed: "):
-        render(hum(), REGISTRY, SimulatedFloor(FLOOR), seconds, LoopOptions(**options))
+        render_source(hum(), REGISTRY, SimulatedFloor(FLOOR), seconds, LoopOptions(**options))

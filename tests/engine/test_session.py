@@ -59,7 +59,10 @@ def test_a_live_session_replayed_gives_the_same_bytes(until, tmp_path):
     with Recording(path) as recording:
         first, played = recording.vibration()
         commands = {kind for _, kind, _ in recording.commands()}
-        tiles = {"commanded": recording.tiles("commanded")[1], "accelerometer": recording.tiles("measured")[1]}
+        tiles = {
+            "commanded": recording.acceleration("commanded")[1],
+            "accelerometer": recording.acceleration("measured")[1],
+        }
         assert recording.gaps() == recording.gaps("measured") == []
     assert first == 0
     assert {"Set", "Swap", "Strike", "Press", "Level", "Panic", "Play", "Tare", "Walk", "Pulse"} <= commands

@@ -11,7 +11,7 @@ from underfoot.__main__ import cli
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Level, Panic, Play, Swap
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -32,7 +32,7 @@ def felt(sound_level=0.05, **tone):
 def play(patch, *commands, block=1024, floor=None, **options):
     source = SimulatedFloor(floor or default_floor(), RATE, walking=False)
     commands = commands or ((0, Play(True)),)
-    return render(patch, REGISTRY, source, FRAMES / RATE, LoopOptions(block=block, **options), commands=commands)
+    return render_source(patch, REGISTRY, source, FRAMES / RATE, LoopOptions(block=block, **options), commands=commands)
 
 
 def test_it_is_one_channel_behind_the_tiles_and_the_tiles_play_as_without_it():

@@ -11,7 +11,7 @@ from underfoot.engine.commands import CancelStart, Play, PressTile, Set, Start, 
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.outlines import outlines
 from underfoot.engine.preview import longest_s, previewed
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.engine.reports import COMMANDED, MEASURED
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
@@ -138,7 +138,7 @@ def heard(patch, strike=""):
     """What the tiles are asked for a second, in which one may be struck."""
     commands = ((0, Play(True)), *([(9_600, Strike("", strike))] if strike else []))
     source = SimulatedFloor(FLOOR, walking=True)
-    done = render(patch, REGISTRY, source, 1.0, LoopOptions(plates=("accelerometer",)), commands=commands)
+    done = render_source(patch, REGISTRY, source, 1.0, LoopOptions(plates=("accelerometer",)), commands=commands)
     return done.tiles["commanded"]
 
 

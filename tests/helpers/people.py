@@ -16,7 +16,8 @@ from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.studies import floor_watch
-from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
 
 STEP_S = 0.35
 """Seconds for which a simulated foot stays on the tile, and off it."""

@@ -4,7 +4,7 @@ from made_studies import protocol_text
 from PySide6.QtCore import Qt
 
 from underfoot.experiments.store import SessionFile
-from underfoot.studies.runner import Phase
+from underfoot.studies.phase import Phase
 
 LEFT, SLOW_MS = Qt.MouseButton.LeftButton, 240_000
 

@@ -37,7 +37,7 @@ def play_on_simulator(folder):
     window.settings.first_steps_done = True
     window.resize(1280, 800)
     window.show()
-    window.make_workspaces()
+    window.workspaces.create_all()
     window.start()
     window.open_patch.write_autosave()
     wait_until_playing(window)

@@ -40,15 +40,15 @@ def whole(tmp_path):
 
 def read_all(path):
     with Recording(path) as recording:
-        recording.forces(), recording.vibration(), recording.commands(), recording.gaps()
-        recording.tiles("measured"), recording.tiles("commanded")
+        recording.force_samples(), recording.vibration(), recording.commands(), recording.gaps()
+        recording.acceleration("measured"), recording.acceleration("commanded")
 
 
 def test_one_that_was_killed_before_its_first_block_is_empty_and_monitor_says_so(tmp_path):
     path = tmp_path / "new.uf"
     Writer(path, ABOUT).close()
     with Recording(path) as recording:
-        assert recording.forces().shape == (0, 10)
+        assert recording.force_samples().shape == (0, 10)
         assert recording.vibration()[1].shape == (0, 2)
     said = CliRunner().invoke(cli, ["monitor", str(path)])
     assert isinstance(said.exception, BadFile)
@@ -91,10 +91,10 @@ def test_tables_that_are_gone_or_hold_something_else_are_named(whole):
         )
     with Recording(whole) as recording:
         with pytest.raises(BadFile, match="table measured cannot be read"):
-            recording.tiles("measured")
+            recording.acceleration("measured")
         with pytest.raises(BadFile, match="table vibration cannot be read"):
             recording.vibration()
-        assert len(recording.forces()) == 200
+        assert len(recording.force_samples()) == 200
 
 
 def test_damaged_files_are_read_or_refused_in_one_line(whole, tmp_path):

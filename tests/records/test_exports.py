@@ -35,7 +35,7 @@ def path(tmp_path_factory):
 def recorded(path):
     """Times, corner forces and steps of the recording."""
     with Recording(path) as recording:
-        rows = recording.forces()
+        rows = recording.force_samples()
     time_s, force_n = rows[:, 0] / 48_000, rows[:, 2:].reshape(len(rows), -1, 4)
     steps = [step for found in find_steps([(time_s, force_n)], FLOOR, 1000.0) for step in found.steps]
     return time_s, force_n, steps
@@ -67,7 +67,7 @@ def test_wav_has_a_channel_for_each_tile(path, tmp_path, source):
     samples, rate = soundfile.read(output, dtype="float32")
     assert rate == 48_000
     with Recording(path) as recording:
-        np.testing.assert_array_equal(samples, recording.tiles(source)[1])
+        np.testing.assert_array_equal(samples, recording.acceleration(source)[1])
 
 
 def test_hdf5_has_all_of_it(path, recorded, tmp_path):
@@ -76,7 +76,7 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["force/corners_n"], recorded[1])
         assert file["force/corners_n"].attrs["unit"] == "N"
         for source in ("commanded", "measured"):
-            np.testing.assert_array_equal(file[f"vibration/{source}"], recording.tiles(source)[1])
+            np.testing.assert_array_equal(file[f"vibration/{source}"], recording.acceleration(source)[1])
         np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
         np.testing.assert_array_equal(file["steps/peak1_n"], [step.peak1_n for step in recorded[2]])
         assert [name.decode() for name in file["steps/tile"][:]] == [step.tile for step in recorded[2]]
@@ -89,7 +89,7 @@ def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
     np.testing.assert_array_equal(content["time_s"], recorded[0])
     np.testing.assert_array_equal(content["corners_n"], recorded[1])
     with Recording(path) as recording:
-        np.testing.assert_array_equal(content["measured_m_s2"], recording.tiles("measured")[1])
+        np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
     assert content["tiles"].tolist() == ["t1", "t2"]
 
@@ -135,7 +135,7 @@ def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
     assert [len(analog[name]["value"]) for name in ("LABELS", "LABELS2")] == [255, 33]
     assert content["data"]["analogs"].shape[1] == 288
     with Recording(source) as recording:
-        corners = recording.forces()[:, 2:].reshape(-1, 36, 4)
+        corners = recording.force_samples()[:, 2:].reshape(-1, 36, 4)
     loads = np.stack([-plate["force"][2] for plate in content["data"]["platform"]], axis=1)
     np.testing.assert_allclose(loads, corners.sum(axis=2), atol=2e-4)
     forces, floor = read_force_file(output)

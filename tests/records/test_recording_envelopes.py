@@ -51,10 +51,10 @@ def earlier(path, tmp_path, monkeypatch):
 def extremes_of(recording, source, edges):
     """Least and most between edges, of the samples themselves."""
     if source == "force":
-        rows = recording.forces()
+        rows = recording.force_samples()
         at, values = rows[:, 0], envelopes.loads(rows[:, 2:])
     else:
-        first, values = recording.tiles(source)
+        first, values = recording.acceleration(source)
         at = first + np.arange(len(values))
     parts = [values[(at >= low) & (at < high)] for low, high in pairwise(edges)]
     return np.array([part.min(axis=0) for part in parts]), np.array([part.max(axis=0) for part in parts])
@@ -82,13 +82,13 @@ def test_part_of_it_is_read_for_a_stretch(recording):
 
 
 def test_stretches_are_the_samples_between_two_frames(recording):
-    rows = recording.forces()
+    rows = recording.force_samples()
     for begin, end in ((0, 48), (47_000, 53_000), (191_000, 1e9), (-5e6, 100), (3e5, 4e5)):
         expected = rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)]
-        np.testing.assert_array_equal(recording.forces_between(begin, end), expected)
-    _, whole = recording.tiles("measured")
-    np.testing.assert_array_equal(recording.tiles_between("measured", 4_000, 15_000), whole[4_000:15_000])
-    assert np.isnan(recording.tiles_between("measured", 192_000, 192_010)).all()
+        np.testing.assert_array_equal(recording.force_samples_between(begin, end), expected)
+    _, whole = recording.acceleration("measured")
+    np.testing.assert_array_equal(recording.frames_between("measured", 4_000, 15_000), whole[4_000:15_000])
+    assert np.isnan(recording.frames_between("measured", 192_000, 192_010)).all()
     assert recording.span == (0, 192_000)
 
 

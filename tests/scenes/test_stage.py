@@ -7,7 +7,7 @@ from live import live
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.commands import Play, Strike, from_text, to_text
 from underfoot.engine.loop import Loop, LoopOptions
-from underfoot.engine.render import render
+from underfoot.engine.render import render_source
 from underfoot.engine.reports import CommandApplied
 from underfoot.engine.rings import Reader
 from underfoot.engine.session_replay import RecordedForce
@@ -83,7 +83,7 @@ def test_strikes_come_as_much_later_as_they_say_at_any_block():
 
     def played(block):
         source = SimulatedFloor(FLOOR, walking=False)
-        return render(patch, REGISTRY, source, 0.4, LoopOptions(block=block), commands=commands).samples
+        return render_source(patch, REGISTRY, source, 0.4, LoopOptions(block=block), commands=commands).samples
 
     some, others = played(64), played(1000)
     assert np.array_equal(some, others)
@@ -96,6 +96,6 @@ def test_a_walk_stays_below_the_limit(name):
     scene = discover()[name](FLOOR)
     done = rehearse(scene, SimulatedFloor(FLOOR), 6.0)
     commands = ((0, Play(True)), *done.commands(FLOOR))
-    samples = render(scene.patch(REGISTRY), REGISTRY, SimulatedFloor(FLOOR), 6.0, commands=commands).samples
+    samples = render_source(scene.patch(REGISTRY), REGISTRY, SimulatedFloor(FLOOR), 6.0, commands=commands).samples
     assert 0.001 < np.abs(samples[:, :4]).max() < 0.5  # of full scale, 20 m/s^2
     assert np.abs(samples[:, 4:]).max(initial=0.0) < 0.95

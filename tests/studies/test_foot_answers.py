@@ -11,7 +11,7 @@ from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
 from underfoot.parameters import Count, Number
 from underfoot.studies.foot_answers import FootAnswers, fields_on
-from underfoot.studies.runner import Phase
+from underfoot.studies.phase import Phase
 
 FLOOR = default_floor(2, 2)
 QUESTION = first_or_second("Which one?")

@@ -19,7 +19,8 @@ from underfoot.devices.emulation.emulator import Emulator
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import Plate, PlateCalibration
 from underfoot.devices.replay import Replay
-from underfoot.engine.reports import OutputChanged
+from underfoot.engine.commands import Strike
+from underfoot.engine.reports import CommandApplied, OutputChanged
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.protocol import Protocol
@@ -30,7 +31,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.studies.equipment import Equipment
 from underfoot.studies.floor_watch import SILENT_S
 from underfoot.studies.markers import LslMarkers, SerialTrigger
-from underfoot.studies.runner import Phase
+from underfoot.studies.phase import Phase
 
 
 @pytest.fixture(scope="module")
@@ -280,6 +281,9 @@ def test_learning_and_level_play_what_is_asked_for(session, until, tmp_path):
         person.press(600.0)
         runner.set_level(-6.0)
         person.until(lambda: runner.session.health.peak > 0.005, "the noise is felt")
+        person.wait(0.5)
+        strikes = [one for one in person.reports if isinstance(one, CommandApplied) and isinstance(one.command, Strike)]
+        assert len(strikes) <= 2, "one event by hand for the page, and one for the level"
         runner.answer({"gain_db": -6.0})
         runner.play("WC")
         person.until(lambda: runner.session.health.peak > 0.005, "the stimulus is felt")

@@ -117,5 +117,5 @@ def window(playing, patch_folder, qtbot):
         dialog.close()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     playing.open_patch.read(patch_folder / "hiss.json")
-    playing.show_workspace("Design")
+    playing.workspaces.choose("Design")
     playing.controller.play()

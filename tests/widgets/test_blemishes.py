@@ -104,7 +104,7 @@ def test_buttons_of_a_file_dialog_have_pictures_of_ours(qtbot, tmp_path):
 
 def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    window.show_workspace("Monitor")
+    window.workspaces.choose("Monitor")
     monitor = window.workspaces["Monitor"]
     for plot in (monitor.force, monitor.spectrogram):
         QTest.mouseMove(plot, plot.rect().center())
@@ -118,10 +118,10 @@ def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_pa
     window = quiet_window(qtbot, tmp_path)
     window.setMinimumSize(800, 533)
     window.resize(800, 533)  # text at 150 % on 1280 x 800 is a little wider
-    window.make_workspaces()
+    window.workspaces.create_all()
 
     def shown(name):
-        window.show_workspace(name)
+        window.workspaces.choose(name)
         QApplication.processEvents()
         return window.workspaces[name]
 

@@ -427,7 +427,7 @@ def test_questions_are_scrolled_where_the_window_is_too_low_for_them(qtbot, kind
 
 def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_path):
     window, made = quiet_window(qtbot, tmp_path), []
-    window.make_workspaces()
+    window.workspaces.create_all()
     tile = default_floor().tiles[0]
     make = partial(weighing(made, by_hand=True).make, Target(default_floor()), tile, Profile(tile="t1"), "")
     measurement = Measurement(make, by_hand=True, pace=Pace(0.0, 0.0), parent=window)
@@ -442,7 +442,7 @@ def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_p
         qtbot.waitUntil(lambda: wizard.would_lose)
         window.close()
         assert window.isVisible()
-        assert window.workspace == "Calibrate"
+        assert window.workspaces.chosen == "Calibrate"
         qtbot.mouseClick(_button(window, QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
         assert window.isVisible()
         window.close()

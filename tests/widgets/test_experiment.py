@@ -14,7 +14,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
 from underfoot.studies import floor_watch
-from underfoot.studies.runner import Phase
+from underfoot.studies.phase import Phase
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
 from underfoot.widgets.experiment.workspace import ANOTHER_ID, GO_ON
@@ -147,7 +147,7 @@ def test_a_step_with_the_mouse_on_the_simulated_floor_begins_a_trial(bench):
     tile = bench.window.controller.target.floor.tiles[0]
     bench.qtbot.mousePress(desk.map, LEFT, pos=place_on(desk.map, tile))
     bench.until(Phase.PRESENTING)
-    bench.wait(lambda: bench.runner.watch.now_s > bench.runner._presented.first_s + 0.3)
+    bench.wait(lambda: bench.runner.watch.now_s > bench.runner.began_s + 0.3)
     bench.qtbot.mouseRelease(desk.map, LEFT, pos=place_on(desk.map, tile))
     bench.until(Phase.ANSWERING)
     slider = desk.form.sliders["rating"]

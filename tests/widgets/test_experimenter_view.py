@@ -13,7 +13,7 @@ from underfoot.devices.replay import Replay
 from underfoot.engine.target import Target
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import default_floor
-from underfoot.studies.runner import Phase
+from underfoot.studies.phase import Phase
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 11.6, "level_m_s2": 2.0}

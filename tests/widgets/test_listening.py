@@ -46,7 +46,7 @@ def test_p_plays_from_the_start_and_l_again_and_again(window, bench, qtbot, monk
     qtbot.waitUntil(lambda: any(swap.command.anew for swap in bench.swaps))
     assert shown == [window.listening.tile]
     lengths_s = []
-    window.controller.preview_computed.connect(
+    window.controller.previews.preview_computed.connect(
         lambda preview, _: lengths_s.append(len(preview.force_n) / preview.rate_hz)
     )
     QTest.keyClick(bench.listen_bar.length, Qt.Key.Key_Down)
@@ -174,7 +174,7 @@ def test_a_preview_of_an_older_edit_sets_no_level(window, bench, qtbot):
     bench.document.edit(louder, "Set amplitude")
     bench.undo_action.trigger()
     quiet_ones = []
-    controller.preview_computed.connect(lambda preview, node: quiet_ones.append((preview, node)))
+    controller.previews.preview_computed.connect(lambda preview, node: quiet_ones.append((preview, node)))
     bench.preview_requested.emit("tile-output", tile, False)
     qtbot.waitUntil(lambda: any(node == "tile-output" for _, node in quiet_ones))
     bench.redo_action.trigger()

@@ -31,9 +31,9 @@ def _dark_again():
 def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     Settings(splitters={"monitor across": "not base 64", "design across": "AAAA"}, workspace="gone").save(tmp_path)
     first = quiet_window(qtbot, tmp_path)
-    assert first.workspace == "Design"
+    assert first.workspaces.chosen == "Design"
     first.resize(792, 700)  # the screen of the tests is 800 wide
-    first.show_workspace("Monitor")
+    first.workspaces.choose("Monitor")
     across = first.findChild(QSplitter, "monitor across")
     across.setSizes([300, 500])
     sizes = across.sizes()
@@ -49,15 +49,15 @@ def test_what_was_chosen_is_there_at_the_next_start(qtbot, tmp_path):
     kept = Settings.load(tmp_path)
     assert (kept.theme, kept.text_size, kept.workspace) == ("light", 115, "Monitor")
     second = quiet_window(qtbot, tmp_path)
-    assert (second.workspace, second.width(), second.height()) == ("Monitor", 792, 700)
+    assert (second.workspaces.chosen, second.width(), second.height()) == ("Monitor", 792, 700)
     assert second.findChild(QSplitter, "monitor across").sizes() == sizes
 
 
 def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(qtbot, qapp, tmp_path):
     def pictures(window):
         """Of the bar, of all workspaces, and of Design's parts: its preview waits for an engine, sooner or later."""
-        for name in window.workspace_names:
-            window.show_workspace(name)
+        for name in window.workspaces.names:
+            window.workspaces.choose(name)
             made = window.workspaces[name]
             qapp.processEvents()
             if name == "Design":
@@ -69,7 +69,7 @@ def test_other_colours_are_there_at_once_as_if_the_window_had_been_made_in_them(
         next(action for action in window.view_menu.actions() if action.text() == words).trigger()
 
     window = quiet_window(qtbot, tmp_path)
-    window.make_workspaces()
+    window.workspaces.create_all()
     dark = dict(pictures(window))
     turn(window, "Light")
     turned = dict(pictures(window))

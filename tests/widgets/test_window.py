@@ -50,22 +50,22 @@ def test_the_simulator_plays_at_once_at_a_low_level(window, qtbot):
 
 def test_workspaces_change_by_key_and_only_what_is_seen_is_read(window, qtbot):
     qtbot.keyClick(window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
-    assert window.workspace == "Monitor"
+    assert window.workspaces.chosen == "Monitor"
     assert monitor(window).isVisible()
     with qtbot.waitSignal(window.bridge.vibration_read, timeout=LONG_MS):
         pass
     qtbot.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.ControlModifier)
-    assert window.workspace == "Design"
+    assert window.workspaces.chosen == "Design"
     assert not window.bridge.wants_vibration
 
 
 def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
-    window.show_workspace("Monitor")
+    window.workspaces.choose("Monitor")
     qtbot.keyClick(monitor(window).map, Qt.Key.Key_Space)
     assert not window.controller.session.playing
     qtbot.keyClick(monitor(window).table, Qt.Key.Key_Space)
     assert window.controller.session.playing
-    window.show_workspace("Design")
+    window.workspaces.choose("Design")
     field = design(window).node_palette.findChild(QLineEdit)
     field.setFocus()
     qtbot.keyClick(field, Qt.Key.Key_Space)
@@ -76,7 +76,7 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
 
 @pytest.mark.parametrize("workspace", ["Design", "Monitor", "Calibrate"])
 def test_escape_is_panic_and_play_lets_sound_out_again(window, qtbot, workspace):
-    window.show_workspace(workspace)
+    window.workspaces.choose(workspace)
     session, vibration = window.controller.session, VibrationRecorder(window)
     qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
     qtbot.keyClick(window.focusWidget() or window, Qt.Key.Key_Escape)
@@ -153,7 +153,7 @@ def test_the_level_goes_to_the_engine_and_is_remembered(window, qtbot):
 
 
 def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
-    window.show_workspace("Monitor")
+    window.workspaces.choose("Monitor")
     qtbot.waitUntil(lambda: monitor(window).table.steps.rowCount() >= 2, timeout=LONG_MS)
 
 
@@ -234,14 +234,14 @@ def test_presets_open_as_a_copy(window):
 
 
 def test_pictures_are_taken_of_every_workspace(window, qtbot, tmp_path):
-    shows = {name: partial(window.show_workspace, name) for name in window.workspace_names}
+    shows = {name: partial(window.workspaces.choose, name) for name in window.workspaces.names}
     played_s = iter((0.0, 0.5, 1.0))
     taker = ScreenshotTaker(window, shows, lambda: next(played_s), tmp_path, WaitTimes(1.0, settle_ms=50, poll_ms=1))
     with qtbot.waitSignal(taker.finished, timeout=LONG_MS):
         taker.start()
     assert next(played_s, None) is None
     sizes = {path.name: QImage(str(path)).size().toTuple() for path in tmp_path.iterdir()}
-    assert sizes == {f"{name.lower()}-{w}x{h}.png": (w, h) for name in window.workspace_names for w, h in SIZES}
+    assert sizes == {f"{name.lower()}-{w}x{h}.png": (w, h) for name in window.workspaces.names for w, h in SIZES}
 
 
 # --- calibration ---
@@ -263,7 +263,7 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     session, sent = window.controller.session, []
     send = session.send
     monkeypatch.setattr(session, "send", lambda command: (sent.append(command), send(command)))
-    window.show_workspace("Calibrate")
+    window.workspaces.choose("Calibrate")
     qtbot.mouseClick(calibrate(window).choice.cards["response"], Qt.MouseButton.LeftButton)
     calibrate(window).profiles.save("t2", _with_response(31.0))
     qtbot.waitUntil(lambda: bool(sent), timeout=LONG_MS)
@@ -272,9 +272,9 @@ def test_a_profile_that_is_saved_is_in_the_engine_at_once_and_flagged_where_it_i
     assert Profile.load(f"{window.controller.target.profiles}/t2.json").acceleration_per_unit == 31.0
     assert window.main_bar.warnings.isVisible()
     assert "days old" in window.main_bar.warnings.toolTip()
-    window.show_workspace("Design")
+    window.workspaces.choose("Design")
     qtbot.mouseClick(window.main_bar.warnings, Qt.MouseButton.LeftButton)
-    assert window.workspace == "Calibrate"
+    assert window.workspaces.chosen == "Calibrate"
 
 
 # --- dialogs ---
@@ -306,11 +306,11 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
 
 def test_what_is_loaded_is_exempt_from_garbage_collection(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    window.make_workspaces()
+    window.workspaces.create_all()
     gc.unfreeze()  # a command that ran in this process has frozen what there was
     gc.collect()
     before = gc.get_freeze_count()
-    freeze_loaded(window.loaded)
+    freeze_loaded(window.workspaces.loaded)
     try:
         frozen = gc.get_freeze_count()
         assert frozen > before
@@ -350,7 +350,7 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     monkeypatch.setattr("underfoot.widgets.session.controller.recordings_folder", lambda: tmp_path)
     window.controller.record(True)
     path = window.controller.session.recording
-    window.show_workspace("Monitor")
+    window.workspaces.choose("Monitor")
     qtbot.keyClick(monitor(window), Qt.Key.Key_M)
     qtbot.waitUntil(lambda: any(line.name == "mark" for line in monitor(window).force.drawing.lines), timeout=LONG_MS)
     qtbot.waitUntil(path.exists, timeout=LONG_MS)
@@ -372,7 +372,7 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     recordings.surveyor.progressed.connect(surveyed.append)
     window.controller.record(False)
     qtbot.waitUntil(lambda: bool(surveyed) or recordings.surveyor.is_busy, timeout=LONG_MS)
-    window.show_workspace("Design")
+    window.workspaces.choose("Design")
     recordings.close_down()
     qtbot.waitUntil(
         lambda: not any("recorder" in child.name for child in multiprocessing.active_children()), timeout=LONG_MS

@@ -16,14 +16,14 @@ from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import remembered_target
-from underfoot.widgets.window import STARTING
+from underfoot.widgets.session_display import STARTING
 
 
 @pytest.fixture
 def window(qtbot, tmp_path, patch_folder):
     """A window of the test's own, for whose session another one will be opened."""
     made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
-    made.make_workspaces()
+    made.workspaces.create_all()
     with qtbot.waitSignal(made.controller.opened, timeout=LONG_MS):
         made.start()
     return made

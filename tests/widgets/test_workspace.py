@@ -11,7 +11,7 @@ from windows import dialog_of
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
-from underfoot.widgets import window as window_module
+from underfoot.widgets import workspace_stack
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.window import MainWindow
 from underfoot.widgets.workspace import Workspace, WorkspaceDeclaration, discover
@@ -67,27 +67,27 @@ class Whole(Workspace):
 
 def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypatch):
     declared = WorkspaceDeclaration("Whole", "Ctrl+9", Whole, focus="drawing")
-    monkeypatch.setattr(window_module, "discover", lambda: (*discover(), declared))
+    monkeypatch.setattr(workspace_stack, "discover", lambda: (*discover(), declared))
     window = MainWindow(tmp_path, Target(default_floor()))
     qtbot.addWidget(window, before_close_func=lambda w: w.leave())
     show(qtbot, window)
-    window.make_workspaces()
+    window.workspaces.create_all()
     whole = window.workspaces["Whole"]
     assert (whole.folder, whole.context.controller) == (tmp_path, window.controller)
     assert whole.patch_at_first == window.open_patch.patch
     assert whole.patch_at_first.nodes
-    assert list(window.main_bar.tabs) == [declared.name for declared in window_module.discover()]
+    assert list(window.main_bar.tabs) == [declared.name for declared in workspace_stack.discover()]
     assert whole.action in window.menu.actions()
     qtbot.keyClick(window, Qt.Key.Key_9, Qt.KeyboardModifier.ControlModifier)
-    assert window.workspace == "Whole"
+    assert window.workspaces.chosen == "Whole"
     assert whole.isVisible()
     qtbot.mouseClick(window.main_bar.tabs["Design"], Qt.MouseButton.LeftButton)
-    assert window.workspace == "Design"
+    assert window.workspaces.chosen == "Design"
     whole.notified.emit("A line")
     assert window.status.message == "A line"
     whole.warnings_changed.emit(["A warning"])
     qtbot.mouseClick(window.main_bar.warnings, Qt.MouseButton.LeftButton)
-    assert window.workspace == "Whole"
+    assert window.workspaces.chosen == "Whole"
     window.panic()
     qtbot.keyClick(window, Qt.Key.Key_F1)
     texts = [label.text() for label in dialog_of(window, ShortcutsDialog).findChildren(QLabel)]

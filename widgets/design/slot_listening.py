@@ -97,7 +97,7 @@ class SlotListening(QObject):
         if name != node and self._open_patch.other is not None:
             patch = with_files_kept(patch, self._context.registry, self._open_patch.other.folder, None)
         seconds = self._bar.seconds
-        self._context.controller.request_preview(patch, node, tile, seconds, laws=laws, name=name)
+        self._context.controller.previews.request_preview(patch, node, tile, seconds, laws=laws, name=name)
 
     def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
         """Store the loudness of a preview; the other slot's is drawn over the visible one."""

@@ -119,15 +119,17 @@ class DesignWorkspace(Workspace):
         controller.bridge.costs_measured.connect(self.show_costs)
         controller.bridge.health_reported.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
-        controller.preview_computed.connect(self.show_preview)
-        controller.outlines_computed.connect(self.show_outlines)
-        controller.laws_computed.connect(self.show_laws)
-        controller.errors_measured.connect(self.inspector.show_errors)
+        controller.previews.preview_computed.connect(self.show_preview)
+        controller.previews.outlines_computed.connect(self.show_outlines)
+        controller.previews.laws_computed.connect(self.show_laws)
+        controller.previews.errors_measured.connect(self.inspector.show_errors)
         controller.equaliser_changed.connect(lambda tile: self._preview_timer.start())
         self.small_plots.outlines_requested.connect(
-            lambda nodes: controller.request_outlines(self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds)
+            lambda nodes: controller.previews.request_outlines(
+                self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds
+            )
         )
-        self.errors_requested.connect(lambda node: controller.measure_errors(self.patch(), node))
+        self.errors_requested.connect(lambda node: controller.previews.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.mark_actions, self.preview, self.listen_bar, context)
         self.preview_requested.connect(self.slots.request)
         self.slots.preview_requested.connect(self._request)

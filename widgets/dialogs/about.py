@@ -1,4 +1,4 @@
-"""What this program is: version, licence, what it is built on, and where it keeps its files."""
+"""The About dialog: version, licence, libraries, and the program's folders."""
 
 import platform
 from importlib.metadata import PackageNotFoundError, version
@@ -52,7 +52,7 @@ class AboutDialog(QDialog):
 
 
 def _documentation() -> QLabel:
-    """A link to the documentation: the site where it was built, else its pages beside the sources."""
+    """Return a link to the documentation: the built site, or else the pages beside the sources."""
     sources = Path(underfoot.__file__).resolve().parent.parent
     places = (sources / "site" / "index.html", sources / "docs")
     is_checkout = (sources / "mkdocs.yml").is_file()  # else beside it are other people's packages

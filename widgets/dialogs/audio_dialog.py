@@ -42,7 +42,7 @@ class AudioDialog(QDialog):
     applied = Signal(object, int, int, str)
     """Device (None: no sound, "": the default one, else its name), rate in Hz, frames in a block, accelerometers."""
     pulse_requested = Signal(str)
-    """The tile whose shaker is to be heard."""
+    """The tile on which a pulse should play."""
     devices_found = Signal(list)
     """The devices that there are."""
 
@@ -120,7 +120,7 @@ class AudioDialog(QDialog):
             self._search_thread = None
 
     def set_values(self, device: str | None, rate_hz: int, block: int, accelerometers: str = "") -> None:
-        """What is in use."""
+        """Show the present settings."""
         self.accelerometers.setText(accelerometers)
         self.cards.show_text(device)
         for box, value in ((self.rate, rate_hz), (self.block, block)):
@@ -128,7 +128,7 @@ class AudioDialog(QDialog):
         self._update_note()
 
     def values(self) -> tuple[str | None, int, int, str]:
-        """Device, rate in Hz, frames in a block and accelerometers, as chosen."""
+        """Return the chosen device, rate in Hz, block in frames, and accelerometers."""
         text = " ".join(self.accelerometers.text().split())
         return self.cards.text, self.rate.currentData(), self.block.currentData(), text
 
@@ -177,7 +177,7 @@ class AudioDialog(QDialog):
         self.applied.emit(*self.values())
 
     def _show_map(self) -> None:
-        """Each card with the tiles on its channels; a click on one plays it."""
+        """Show each card with the tiles on its channels; a click on a tile plays a pulse."""
         tiles = [(i if tile.output is None else tile.output, tile.id) for i, tile in enumerate(self._floor.tiles)]
         inside = QWidget()
         grid = QGridLayout(inside)

@@ -45,7 +45,7 @@ class CardRow(QWidget):
         self.channels.valueChanged.connect(self.changed)
 
     def output(self) -> Output:
-        """The card as chosen."""
+        """Return the chosen card."""
         return Output(self.device_box.currentData() or "", self.channels.value())
 
     def show_output(self, name: str | None, channels: int) -> None:
@@ -145,5 +145,5 @@ class CardRows(QWidget):
 
 
 def index_of(box: QComboBox, value: object) -> int:
-    """Where `value` is in a box; Qt's own search does not tell None from ""."""
+    """Return the index of `value` in a combo box; Qt's own search does not tell None from ""."""
     return next((i for i in range(box.count()) if box.itemData(i) == value), -1)

@@ -1,4 +1,4 @@
-"""Where a block's time goes: what each stage and each node of the patch takes, what sleeps and why."""
+"""Run time of a block: of each stage and each node of the patch, and which nodes sleep."""
 
 from collections.abc import Callable
 
@@ -25,7 +25,7 @@ _COLUMNS = ("", "ms a second", "Share", "")
 
 
 class CostDialog(QDialog):
-    """Measures what `request(feet)` asks for in a process beside, and shows it. Closing it stops the measurement."""
+    """Measures `request(feet)` in another process, and shows the result. Closing it stops the measurement."""
 
     def __init__(self, request: Callable[[int], CostRequest], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -62,7 +62,7 @@ class CostDialog(QDialog):
         self._start_or_stop()
 
     def done(self, result: int) -> None:
-        """Esc and the button in the frame both come here: what is being measured stops."""
+        """Stop the measurement; Esc and the frame's button both end here."""
         self._stop("")
         super().done(result)
 

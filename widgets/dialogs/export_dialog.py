@@ -1,4 +1,4 @@
-"""Writes the patch in a format of another program: which formats there are, and what each will lose."""
+"""Exports the patch to a format of another program; lists the formats and what each omits."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -117,12 +117,12 @@ class ExportDialog(QDialog):
         return chosen
 
     def done(self, result: int) -> None:
-        """Esc, Close and the button in the frame all come here: what is being written stops."""
+        """Stop the export; Esc, Close and the frame's button all end here."""
         self._stop("")
         super().done(result)
 
     def _show_format(self) -> None:
-        """What a person should know before a file of this format is written."""
+        """Show what the chosen format omits."""
         self.note.setText(f"{self.format.note[:1].upper()}{self.format.note[1:]}.")
         lines = losses(self._export(False).patch, REGISTRY, self.format.carries)
         self.losses_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")

@@ -1,4 +1,4 @@
-"""What is wrong in a file, with the lines around the place."""
+"""An error in a file, with the lines around its place."""
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
@@ -9,11 +9,11 @@ from underfoot.widgets import theme
 
 WIDTH_PX = 64 * theme.GRID
 MAX_LETTERS = 72
-"""So many letters of a line are shown."""
+"""Number of characters shown of a line."""
 
 
 class FileErrorDialog(QDialog):
-    """Says which file could not be read, in which line, and what is allowed there. It closes itself for good."""
+    """Shows the file that could not be read, the line, and what is allowed there; deleted when closed."""
 
     def __init__(self, place: FilePlace, parent: QWidget) -> None:
         super().__init__(parent)
@@ -41,6 +41,6 @@ class FileErrorDialog(QDialog):
 
 
 def _numbered_lines(place: FilePlace) -> list[str]:
-    """The lines around the place, with their numbers and a mark at the one that is meant."""
+    """Return the lines around the place with their numbers, and a mark at the line of the error."""
     cut = ((k, f"{line[:MAX_LETTERS]}…" if len(line) > MAX_LETTERS else line) for k, line in place.excerpt())
     return [f"{'▸' if k == place.line else ' '}{k:5}  {line}" for k, line in cut]

@@ -1,4 +1,4 @@
-"""The network dialog: what goes to other programs and where, and whether these may send cues."""
+"""The network dialog: which data are sent to other programs and where, and whether these may send cues."""
 
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -35,7 +35,7 @@ STREAMS = (
 
 
 class NetworkDialog(QDialog):
-    """Edits addresses and what is used; Apply hands them to `apply(addresses, on)`, which may refuse them.
+    """Edits addresses and protocols; Apply passes them to `apply(addresses, on)`, which may refuse them.
 
     `counts` and `problem` are asked for while the dialog is open.
     """
@@ -105,7 +105,7 @@ class NetworkDialog(QDialog):
         grid.setRowMinimumHeight(row + 2, theme.GRID)
 
     def values(self) -> tuple[dict[str, str], list[str]]:
-        """The addresses, and the names of what is to be used."""
+        """Return the addresses, and the names of the protocols that are on."""
         texts = {name: field.text().strip() for name, field in self.addresses.items()}
         return texts, [name for name, box in self.check_boxes.items() if box.isChecked()]
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollAre
 from underfoot.widgets import theme
 
 Keys = Sequence[tuple[str, str]]
-"""What is done, and by which keys."""
+"""Actions and their keys."""
 
 
 class ShortcutsDialog(QDialog):
@@ -48,7 +48,7 @@ class ShortcutsDialog(QDialog):
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
-    """The keys of those actions that have one."""
+    """Return text and keys of the actions that have keys."""
     native = QKeySequence.SequenceFormat.NativeText
     return [
         (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:3]))

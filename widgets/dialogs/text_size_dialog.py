@@ -1,4 +1,4 @@
-"""What another text size looks like, and whether Underfoot starts again at once to have it everywhere."""
+"""A sample of another text size, and the choice to restart Underfoot in it at once."""
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget

@@ -8,7 +8,7 @@ from underfoot.widgets import theme
 
 
 class TransportDialog(QDialog):
-    """`chosen` gives an address of `transport`; `floor` says what its tiles are taken to be."""
+    """Chooses an address of `transport`; `floor` names the layout that is assumed."""
 
     chosen = Signal(str)
 

@@ -35,7 +35,7 @@ class AnswerForm(QWidget):
     changed = Signal(str, object)
     """A slider was moved: its name, and the value."""
     refused = Signal(str)
-    """Why what was given cannot be."""
+    """The reason for which the answers are invalid."""
 
     def __init__(self, text_px: int = TEXT_PX) -> None:
         super().__init__()

@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QProgressBar
 from underfoot.experiments.duration import about
 from underfoot.floor.layout import Floor
 from underfoot.studies.empty_floor import empty_floor_text
-from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
@@ -28,7 +29,7 @@ _WORDS = {
     "level": "the level is set",
 }
 _USUAL_FOR_S = 120.0
-"""The pace that is usual counts as if it had been seen for so long."""
+"""Weight of the usual pace, as if it had been observed for this time."""
 
 
 class ExperimenterView(QWidget):

@@ -14,7 +14,8 @@ from underfoot.errors import UnderfootError
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
-from underfoot.studies.runner import Phase, Runner
+from underfoot.studies.phase import Phase
+from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import SimulatedFoot, may_step
 from underfoot.studies.target import StandingPlace
 from underfoot.widgets.experiment.background import BackgroundWorker

@@ -71,7 +71,7 @@ def session_path(root: Path, study: StudyFile, participant: str) -> Path:
 
 
 def was_begun_otherwise(path: Path, study: StudyFile) -> bool:
-    """Whether there is a session at `path` that was begun with another form of the study."""
+    """Return whether the session at `path` was begun with another version of the study."""
     if not path.exists():
         return False
     with closing(SessionFile.open(path)) as file:

@@ -47,7 +47,7 @@ from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 UNSAVED = "unsaved.draft"
-"""Beside a person's own protocols: what was being made when the window was closed."""
+"""File beside the user's protocols with the draft that was open when the window was closed."""
 _HOW = "Pilot: try two trials of each stage yourself. Begin: type a participant's id first."
 GO_ON, ANOTHER_ID = "Go on with that one", "Begin anew under another id"
 SHORTCUTS = (

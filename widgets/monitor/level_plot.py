@@ -56,7 +56,7 @@ class LevelPlot(Plot):
 def summary_text(
     commanded: NDArray[np.floating], measured: NDArray[np.floating], rate_hz: float, unexplained: float
 ) -> str:
-    """The levels of both (n,), m/s^2, and what is felt of what was measured, in a line.
+    """Return one line with both levels (n,), m/s^2, and the sensation level of the measured one.
 
     >>> tone = 0.3 * np.sin(2 * np.pi * 300 / 48000 * np.arange(48000))
     >>> peaks, *sensation = summary_text(tone, tone, 48000.0, 0.0).split("; ")
@@ -82,7 +82,7 @@ def summary_text(
 
 
 def whole_parts(text: str) -> str:
-    """A summary that wraps only between its parts.
+    """Return a summary that wraps only between its parts.
 
     >>> whole_parts("1 dB over threshold; not covered").split(" ")
     ['1\\xa0dB\\xa0over\\xa0threshold;', 'not\\xa0covered']

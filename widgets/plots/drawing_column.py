@@ -65,7 +65,7 @@ class DrawingColumn(QScrollArea):
         self._fit_heights()
 
     def _fit_heights(self) -> None:
-        """A drawing is not so high that one would have to scroll for its axis."""
+        """Limit the height of a drawing so that its axis is visible without scrolling."""
         margins = self._layout.contentsMargins()
         room = self.viewport().height() - margins.top() - margins.bottom()
         for plot in self._plots:

@@ -24,7 +24,7 @@ LEVELS = (1, 4, 16, 64)
 RAW_S, FINE_S = 0.004, 0.1
 """Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
-"""Vibration at the cursor is that of so long about it."""
+"""Time around the cursor over which vibration is measured."""
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,7 @@ class RecordingReader(QObject):
                 # No finer than half a pixel, because each picture reads all bins.
                 made = fine.coarser(max(1, int(0.5 * frames / envelopes.FINE_FRAMES)))
             elif source == "force":
-                rows = recording.forces_between(begin, end)
+                rows = recording.force_samples_between(begin, end)
                 period = rate / float(recording.about["force_rate"])
                 made = envelopes.of_samples(rows[:, 0], period, envelopes.loads(rows[:, 2:]))
             else:
@@ -268,12 +268,12 @@ class RecordingReader(QObject):
         if recording is None:
             return
         rate = float(recording.about["rate"])
-        rows = recording.forces_between(frame - 0.05 * rate, frame + 1.0)
+        rows = recording.force_samples_between(frame - 0.05 * rate, frame + 1.0)
         corners = rows[-1, 2:].reshape(-1, 4).copy() if len(rows) else None
         half = round(0.5 * WINDOW_S * rate)
         vibration = {}
         for source in ("commanded", "measured"):
-            values = recording.tiles_between(source, round(frame) - half, round(frame) + half)[:, tile]
+            values = recording.frames_between(source, round(frame) - half, round(frame) + half)[:, tile]
             if np.isfinite(values).any():
                 vibration[source] = vibration_of(np.nan_to_num(values), rate)
         self.cursor_values_read.emit(CursorValues(frame, tile, corners, vibration))

@@ -53,7 +53,7 @@ SHORTCUTS = (
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 180
-"""The name of a recording has so much room, whatever stands beside it."""
+"""Minimum width of a recording's name."""
 _MARGIN = 0.6
 """Read-ahead on each side, as a multiple of the visible range, for scrolling."""
 

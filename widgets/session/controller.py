@@ -1,7 +1,6 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -12,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.commands import Command, Level, Tare, TileEqualiser
-from underfoot.engine.reports import SOUND_CARD, Distributions, ErrorCurveDrawn, Outlines, Preview, Started
+from underfoot.engine.reports import SOUND_CARD, Started
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import default_floor
@@ -21,7 +20,9 @@ from underfoot.patch.effective import without_missing
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.session.bridge import Bridge
+from underfoot.widgets.session.previews import Previews
 from underfoot.widgets.session.profile_folder import profile_folder
+from underfoot.widgets.session.session_opener import SessionOpener
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.target_settings import target_text
 
@@ -48,19 +49,8 @@ class SessionController(QObject):
     """The `Path` of the recording, or None."""
     target_locked = Signal(bool)
     """Whether the target must not change, because something else uses its devices."""
-    laws_computed = Signal(object)
-    """`Distributions` of the node whose laws were asked for last."""
-    errors_measured = Signal(object)
-    """`ErrorCurveDrawn` of the last node requested, again after each point."""
-    preview_computed = Signal(object, str)
-    """The last `Preview` requested, and its node."""
-    outlines_computed = Signal(object)
-    """The last `Outlines` requested."""
     equaliser_changed = Signal(str)
     """Carries the tile whose calibration has changed, and with it the tile's response."""
-    _session_closed = Signal()
-    _session_made = Signal(object)
-    _session_failed = Signal(str)
 
     def __init__(
         self,
@@ -77,8 +67,8 @@ class SessionController(QObject):
         super().__init__(parent)
         self.bridge = Bridge(self)
         self.session: Session | None = None
-        self._new_session: Session | None = None
-        self._engine = engine
+        self.previews = Previews(self.bridge, lambda: self.session, registry, self)
+        self._opener = SessionOpener(registry, engine, self)
         self._profiles = profiles
         self.target = self._with_profiles(target)
         self.is_playing = True
@@ -88,22 +78,15 @@ class SessionController(QObject):
         self._patch_folder: Path | None = None
         self.transform_patch: Callable[[Patch], Patch] = unchanged
         """The patch to play for the window's patch: with the requests of other programs."""
-        self._preview_ticket, self._preview_node = 0, ""
-        self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
-        self._opening_thread: threading.Thread | None = None
         self._opening_target = self.target
-        """The session of it may add what its profiles say."""
+        """As requested; the session's own target may have values of its profiles in addition."""
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
-        self._session_closed.connect(self._open)
-        self._session_made.connect(self._use_session)
-        self._session_failed.connect(self._fall_back)
+        self._opener.closed.connect(self._open)
+        self._opener.opened.connect(self._use_session)
+        self._opener.failed.connect(self._fall_back)
         self.bridge.started.connect(self._end_silent_start)
-        self.bridge.preview_computed.connect(self._emit_preview)
-        self.bridge.outlines_computed.connect(self._emit_outlines)
-        self.bridge.laws_computed.connect(self._emit_laws)
-        self.bridge.errors_measured.connect(self._emit_errors)
 
     # --- lifecycle ---
 
@@ -156,7 +139,7 @@ class SessionController(QObject):
         self._is_released = True
         if self.session is not None:
             self._drop(self.session)
-        elif self._opening_thread is None or not self._opening_thread.is_alive():
+        elif not self._opener.is_busy:
             self.released.emit()
 
     def reopen(self) -> None:
@@ -208,13 +191,10 @@ class SessionController(QObject):
         """End the session, and wait for it."""
         self._is_leaving = True
         self.bridge.detach()
-        if self._opening_thread is not None:
-            self._opening_thread.join()
-        session, self.session = self.session or self._new_session, None
+        self._opener.close()
+        session, self.session = self.session, None
         if session is not None:
             session.close()
-        if self._engine is not None:
-            self._engine.end(0.0)
 
     @property
     def played_s(self) -> float:
@@ -227,40 +207,27 @@ class SessionController(QObject):
         return replace(target, profiles=str(folder)) if not target.profiles and folder.is_dir() else target
 
     def _open(self) -> None:
-        """Create a session in a thread: loading its kernels and starting its processes takes longer than a frame."""
+        """Open a session on the present target, unless the devices are to stay free."""
         if self._is_leaving:
             return
         if self._is_released:
             self.released.emit()
             return
-        target, patch, folder = self.target, self._patch, self._patch_folder
-        self._opening_target = target
-        engine, self._engine = self._engine, None
+        self._opening_target = self.target
+        self._opener.open(self.target, self._patch, self._patch_folder, self._prepare)
 
-        def make() -> None:
-            from underfoot.engine.session import Session
-
-            try:
-                self._new_session = session = Session(target, patch, self._registry, folder, engine)
-            except UnderfootError as error:
-                self._session_failed.emit(str(error))
-                return
-            session.send(Level(self._settings.level_db))
-            if not self.is_playing:
-                session.stop()
-            session.start()
-            self._session_made.emit(session)
-
-        self._opening_thread = threading.Thread(target=make, name="open session")
-        self._opening_thread.start()
+    def _prepare(self, session: "Session") -> None:
+        """Set a new session's level and output, in the opener's thread."""
+        session.send(Level(self._settings.level_db))
+        if not self.is_playing:
+            session.stop()
 
     def _use_session(self, session: "Session") -> None:
         """Adopt the session that was created; send it the changes made meanwhile."""
         if self._is_leaving:
             return
-        self._new_session = None
         if self._opening_target != self.target or self._is_released:
-            self._end(session)
+            self._opener.end(session)
             return
         if self._is_changing:
             self._is_changing = False
@@ -291,17 +258,7 @@ class SessionController(QObject):
         self.record(False)
         self.bridge.detach()
         self.session, self.transform_patch = None, unchanged
-        self._end(session)
-
-    def _end(self, session: "Session") -> None:
-        """Close a session in a thread, and then open the next one: they may use the same card."""
-
-        def close() -> None:
-            session.close()
-            self._session_closed.emit()
-
-        self._opening_thread = threading.Thread(target=close, name="close session")
-        self._opening_thread.start()
+        self._opener.end(session)
 
     # --- playing ---
 
@@ -370,47 +327,6 @@ class SessionController(QObject):
             self.bridge.tare()
         if self.session is not None:
             self.session.send(command)
-
-    def request_preview(
-        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
-    ) -> None:
-        """Request the response of a patch's node to one step on a tile: `preview_computed` delivers the newest request.
-
-        `seconds` as in `Session.preview`. With `laws`, `laws_computed` delivers the node's laws after it.
-        `preview_computed` uses `name`, by default the node's id.
-        """
-        if self.session is not None:
-            self._preview_ticket = self.session.preview(
-                without_missing(patch, self._registry), node, seconds, tile, laws
-            )
-            self._preview_node = name or node
-            self._laws_ticket = self._preview_ticket if laws else self._laws_ticket
-
-    def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
-        """Request thumbnails of nodes' responses to one step on a tile; `outlines_computed` delivers the newest."""
-        if self.session is not None:
-            self._outlines_ticket = self.session.outline(without_missing(patch, self._registry), nodes, seconds, tile)
-
-    def measure_errors(self, patch: Patch, node: str) -> None:
-        """Measure a node's run time over error until the next request: `errors_measured` delivers the curve."""
-        if self.session is not None:
-            self._errors_ticket = self.session.measure_errors(without_missing(patch, self._registry), node)
-
-    def _emit_outlines(self, outlines: Outlines) -> None:
-        if outlines.ticket == self._outlines_ticket:
-            self.outlines_computed.emit(outlines)
-
-    def _emit_laws(self, laws: Distributions) -> None:
-        if laws.ticket == self._laws_ticket:
-            self.laws_computed.emit(laws)
-
-    def _emit_errors(self, curve: ErrorCurveDrawn) -> None:
-        if curve.ticket == self._errors_ticket:
-            self.errors_measured.emit(curve)
-
-    def _emit_preview(self, preview: Preview) -> None:
-        if preview.ticket == self._preview_ticket:
-            self.preview_computed.emit(preview, self._preview_node)
 
     def _end_silent_start(self, report: Started) -> None:
         """End the silent start: without a sound card, nobody is startled by sound."""

@@ -153,7 +153,9 @@ def impacts(quick: bool) -> Iterable[Task]:
                 Method(
                     "hammer.ring", "sub-steps a frame", (1, 2, 4, 8, 16, 32), partial(_by_substeps, by, modes, frames)
                 ),
-                Method("solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_by_solver, by, modes, times), True),
+                Method(
+                    "solve_ivp RK45", "tolerance", (1e-4, 1e-6, 1e-8), partial(_by_solver, by, modes, times), naive=True
+                ),
             ],
         )
 
@@ -230,7 +232,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
                     "modes",
                     counts,
                     partial(_ring_bank, naive.filter_per_mode, signal),
-                    True,
+                    naive=True,
                 ),
             ],
         )
@@ -264,7 +266,7 @@ def tones(quick: bool) -> Iterable[Task]:
                 "harmonics",
                 counts,
                 lambda n: naive.sum_of_sines(50.0, amplitudes(n), frames, RATE),
-                True,
+                naive=True,
             ),
         ],
     )
@@ -295,8 +297,8 @@ def bundles(quick: bool) -> Iterable[Task]:
         [
             Method("FibreBundle.response", "fibres", counts, partial(strain, "exact")),
             Method("FibreBundle.response, mean", "fibres", counts[:1], partial(strain, "mean")),
-            Method("sorting fibres", "fibres", counts, first(naive.sorted_fibres), True),
-            Method("scanning fibres", "fibres", counts[: 1 if quick else 2], first(naive.scanned_fibres), True),
+            Method("sorting fibres", "fibres", counts, first(naive.sorted_fibres), naive=True),
+            Method("scanning fibres", "fibres", counts[: 1 if quick else 2], first(naive.scanned_fibres), naive=True),
         ],
     )
 
@@ -354,7 +356,7 @@ def slips(quick: bool) -> Iterable[Task]:
         lambda result, _: _relative_error(result, truth),
         [
             Method("Ground.response", "rate, Hz", rates, slip),
-            Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
+            Method("semi-implicit Euler", "rate, Hz", rates, euler, naive=True),
         ],
     )
 
@@ -395,7 +397,9 @@ def frictions(quick: bool) -> Iterable[Task]:
                 (1e3, 1e4, 1e5) if quick else (1e3, 1e4, 1e5, 1e6),
                 lambda n: counted(distribution.paths(block, t_end, count=int(n), seed=1).duration),
             ),
-            Method("Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, True),
+            Method(
+                "Euler-Maruyama", "step, s", (0.1, 0.03, 0.01) if quick else (0.1, 0.03, 0.01, 0.002), euler, naive=True
+            ),
         ],
     )
 
@@ -430,7 +434,7 @@ def noises(quick: bool) -> Iterable[Task]:
         lambda result, _: float(np.sqrt(np.mean((np.array(result) - 1.0) ** 2))),
         [
             Method("noise.run_band", "seconds", lengths, band),
-            Method("normal draws, sosfilt", "seconds", lengths, filtered, True),
+            Method("normal draws, sosfilt", "seconds", lengths, filtered, naive=True),
         ],
     )
 
@@ -470,7 +474,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
         lambda result, _: _relative_error(result, truth),
         [
             Method("envelopes.run_strain_rate", "rate, Hz", rates, strain_rate),
-            Method("semi-implicit Euler", "rate, Hz", rates, euler, True),
+            Method("semi-implicit Euler", "rate, Hz", rates, euler, naive=True),
         ],
     )
 

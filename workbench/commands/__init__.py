@@ -15,7 +15,7 @@ class CommandGroup(click.Group):
     """A group whose commands are the files of this package, each imported only when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The names of all commands, in alphabetical order."""
+        """Return the names of all commands in alphabetical order."""
         return [name for name in _modules() if self.get_command(ctx, name) is not None]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -26,13 +26,13 @@ class CommandGroup(click.Group):
             formatter.write_dl([(name, " ".join(text.split())) for name, text in rows])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """`underfoot FILE` opens a file: `--patch FILE` where it ends in .json, else `--recording FILE`."""
+        """Treat `underfoot FILE` as `--patch FILE` if it ends in .json, else as `--recording FILE`."""
         if args and args[0] not in _modules() and _names_file(args[0]):
             args = ["--patch" if args[0].lower().endswith(".json") else "--recording", *args]
         return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of this name; None where there is none."""
+        """Return the command of this name, or None."""
         if cmd_name not in _modules():
             return None
         found = getattr(import_module(f"{__name__}.{cmd_name}"), cmd_name, None)
@@ -40,7 +40,7 @@ class CommandGroup(click.Group):
 
 
 def _names_file(word: str) -> bool:
-    """Whether a word that is no command stands for a file, there or not: commands have neither folder nor suffix."""
+    """Return whether an unknown command is the path of a file: it has a folder or a suffix, and need not exist."""
     has_place = bool(os.path.dirname(word) or os.path.splitext(word)[1])
     return not word.startswith("-") and (has_place or os.path.isfile(word))
 

@@ -1,4 +1,4 @@
-"""`underfoot analyse`: what the trials of one or many sessions say."""
+"""`underfoot analyse`: results of the trials of one or many sessions."""
 
 import json
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from underfoot.commands.options import takes_options
 
 @dataclass(frozen=True)
 class AnalyseOptions:
-    """What the command line says."""
+    """Options of the command."""
 
     sessions: tuple[Path, ...]
     report: Path | None

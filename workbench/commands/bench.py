@@ -1,4 +1,4 @@
-"""`underfoot bench`: what is reached, run time against error, whole blocks, and stability; or the thesis's figures."""
+"""`underfoot bench`: requirements, run time against error, whole blocks, and stability; or the thesis's figures."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ from underfoot.errors import BadFile, BadValue, UnderfootError
 
 @dataclass(frozen=True)
 class BenchOptions:
-    """What the command line says of a run; None is what was not given."""
+    """Options of a run; None if not given."""
 
     quick: bool
     short: bool

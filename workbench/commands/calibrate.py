@@ -46,7 +46,7 @@ def calibrate() -> None:
 
 
 def command_of(declared: "type[Calibration]") -> click.Command:
-    """The command of one calibration."""
+    """Return the command of one calibration."""
     from underfoot.commands.rigs import RIGS
     from underfoot.commands.tile_options import TileOptions
 

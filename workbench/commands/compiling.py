@@ -1,4 +1,4 @@
-"""What a command says while kernels are compiled: at first use, for half a minute or so."""
+"""Progress report of a command while kernels are compiled, which takes half a minute at first use."""
 
 import sys
 import threading
@@ -17,7 +17,7 @@ _EVERY_S = 1.0
 
 @contextmanager
 def report_compiling(request: "Callable[[], CompileRequest] | None" = None) -> Iterator[None]:
-    """While the block compiles kernels, tell so on standard error, once a second.
+    """Report on standard error, once a second, while kernels are compiled in this block.
 
     With a request, made when the first kernel is compiled, another process compiles what it asks for as well.
     """
@@ -51,7 +51,7 @@ class _CompileReporter:
     _done: threading.Event = field(default_factory=threading.Event)
 
     def start(self) -> None:
-        """The first kernel is to be compiled."""
+        """Note that the first kernel is being compiled."""
         if self._thread is not None:
             return
         self._began = time.monotonic()
@@ -64,7 +64,7 @@ class _CompileReporter:
         self._thread.start()
 
     def stop(self) -> None:
-        """The block has ended."""
+        """Note that the block has ended."""
         if self._thread is None:
             return
         self._done.set()

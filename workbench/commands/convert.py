@@ -17,7 +17,7 @@ PATCH_SUFFIX = ".json"
 
 @dataclass(frozen=True)
 class ConvertOptions:
-    """What the command line says of a conversion; None and "" are what was not given."""
+    """Options of a conversion; None or "" if not given."""
 
     source: Path | None
     output: Path | None
@@ -56,7 +56,9 @@ def convert(options: ConvertOptions) -> None:
 
 
 def _is_patch(path: Path, output: Path) -> bool:
-    """Whether a file says of itself that it is a patch, or must be one: other programs' files only become patches."""
+    """Return whether a file is a patch: it says so, or the output is none, and other programs' files only become
+    patches.
+    """
     from underfoot.files import read_file
     from underfoot.patch.patch import FORMAT
 
@@ -121,7 +123,7 @@ def _print_lost(lines: tuple[str, ...]) -> None:
 
 
 def _list() -> str:
-    """The formats, a few lines each."""
+    """Return a description of the formats, a few lines each."""
     from underfoot.exchange.formats import FORMATS
     from underfoot.exchange.losses import KEPT
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CostOptions:
-    """What the command line says; None is what was not given."""
+    """Options of the command; None if not given."""
 
     patch: Path
     floor: Path | None

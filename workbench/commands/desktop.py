@@ -54,5 +54,5 @@ def _write(name: str, path: Path) -> None:
 
 
 def _quoted(command: str) -> str:
-    """A path as a desktop entry wants it: in quotes where it has blanks."""
+    """Return a path for a desktop entry, quoted if it has spaces."""
     return command if " " not in command or command.startswith('"') else f'"{command}"'

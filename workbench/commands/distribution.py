@@ -60,7 +60,7 @@ def _data(drawing: "Drawing") -> dict[str, Any]:
 
 
 def _lines(id: str, drawings: "tuple[Drawing, ...]") -> list[str]:
-    """Where each law lies, in a line a series."""
+    """Return one line per series with the range of each distribution."""
     lines = [id]
     for drawing in drawings:
         lines.append(f"  {drawing.title}: {drawing.y} over {drawing.x}")

@@ -34,7 +34,7 @@ _SENDERS = [transport.sender for transport in TRANSPORTS.values()]
 
 @dataclass(frozen=True)
 class EmulateOptions:
-    """What the command line says of emulating; None is what was not given. `senders` have the values of theirs."""
+    """Options of the command; None if not given. `senders` holds the options of each transport."""
 
     senders: Mapping[type[Sender], str]
     floor: Path | None
@@ -164,7 +164,7 @@ def _stretch(text: str) -> tuple[float, float]:
 
 
 def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
-    """What the tiles feel, and how long that lasts."""
+    """Return the source of the tiles' forces, and its duration."""
     from underfoot.clock import RATE_HZ
     from underfoot.devices.replay import Replay
     from underfoot.devices.resampled import Resampled
@@ -188,7 +188,7 @@ def _source(options: EmulateOptions) -> "tuple[ForceSource, float | None]":
 
 
 def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np.int64] | None":
-    """What accelerometers read of the file of acceleration, four times for each sample of force."""
+    """Return the accelerometers' samples from the file of acceleration, four per force sample."""
     import numpy as np
     from scipy.io import wavfile
     from scipy.signal import resample_poly
@@ -214,7 +214,7 @@ def _acceleration(options: EmulateOptions, source: "ForceSource") -> "NDArray[np
 def _readings(
     parameters: Path | None, floor: "Floor", seed: int, rate_hz: float
 ) -> "Callable[[NDArray[np.float64]], NDArray[np.int64]]":
-    """How newtons become counts: as ideal sensors read, or as simulated ones do."""
+    """Return the conversion from newtons to counts: that of ideal or of simulated sensors."""
     import numpy as np
 
     from underfoot.devices.conversion import nominal_readings

@@ -6,7 +6,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class ExperimentOptions:
-    """What the command line says; None is what was not given."""
+    """Options of the command; None if not given."""
 
     protocol: str
     conditions: Path | None

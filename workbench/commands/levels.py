@@ -1,4 +1,4 @@
-"""`underfoot levels`: how loud patches are on a tile that is stood on, and what is felt of them."""
+"""`underfoot levels`: commanded, measured and felt levels of patches on a loaded tile."""
 
 import json
 from pathlib import Path
@@ -41,7 +41,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
 
 
 def _table(found: "dict[str, PatchLevels]") -> list[str]:
-    """A line a patch."""
+    """Return one line per patch."""
     width = max(len(name) for name in found)
     head = f"{'':{width}}  {'commanded, m/s²':>15} {'measured, m/s²':>15} {'under foot':>15}"
     lines = [f"{head} {'in band':>8} {'felt':>7} {'headroom':>9} {'noticed':>8} {'like':>11}"]

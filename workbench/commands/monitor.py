@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MonitorOptions:
-    """What the command line says of monitoring; None is what was not given."""
+    """Options of the command; None if not given."""
 
     source: str
     floor: Path | None

@@ -14,7 +14,7 @@ Options = TypeVar("Options")
 
 
 def click_parameters(owner: type) -> list[click.Parameter]:
-    """The parameters of a click command for the options that a dataclass declares."""
+    """Return the click parameters for the options that a dataclass declares."""
     return [
         click.Option(
             [one.flag, one.name],
@@ -29,7 +29,7 @@ def click_parameters(owner: type) -> list[click.Parameter]:
 
 
 def chosen(owner: type[Options], given: Mapping[str, object]) -> Options:
-    """The dataclass with the values that were given for its options, out of those of all options of a command."""
+    """Return the dataclass with its own options' values, out of the values of all options of a command."""
     return owner(**{one.name: given[one.name] for one in options_of(owner)})
 
 

@@ -29,7 +29,7 @@ _HELP = "Type stop to stop, repeat WHY to take the last answer back, note WORDS 
 
 
 def run_pilot(options: "ExperimentOptions", protocol: "Protocol", folder: Path) -> None:
-    """Two trials of each stage on oneself; without --session in a folder of their own, under the next free number."""
+    """Run two trials of each stage as a pilot; without --session, in a new numbered file of a separate folder."""
     kept = Path(f"{Path(options.protocol).stem}-pilot")
     path = options.session or next(p for k in count(1) if not (p := kept / f"{k}.session").exists())
     if options.session is None:
@@ -75,7 +75,7 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
 
 
 def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
-    """What was asked for beside the floor."""
+    """Return the equipment that the options choose."""
     from underfoot.studies.equipment import EquipmentChoice
 
     masking = "" if options.masking == "default" else options.masking
@@ -103,7 +103,7 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
 @dataclass
 class _Shown:
-    """What was printed last, so that it is printed once."""
+    """The last lines printed, so that none is printed twice."""
 
     key: str = ""
     hint: str = ""
@@ -112,7 +112,7 @@ class _Shown:
 
 
 class _Terminal:
-    """Shows a runner in a terminal, and gives it what is typed."""
+    """Displays a runner in a terminal, and passes typed answers to it."""
 
     def __init__(self, runner: "Runner", lines: TypedLines) -> None:
         from underfoot.studies.simulated_foot import SimulatedFoot
@@ -123,7 +123,7 @@ class _Terminal:
         self._disk_refused = False
 
     def run(self) -> None:
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
 
         _say(_HELP)
         while self._runner.phase is not Phase.END:
@@ -153,7 +153,7 @@ class _Terminal:
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
 
     def _take(self, line: str) -> None:
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner = self._runner
@@ -182,7 +182,7 @@ class _Terminal:
 
     def _show(self) -> None:
         from underfoot.studies.empty_floor import empty_floor_text
-        from underfoot.studies.runner import Phase
+        from underfoot.studies.phase import Phase
         from underfoot.studies.simulated_foot import may_step
 
         runner, page = self._runner, self._runner.page
@@ -213,7 +213,7 @@ class _Terminal:
 
 
 def answers_of(questions: Any, line: str) -> dict[str, Any]:
-    """The answers of a line: one for each question, separated by semicolons; an empty one is none.
+    """Return the answers in a line, separated by semicolons, one per question; an empty one is omitted.
 
     >>> from underfoot.experiments.questions import yes_or_no
     >>> answers_of((yes_or_no("felt", "Did you?"),), "y")

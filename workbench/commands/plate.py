@@ -14,7 +14,7 @@ from underfoot.errors import BadValue
 
 @dataclass(frozen=True)
 class PlateOptions:
-    """What the command line says."""
+    """Options of the command."""
 
     footsteps: Path | None
     output: Path | None

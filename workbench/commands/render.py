@@ -32,7 +32,7 @@ Summary = dict[str, Any]
 
 @dataclass(frozen=True)
 class RenderOptions:
-    """What the command line says of a rendering; None is what was not given."""
+    """Options of a rendering; None if not given."""
 
     patches: tuple[Path, ...]
     output: Path | None
@@ -128,7 +128,7 @@ def _render_one(options: RenderOptions, values: "Values") -> None:
 
 
 def compile_request(patch: Path) -> "CompileRequest":
-    """What another process is to compile while this one begins at the other end."""
+    """Return what another process compiles, while this one begins at the other end of the list."""
     from underfoot.engine.requests import CompileRequest
     from underfoot.engine.target import Target
     from underfoot.floor.layout import default_floor
@@ -137,7 +137,7 @@ def compile_request(patch: Path) -> "CompileRequest":
 
 
 def _patches(options: RenderOptions) -> list[Path]:
-    """The files that were named, and those of the folders."""
+    """Return the given files, and the files in given folders."""
     found = []
     for path in options.patches:
         inside = sorted(path.glob("*.json")) if os.path.isdir(path) else [path]
@@ -190,7 +190,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
 
 
 def _time_left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began: float) -> str:
-    """How long the rest may take, once that is more than a moment."""
+    """Return the estimated time left in words; "" if it is short."""
     left_s = (time.monotonic() - began) / len(found) * (len(told) - len(found))
     return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
 
@@ -201,7 +201,7 @@ def _tell_failure(what: object, error: UnderfootError) -> None:
 
 
 def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any]) -> None:
-    """The figures of all, in their order; an error where some were not rendered."""
+    """Print the figures of all renderings in order; raise an error if some failed."""
     failed = sum(isinstance(answer, UnderfootError) for answer in found.values())
     if options.as_json:
         as_data = [{"error": str(a)} if isinstance(a, UnderfootError) else a for _, a in sorted(found.items())]
@@ -215,7 +215,7 @@ def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any])
 
 
 def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[str]) -> list[Path | None]:
-    """The file of each, in the folder that was named."""
+    """Return the output file of each rendering in the given folder."""
     if options.output is None:
         return [None] * len(names)
     if options.output.is_file() or options.output.suffix == ".wav":
@@ -238,7 +238,7 @@ def _line(summary: Summary) -> str:
 
 
 def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "Sequence[Job]":
-    """A job for each of the grid's values: the patch in a file, or a recording, which takes none."""
+    """Return a job for each combination of the grid's values; a recording takes no values."""
     from underfoot.patch.node import installed_nodes
     from underfoot.patch.outside_files import require_inside
     from underfoot.patch.patch import Patch
@@ -259,7 +259,7 @@ def _jobs_of(options: RenderOptions, path: Path, grid: "Sequence[Values]") -> "S
 
 
 def _job(options: RenderOptions, path: Path, patch: "Patch", values: "Values") -> "RenderJob":
-    """A patch with these values, played on the force that was asked for."""
+    """Return the job that renders a patch with these values on the given force."""
     from underfoot.engine.offline import RenderJob
     from underfoot.floor.layout import Floor, default_floor
     from underfoot.floor.profile import profiles_of

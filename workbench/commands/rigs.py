@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class _LoadedRig:
-    """What rigs have on which forces act: the simulator's come with a load cell."""
+    """Options of rigs with forces; the simulator's has a load cell."""
 
     target: str
     cell: str
@@ -45,7 +45,7 @@ class PressingRig(_LoadedRig):
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO, such as 9.1:0.05:120.", "")
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
-        """The rig, to be closed when done; `BadValue` for another target."""
+        """Open the rig within the context; `BadValue` for another target."""
         from underfoot.calibration.rigs.device import DeviceRig, load_cell_of
         from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 
@@ -84,7 +84,7 @@ class ShakingRig:
         return False
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
-        """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such sound card."""
+        """Open the rig within the context; `BadValue` for another target, `DeviceError` for an unknown sound card."""
         from underfoot.engine.loop import output_channels
         from underfoot.engine.shaker_rigs import SimulatedShaker, SoundCard
 
@@ -109,7 +109,7 @@ class SteppingRig(_LoadedRig):
     cell: str = option("Load cell on the target: TILE.SENSOR:NEWTONS_PER_COUNT:ZERO; else the tile's forces.", "")
 
     def open(self, floor: "Floor", tile: "Tile", seed: int) -> "Rig":
-        """The rig, to be closed when done; `BadValue` for another target, `DeviceError` for no such plate."""
+        """Open the rig within the context; `BadValue` for another target, `DeviceError` if there is no such plate."""
         from underfoot.calibration.rigs.device import DISPLACEMENT_FORM, DeviceRig, displacement_of, load_cell_of
         from underfoot.calibration.rigs.plate import PlateRig, simulated_plate_rig
         from underfoot.devices.plate import PlateServo
@@ -142,7 +142,7 @@ RIGS: dict[str, type[MeasuringRig]] = {
 
 
 def _simulated_tile(target: str, tile: "Tile", seed: int) -> "SimulatedTile | None":
-    """The tile of the target "simulator" or "simulator:..."; None for another target."""
+    """Return the tile of the target "simulator" or "simulator:..."; None for another target."""
     from underfoot.engine.target import simulation_of
     from underfoot.floor.simulated_tile import SimulatedTile
     from underfoot.floor.tile_parameters import simulation

@@ -1,4 +1,4 @@
-"""`underfoot scene`: a scene on the floor without a window: what happens is printed, and filmed if asked for."""
+"""`underfoot scene`: a scene on the floor without a window; events are printed, and filmed on request."""
 
 import signal
 import sys
@@ -29,7 +29,7 @@ MOST_FILM_S = 60.0
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """What the command line says; None is what was not given."""
+    """Options of the command; None if not given."""
 
     name: str | None
     target: str
@@ -107,7 +107,7 @@ def _check(options: SceneOptions) -> None:
 
 @dataclass
 class _Show:
-    """A scene at work in a session of its own."""
+    """A scene that plays in its own session."""
 
     options: SceneOptions
     scene: "Scene"
@@ -161,7 +161,7 @@ class _Show:
             time.sleep(_TICK_S)
 
     def _write(self) -> None:
-        """The picture and the film."""
+        """Write the picture and the film."""
         from underfoot.files import write_file
         from underfoot.scenes.pictures import Canvas, gif, png
 

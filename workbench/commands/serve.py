@@ -1,4 +1,4 @@
-"""`underfoot serve`: a session without a window that tells other programs of contacts, and takes cues from them."""
+"""`underfoot serve`: a session without a window that sends contacts to other programs, and takes cues from them."""
 
 import math
 import os
@@ -29,7 +29,7 @@ _WAIT_S, _HEALTH_S = 0.005, 0.5
 
 @dataclass(frozen=True)
 class ServeOptions:
-    """What the command line says of serving; None is what was not given."""
+    """Options of the command; None if not given."""
 
     target: str
     floor: Path | None

@@ -1,4 +1,4 @@
-"""The target of a command that runs a session of its own: a simulator or hardware, with or without sound."""
+"""The target of a command that opens a session: a simulator or hardware, with or without sound."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

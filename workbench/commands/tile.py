@@ -1,4 +1,4 @@
-"""`underfoot tile`: what a tile will do, from its material and size, and which plates it could have."""
+"""`underfoot tile`: properties of a tile from material and size, and plates that fit."""
 
 import json
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TileDesignOptions:
-    """What the command line says of a tile's design; None is what was not given."""
+    """Options of the command; None if not given."""
 
     floor: Path
     report: Path | None

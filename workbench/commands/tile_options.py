@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TileOptions:
-    """Options that say which tile is calibrated, and what becomes of the result."""
+    """Options that choose the tile, and where the result is written."""
 
     floor: Path | None = option("Floor JSON with the tile and its sensors; by default the default floor.", None)
     tile: str = option("The tile; by default the only one in the file, or the floor's first.", "")
@@ -36,14 +36,14 @@ class TileOptions:
             raise BadFile(f"{self.report} is not a folder")
 
     def chosen(self) -> "tuple[Floor, Tile]":
-        """The floor, the default one unless one is named, and its tile, the first one unless one is named."""
+        """Return the floor and the tile of the options, by default the default floor and its first tile."""
         from underfoot.floor.layout import Floor, default_floor
 
         floor = default_floor() if self.floor is None else Floor.load(self.floor)
         return floor, floor.tiles[floor.index(self.tile) if self.tile else 0]
 
     def known(self, tile: str) -> "Profile":
-        """The profile of a tile that is to be updated, or an empty one; `BadFile` for that of another tile."""
+        """Return the tile's profile to update, or an empty one; `BadFile` for another tile's profile."""
         from underfoot.floor.profile import Profile, load_for_tile
 
         if self.profile is None or not self.profile.exists():

@@ -18,10 +18,10 @@ class TypedLines:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """The thread ends with the process: it may be waiting for a line for ever."""
+        """Leave the thread, which may wait for a line forever, to end with the process."""
 
     def next(self) -> str | None:
-        """The next line without its end; None where none has been typed yet."""
+        """Return the next line without its line end; None if none has been typed yet."""
         try:
             line = self._lines.get_nowait()
         except queue.Empty:

@@ -60,7 +60,7 @@ def _cut_off(elements: list[str], box: Box) -> list[str]:
 
 
 def _name(kind: str, what: str) -> str:
-    """An id for `what`: pictures of one page share their namespace."""
+    """Return an id for `what`: the pictures of one page share a namespace."""
     return f"{kind}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 

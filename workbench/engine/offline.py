@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_args
 
 from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
 from underfoot.engine.loop import LoopOptions
-from underfoot.engine.render import Rendered
-from underfoot.engine.render import render as play
-from underfoot.errors import BadValue
+from underfoot.engine.render import Rendered, render_source
+from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_plates import PlateOutput
@@ -66,7 +66,7 @@ class RenderJob:
             profiles=self.profiles,
         )
         seconds = length_s if self.seconds is None else self.seconds
-        return play(self.patch, installed_nodes(), source, seconds, options)
+        return render_source(self.patch, installed_nodes(), source, seconds, options)
 
 
 def render(
@@ -93,6 +93,12 @@ def render(
     >>> render(Patch().add("tile-output"), seconds=0.5)
     <Rendered: 24000 frames of 4 channels at 48000 Hz, peak 0.0000>
     """
+    require(isinstance(patch, Patch), "patch", patch, 'a Patch, such as open_patch("gravel")')
+    require(forces is None or isinstance(forces, Forces), "forces", forces, 'Forces, such as read_forces("walk.csv")')
+    require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
+    require(
+        set(plates) <= set(get_args(PlateOutput)), "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}"
+    )
     return RenderJob(
         patch,
         forces,

@@ -108,7 +108,7 @@ def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
     return {f"peak{unit}": float(np.abs(samples).max(initial=0.0)), f"rms{unit}": rms}
 
 
-def render(
+def render_source(
     patch: Patch,
     registry: Registry,
     source: ForceSource,
@@ -126,7 +126,7 @@ def render(
     >>> from underfoot.nodes import REGISTRY
     >>> patch = Patch().add("tone", REGISTRY).add("tile-output", REGISTRY)
     >>> patch = patch.connect("tone.out", "tile-output.acceleration", REGISTRY)
-    >>> render(patch, REGISTRY, SimulatedFloor(default_floor()), 0.5, LoopOptions(block=64)).samples.shape
+    >>> render_source(patch, REGISTRY, SimulatedFloor(default_floor()), 0.5, LoopOptions(block=64)).samples.shape
     (24000, 4)
     """
     options = options or LoopOptions()

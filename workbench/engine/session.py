@@ -29,7 +29,8 @@ from underfoot.engine.commands import (
     to_text,
 )
 from underfoot.engine.compile_progress import CompileProgress
-from underfoot.engine.engine_supervisor import END_S, EngineSupervisor
+from underfoot.engine.compiler_supervisor import SHARED, CompilerSupervisor
+from underfoot.engine.engine_supervisor import EngineSupervisor
 from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
 from underfoot.engine.repeats import Repeats
@@ -40,7 +41,6 @@ from underfoot.engine.reports import (
     Health,
     Notice,
     PatchRefused,
-    Preview,
     ProcessDied,
     Report,
     Started,
@@ -64,8 +64,6 @@ Until then, the processor is free for what the user waits for.
 """
 RECORDER_END_S = 120.0
 """Time limit for the recorder to close its file; a recorder that died on a busy machine restarts within it."""
-
-_SHARED = -1  # the ticket of requests for a starting engine, whose answers are not used
 
 
 class Session:
@@ -97,7 +95,7 @@ class Session:
         self.memory.status.put(Field.PLAYING, self.playing)
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
-        self._compiler: ChildProcess | None = None
+        self._compiler = CompilerSupervisor()
         self._recorder: Recorder | None = None
         self._waits_for_recorder = False  # so that the beginning is recorded
         self._ending_recorders: list[Recorder] = []
@@ -109,8 +107,6 @@ class Session:
         self._settle_s = 0.0
         self._begins_anew = False  # whether the patch being compiled starts without old states
         self._is_compiled = True  # whether it is the present patch; the engine compiles the first one itself
-        self._ticket = self._compile_ticket = 0
-        self._preview_request: PreviewRequest | None = None
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
         self._closed = False
@@ -137,8 +133,7 @@ class Session:
         atexit.unregister(self.close)
         self.stop_recording()
         self._engine.close()
-        if self._compiler is not None:
-            self._compiler.end(0.0)  # it has no unfinished work
+        self._compiler.close()
         self.memory.close()
 
     def poll(self) -> list[Report]:
@@ -154,7 +149,7 @@ class Session:
         if time.monotonic() > self._standby_due:
             self._standby_due = math.inf
             self._engine.stand_by(self._setup)
-            self._start_compiler()
+            self._compiler.start()
         self._restart_compiler()
         self._restart_recorder()
         self._ending_recorders = [recorder for recorder in self._ending_recorders if not recorder.has_ended()]
@@ -169,8 +164,8 @@ class Session:
     @property
     def pids(self) -> dict[str, int]:
         """The numbers of the processes that run, by name: engine, standby, compiler, recorder."""
-        others = (("compiler", self._compiler), ("recorder", self._recorder))
-        return {**self._engine.pids, **{name: child.pid for name, child in others if child is not None}}
+        recorder = {"recorder": self._recorder.pid} if self._recorder is not None else {}
+        return {**self._engine.pids, **self._compiler.pids, **recorder}
 
     # --- playing ---
 
@@ -247,37 +242,35 @@ class Session:
         self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", distributions: bool = False
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
-        self._ticket += 1
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
         through = tuple(equaliser for equaliser in self._equalisers.values() if equaliser.tile == tile)
-        self._preview_request = PreviewRequest(
-            self._ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, distributions, through
+        ticket = self._compiler.new_ticket()
+        self._compiler.request_preview(
+            PreviewRequest(ticket, patch.dumps(), node, tile, seconds, self.target.rate, folder, distributions, through)
         )
-        if self._compiler is not None:
-            self._compiler.send(self._preview_request)
-        elif self._started:
-            self._start_compiler()
-        return self._ticket
+        if self._started:
+            self._compiler.start()
+        return ticket
 
     def outline(self, patch: Patch, nodes: Sequence[str], seconds: float = 0.0, tile: str = "") -> int:
         """Request small pictures of nodes' responses to one step; return the ticket of the `Outlines`. A preview
         request cancels it.
         """
-        self._ticket += 1
-        wanted = patch.dumps(), tuple(nodes), tile or self.target.floor.tiles[0].id, seconds
-        if self._compiler is not None:
-            self._compiler.send(OutlinesRequest(self._ticket, *wanted, self.target.rate, str(self.folder or "")))
-        return self._ticket
+        tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")
+        ticket = self._compiler.new_ticket()
+        self._compiler.request(
+            OutlinesRequest(ticket, patch.dumps(), tuple(nodes), tile, seconds, self.target.rate, folder)
+        )
+        return ticket
 
     def measure_errors(self, patch: Patch, node: str) -> int:
-        """Ask for the run time over error of a node: an `ErrorCurveDrawn` with this ticket comes after each point.
+        """Measure the run time over error of a node: an `ErrorCurveDrawn` with this ticket comes after each point.
 
-        Whatever else is asked for stops it.
+        Any other request stops it.
         """
-        self._ticket += 1
-        if self._compiler is not None:
-            self._compiler.send(ErrorCurveRequest(self._ticket, patch.dumps(), node))
-        return self._ticket
+        ticket = self._compiler.new_ticket()
+        self._compiler.request(ErrorCurveRequest(ticket, patch.dumps(), node))
+        return ticket
 
     # --- recording ---
 
@@ -330,59 +323,46 @@ class Session:
 
     # --- the compiler ---
 
-    def _start_compiler(self, *requests: CompileRequest | PreviewRequest) -> None:
-        """Send requests to the compiler, started if necessary; a new compiler also receives the pending preview."""
-        if self._compiler is None:
-            self._compiler = ChildProcess("compiler", "underfoot.engine.compiler")
-            requests = (*requests, *filter(None, [self._preview_request]))
-        for request in requests:
-            self._compiler.send(request)
-
     def _request_compile(self) -> None:
-        """Have the kernels of the present patch compiled; it is played as soon as they are."""
+        """Compile the kernels of the present patch; it is played as soon as they are ready."""
         if self._setup is not None:
-            self._ticket += 1
-            self._compile_ticket, self._is_compiled = self._ticket, False
+            self._is_compiled = False
             self._compile_progress.forget("compiler")
-            self._start_compiler(self._compile_request(self._ticket))
+            self._compiler.compile(self._compile_request(self._compiler.new_ticket()))
 
-    def _compile_request(self, ticket: int, from_end: bool = False) -> CompileRequest:
+    def _compile_request(self, ticket: int, *, from_end: bool = False) -> CompileRequest:
         folder = str(self.folder or "")
         return CompileRequest(ticket, self.patch.dumps(), self.target, folder, plates_of(self.target), from_end)
 
     def _handle_compiler_answers(self) -> None:
-        for message in self._compiler.receive() if self._compiler is not None else []:
+        for message in self._compiler.receive():
             match message:
-                case Compiled(ticket, error) if ticket == self._compile_ticket:
+                case Compiled(error=error):
                     if self._compile_progress.forget("compiler"):
                         self._reports.append(Compiling(1, 1))
                     if error:
                         self._reports.append(PatchRefused.because(error))
-                        continue
-                    self._compiled, self._is_compiled = (self.patch, self.scopes), True
-                    if self._started:
-                        anew, settle_s = self._begins_anew, self._settle_s
-                        self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=anew, settle_s=settle_s))
-                        self.repeats.resend()
-                    self._begins_anew = False
-                case Compiled():
-                    pass  # of a patch edited since, or one that the engine loads itself
+                    else:
+                        self._play_compiled()
                 case Compiling():
                     if not (self._started and self._is_compiled):
                         self._reports += self._compile_progress.take("compiler", message)
                 case _:
-                    awaited = self._preview_request
-                    if isinstance(message, Preview) and awaited is not None and message.ticket == awaited.ticket:
-                        self._preview_request = None
                     self._reports.append(message)
 
+    def _play_compiled(self) -> None:
+        """Play the present patch, whose kernels are compiled now."""
+        self._compiled, self._is_compiled = (self.patch, self.scopes), True
+        if self._started:
+            self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._begins_anew, settle_s=self._settle_s))
+            self.repeats.resend()
+        self._begins_anew = False
+
     def _restart_compiler(self) -> None:
-        compiler_process = self._compiler
-        if compiler_process is None or compiler_process.is_alive:
+        if not self._compiler.has_died:
             return
         self._handle_compiler_answers()
-        self._compiler = None
-        if self._may_restart("compiler", compiler_process.end(END_S)):
+        if self._may_restart("compiler", self._compiler.reap()):
             self._request_compile()
 
     # --- the engine ---
@@ -433,8 +413,8 @@ class Session:
                 case CommandApplied(frame, command) if self._recorder is not None:
                     self._recorder.send(self._record_of(frame, command))
                 case Compiling():
-                    if self._compiler is None:
-                        self._start_compiler(self._compile_request(_SHARED, from_end=True))
+                    if not self._compiler.is_started:
+                        self._compiler.start_sharing(self._compile_request(SHARED, from_end=True))
                     self._reports += self._compile_progress.take("engine", message)
                     continue
                 case Started(channels=channels) as started:
@@ -443,8 +423,8 @@ class Session:
                         self._catch_up(self._setup, started)
                     took_over = self._setup is not None and self._setup.since is not None
                     self._standby_due = time.monotonic() + (0.0 if took_over else STANDBY_AFTER_S)
-                    if self._preview_request is not None:
-                        self._start_compiler()
+                    if self._compiler.awaits_preview:
+                        self._compiler.start()
             self._reports.append(message)  # type: ignore[arg-type]
 
     def _record_of(self, frame: int, command: Command) -> RecordCommand | RecordMark:

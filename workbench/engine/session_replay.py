@@ -84,7 +84,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
     about = recording.about
     _run_nodes(recording, about["patch"])
     source = RecordedForce(
-        recording.forces(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
+        recording.force_samples(), Floor.loads(about["floor"], str(recording.path)), float(about["force_rate"])
     )
     with _readable(recording.path, "channels"):
         channels = msgspec.json.decode(about.get("channels", "null"), type=tuple[int, ...] | None)

@@ -13,7 +13,7 @@ from underfoot.devices.force_source import ForceSource
 from underfoot.devices.offline import DEFAULT_S, offline_source
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import one_step
-from underfoot.engine.render import Rendered, render
+from underfoot.engine.render import Rendered, render_source
 from underfoot.errors import BadFile, BadValue
 from underfoot.exchange.losses import KEPT
 from underfoot.floor.layout import Floor
@@ -49,7 +49,7 @@ class Export:
         seconds = DEFAULT_S if self.seconds is None else self.seconds
         source, length_s = self._source(seconds)
         options = LoopOptions(folder=self.folder, measures=True)
-        return render(self.patch, REGISTRY, source, length_s if self.seconds is None else seconds, options)
+        return render_source(self.patch, REGISTRY, source, length_s if self.seconds is None else seconds, options)
 
     @cached_property
     def tiles(self) -> tuple[str, ...]:
@@ -131,7 +131,7 @@ class Format:
         return self.suffixes[0]
 
     def matches(self, path: Path) -> bool:
-        """Whether the file begins like a file of this format."""
+        """Return whether the file begins like a file of this format."""
         try:
             with path.open("rb") as file:
                 head = b"".join(file.read(4096).split())

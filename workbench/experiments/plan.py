@@ -1,4 +1,4 @@
-"""The trials of one participant before they come: what the seed, the id and the protocol say of them."""
+"""The trials of one participant in advance, as they follow from seed, id and protocol."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -47,7 +47,7 @@ def _rows(protocol: Protocol, stage: Stage, use: MethodUse, participant: str) ->
 
 
 def _row(protocol: Protocol, stage: Stage, trial: Trial, known: dict[str, Any]) -> dict[str, Any]:
-    """One trial; of two intervals the first is named first."""
+    """Return the row of one trial; of two intervals the first is named first."""
     facts = {name: value for name, value in known.items() if name not in NOT_FACTORS or name in _OF_TRIAL}
     for name in ("judged_more", "level_m_s2"):  # the question's, and in a column of its own
         facts.pop(name, None)

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
 from underfoot.floor.loads import (
-    APART_M,
     BEFORE_S,
     LENGTH_M,
     SWING_S,
@@ -40,6 +39,7 @@ from underfoot.floor.loads import (
     total,
 )
 from underfoot.floor.shared_loads import (
+    APART_M,
     BOTH_FEET_S,
     FORCE,
     HEEL_STRIKE_S,
@@ -223,9 +223,14 @@ class FootEvidence:
             and float(np.hypot(*(places - other.track()[-1, PLACE]).T).min()) <= LENGTH_M
         ]
 
+    @property
+    def _earliest_handover_s(self) -> float:
+        """The earliest time at which a load can still be divided: rows of the time of both feet must be waiting."""
+        return self.now_s - DELIVERY_DELAY_S + 1.5 * BEFORE_S
+
     def _relief_s(self, load: Load) -> float | None:
         """Return when one foot left and another came on, elsewhere on the tile or with a load beside it; or None."""
-        begin_s = max(self.now_s - DELIVERY_DELAY_S + 1.5 * BEFORE_S, load.start_s + HEEL_STRIKE_S)
+        begin_s = max(self._earliest_handover_s, load.start_s + HEEL_STRIKE_S)
         track = load.track()
         if load.divided_from is not None:  # its first force is what remained of the foot before
             track = track[track[:, TIME] >= load.start_s + JUMP_S]
@@ -242,7 +247,7 @@ class FootEvidence:
         first_s = min(one.start_s for one in parts)
         if not TWO_STEPS_S <= self.now_s - first_s <= LONGEST_STANCE_S + DELIVERY_DELAY_S:
             return None
-        begin_s = max(self.now_s - DELIVERY_DELAY_S + 1.5 * BEFORE_S, first_s + SWING_S, load.start_s + BEFORE_S)
+        begin_s = max(self._earliest_handover_s, first_s + SWING_S, load.start_s + BEFORE_S)
         near = self._near(load)
         times_s = [one.start_s for one in near] + [one.end_s for one in parts if one is not load]
         for at_s in sorted(at for at in times_s if begin_s <= at <= self.now_s - BOTH_FEET_S):

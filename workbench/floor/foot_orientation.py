@@ -16,6 +16,7 @@ import numpy as np
 
 from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
+from underfoot.floor.shared_loads import LOADED_N
 
 BREADTH_RATIO = 0.35
 """Breadth of a foot over its length."""
@@ -23,14 +24,12 @@ BREADTH_RATIO = 0.35
 UNSURE_RAD = math.radians(4.0)
 """Standard deviation of the direction across an edge, because feet press unevenly."""
 
-OFF_AXIS_RAD = math.radians(8.0)
-"""Standard deviation between the path of the centre of pressure and the axis of the foot."""
+OFF_AXIS_RAD, WHOLE_ROLL_M = math.radians(8.0), 0.15
+"""Standard deviation between the path of the centre of pressure and the axis of the foot; it grows for paths shorter
+than `WHOLE_ROLL_M`."""
 
 SHORT_M, NARROW_M = 0.03, 0.06
 """Shortest roll, and shortest spread over tiles, from which a direction is taken."""
-
-LOADED_N = 50.0
-"""Force above which the path is used."""
 
 
 def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
@@ -50,7 +49,7 @@ def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
     first, last = loaded[0], loaded[-1]
     roll = np.array([contact.x_m[last] - contact.x_m[first], contact.y_m[last] - contact.y_m[first]])
     rolled_m = float(np.hypot(*roll))
-    rolled_error = OFF_AXIS_RAD * max(1.0, 0.15 / max(rolled_m, 1e-9))
+    rolled_error = OFF_AXIS_RAD * max(1.0, WHOLE_ROLL_M / max(rolled_m, 1e-9))
     xx, xy, yy = contact.spread_m2
     spread_m = 2.0 * math.sqrt(max(xx + yy, 0.0))
     if spread_m < NARROW_M or len(contact.tiles) < 2:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from underfoot.errors import require
 from underfoot.floor.contacts import Contact
 from underfoot.floor.layout import Floor
+from underfoot.floor.shared_loads import LOADED_N
 
 SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 """Shortest and longest step, and least peak force: excludes the touch of a toe, and standing."""
@@ -21,8 +22,8 @@ SHORTEST_S, LONGEST_S, LEAST_N = 0.08, 5.0, 50.0
 SPIKE_S = 0.030
 """If 80 % of the first peak are reached within this time, the peak is a spike, the impact of the heel."""
 
-PATH_N, PATH_S = 50.0, 0.025
-"""The centroid's path is measured above `PATH_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
+PATH_S = 0.025
+"""The centroid's path is measured above `LOADED_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ def _reached(time_s: NDArray[np.float64], force_n: NDArray[np.float64], level_n:
 
 def _path(contact: Contact) -> tuple[float, float]:
     """Return the length of the centroid's path, and the distance between its ends, in metres."""
-    loaded = contact.force_n >= PATH_N
+    loaded = contact.force_n >= LOADED_N
     if not loaded.any():
         return math.nan, math.nan
     force_n = contact.force_n[loaded]

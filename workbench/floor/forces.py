@@ -35,7 +35,7 @@ class ForceSeries:
     rate_hz: float
 
     def gaps(self) -> NDArray[np.intp]:
-        """The last samples before gaps: shape (gaps,).
+        """Return the indices of the last samples before gaps: shape (gaps,).
 
         >>> ForceSeries(np.array([0.0, 0.1, 0.2, 0.5, 0.6]), np.zeros((5, 1, 4)), 10.0).gaps()
         array([2])
@@ -61,7 +61,7 @@ def load_floor_beside(path: str | Path) -> Floor:
 
 
 def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
-    """The forces in a CSV file, at least two samples of every sensor of `floor`, in any order of columns.
+    """Read the forces of a CSV file: at least two samples of every sensor of `floor`, with columns in any order.
 
     Raises `BadFile`, one line that names the file and the line in it: a file that cannot be read or is not text, a
     column that is missing, given twice or of a tile or sensor that the floor does not have, a cell of these that is not

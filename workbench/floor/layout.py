@@ -222,7 +222,7 @@ def default_floor(rows: int = 2, columns: int = 2) -> Floor:
 
 
 def grid_of(floor: Floor) -> tuple[int, int] | None:
-    """Rows and columns of a floor that is as `default_floor` makes it; None for another.
+    """Return rows and columns of a floor made by `default_floor`; None for another floor.
 
     >>> grid_of(default_floor(2, 3))
     (2, 3)

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from underfoot.floor.shared_loads import BOTH_FEET_S, FORCE, JUMP_S, LOADED_N, PLACE, TIME
 
-LENGTH_M, WIDTH_M, APART_M = 0.33, 0.13, 0.26
-"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m long and 0.12 m wide. At any time
-the centroids are at most `APART_M` apart: from the heel to the middle of the rest, three quarters of such a foot."""
+LENGTH_M, WIDTH_M = 0.33, 0.13
+"""The box into which the centroids of a foot's loads fit: the longest feet are 0.34 m long and 0.12 m wide."""
 
 SWING_S = 0.30
 """Shortest time between the touchdowns of a walker's feet (200 steps per minute)."""
@@ -22,7 +21,7 @@ TOES_M, BEHIND_M, TOES_OUTLAST_S = 0.14, 0.03, 0.15
 BEFORE_S = 0.10
 """Time before a handover in which both feet may have been on the tile."""
 
-RELIEVED_SHARE = 0.4
+STANCE_SHARE = 0.4
 """Between the peaks of a walker's foot the force stays above this share of the first, and so does the second peak."""
 
 DIP_SHARE, DIP_RISE = 0.8, 1.1
@@ -36,6 +35,7 @@ _CENTRE_S = 0.02
 _FIRST_S = 0.1
 """Time after a foot's beginning over which the place from which it rolls is averaged."""
 _DIRECTIONS = 16
+"""Orientations in which the box is tried, over half a turn."""
 _ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
 _TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
@@ -137,11 +137,11 @@ def bears_twice(loads: list[Load]) -> bool:
     if not len(force_n):
         return False
     most_n = np.maximum.accumulate(force_n)
-    relieved = force_n < RELIEVED_SHARE * most_n
+    relieved = force_n < STANCE_SHARE * most_n
     if not relieved.any():
         return False
     later = force_n[int(relieved.argmax()) :]
-    return bool((later - np.minimum.accumulate(later)).max() >= RELIEVED_SHARE * most_n[-1])
+    return bool((later - np.minimum.accumulate(later)).max() >= STANCE_SHARE * most_n[-1])
 
 
 def light_load_m(load: Load, parts: list[Load], now_s: float) -> float | None:

@@ -80,11 +80,11 @@ class PlateSearch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @staticmethod
     def like(plate: Plate) -> "PlateSearch":
-        """A search among plates of the kind of this one."""
+        """Return a search among plates like this one."""
         return PlateSearch(stiffness=plate.stiffness, density_kg_m3=plate.density_kg_m3, facing_m=plate.facing_m)
 
     def plate(self, modulus_pa: float, thickness_m: float) -> Plate:
-        """One of the plates that are searched."""
+        """Return one of the plates searched."""
         return Plate(
             stiffness=self.stiffness,  # type: ignore[arg-type]
             thickness_m=thickness_m,
@@ -110,7 +110,7 @@ class Candidate:
     antiresonance_hz: float
 
     def data(self) -> dict[str, float | None]:
-        """As plain data, for JSON."""
+        """Return plain data for JSON."""
         found = {name: float(getattr(self, name)) for name in self.__dataclass_fields__}
         return {name: value if np.isfinite(value) else None for name, value in found.items()}
 
@@ -130,7 +130,7 @@ class SearchResult:
     best: tuple[Candidate, ...]
 
     def data(self) -> dict[str, Any]:
-        """As plain data, for JSON."""
+        """Return plain data for JSON."""
         spec = msgspec.to_builtins(self.spec)
         share = float(self.fits.mean())
         return {"asked": spec, "size_m": self.size_m, "fits": share, "best": [one.data() for one in self.best]}
@@ -171,7 +171,7 @@ def _candidate(
 ) -> Candidate:
     plate = spec.plate(*map(float, made_of))
     try:
-        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(False)
+        dip_hz = TileProperties(tile, msgspec.structs.replace(parameters, plate=plate)).bend_hz(is_peak=False)
     except BadValue:
         dip_hz = math.nan
     mass, deflection, first = map(float, does)
@@ -179,7 +179,7 @@ def _candidate(
 
 
 def table(found: SearchResult) -> str:
-    """The best plates as a table for a terminal; what kept all others away where none fits."""
+    """Return the best plates as a table for a terminal, or why none fits."""
     spec, (x, y) = found.spec, (100.0 * side for side in found.size_m)
     lines = [
         f"plates of {x:.4g} x {y:.4g} cm, {spec.stiffness}, {spec.density_kg_m3:g} kg/m3: at most "
@@ -198,7 +198,7 @@ def table(found: SearchResult) -> str:
 
 
 def why_none(found: SearchResult) -> str:
-    """Which of the three conditions no plate of the grid meets together with the others."""
+    """Return which of the three conditions no plate of the grid meets together with the others."""
     spec = found.spec
     met = {
         "mass": found.mass_kg <= spec.most_kg,
@@ -212,7 +212,7 @@ def why_none(found: SearchResult) -> str:
 
 
 def drawing(found: SearchResult) -> Drawing:
-    """Where on the grid plates fit, with the edge of each condition."""
+    """Draw the region of the grid in which plates fit, with the limit of each condition."""
     spec, gpa, mm = found.spec, found.modulus_pa / _GIGA, _MILLI * found.thickness_m
     span, room = (float(gpa[0]), float(gpa[-1])), (float(mm[0]), float(mm[-1]))
     stiff_gpa = gpa[0] * found.deflection_m[:, 0] / spec.most_deflection_m

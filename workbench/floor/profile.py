@@ -192,7 +192,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return f"<Profile of {self.tile}: {', '.join(parts) or 'not calibrated'}>"
 
     def plot(self) -> Picture:
-        """The curve of each sensor and the response of the plate, as far as they were measured."""
+        """Plot the curve of each sensor and the response of the plate, as far as they were measured."""
         drawings = []
         if self.fsr is not None:
             curves = [
@@ -217,7 +217,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return self.fsr is not None
 
     def force(self, readings: ArrayLike) -> NDArray[np.float64]:
-        """Newtons of `readings`, shape (..., 4): the static curves.
+        """Return forces in newtons of `readings`, shape (..., 4), by the static curves.
 
         Without an `fsr` part readings count as newtons; of a sensor that could not be calibrated, NaN. NaN stays NaN. A
         reading beyond the calibrated range goes on along the curve's last slope, at most a quarter of full scale above
@@ -233,13 +233,14 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     @staticmethod
     def rested() -> NDArray[np.void]:
-        """The states of `force_over_time`, (4,), for sensors that have rested; to be passed on from block to block."""
+        """Return the states of four sensors at rest, (4,), for `force_over_time`, which updates them."""
         return np.zeros(4, STATE)
 
     def force_over_time(
         self, readings: ArrayLike, time_s: ArrayLike, states: NDArray[np.void] | None = None
     ) -> NDArray[np.float64]:
-        """Newtons of `readings`, shape (n, 4), taken at `time_s` (n,), with hysteresis and creep compensated.
+        """Return forces in newtons of `readings`, shape (n, 4), at `time_s` (n,), with hysteresis and creep
+        compensated.
 
         The sensors have rested before, or are as the block before left their `states` (see `rested`); any split gives
         the same newtons. A sensor whose calibration has no compensation is as in `force`. Time that runs back counts as
@@ -258,7 +259,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return np.stack(columns, axis=1)
 
     def position(self, forces: ArrayLike, over_time: bool = False) -> NDArray[np.float64]:
-        """Where the load stands, metres in the tile's frame, shape (..., 2), from `forces` in newtons, shape (..., 4).
+        """Return the centroid in metres, tile frame, shape (..., 2), of `forces` in newtons, shape (..., 4).
 
         `forces` are those of `force`, or, with `over_time`, of `force_over_time`: each has its own correction. NaN
         below the part's least force, and where a force is NaN. `BadValue` unless the last axis is 4, and where the
@@ -283,7 +284,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return NOMINAL_ACCELERATION if self.response is None else self.response.acceleration_per_unit
 
     def flags(self, tile: str, today: date, serial: str = "") -> tuple[str, ...]:
-        """The reasons against using this profile on `tile` today: one line each.
+        """Return the reasons against using this profile on `tile` today, one line each.
 
         >>> Profile(tile="t1").flags("t2", date(2024, 5, 1))
         ('profile of t1 is used on t2', 'profile of t1 has no calibrated part')
@@ -316,13 +317,13 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return tuple(found)
 
     def part(self, kind: str) -> Part | None:
-        """The part of one of `PARTS`, or None where it is not there."""
+        """Return the part with a name of `PARTS`; None if it was not measured."""
         require(kind in PARTS, "kind", kind, ", ".join(PARTS))
         found: Part | None = getattr(self, kind)
         return found
 
     def with_part(self, part: Part, today: date | None = None) -> "Profile":
-        """The profile with a new part; the one it replaces goes to `earlier` with today's date.
+        """Return the profile with a new part; the part it replaces is added to `earlier` with today's date.
 
         With the part that is in use already, the same profile.
         """
@@ -337,7 +338,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         )
 
     def restored(self, place: int, today: date | None = None) -> "Profile":
-        """The profile with `earlier[place]` in use again; what it replaces takes its place among the earlier ones.
+        """Return the profile with `earlier[place]` in use again; the part it replaces is added to the earlier ones.
 
         `BadValue` where there is no such part.
         """
@@ -348,7 +349,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return msgspec.structs.replace(self, earlier=others).with_part(part, today)
 
     def compare(self, place: int) -> dict[str, tuple[float, float]]:
-        """Figures of `earlier[place]` and of the same part in use now: (then, now) by name; NaN where one lacks it."""
+        """Return figures of `earlier[place]` and of the present part, (then, now) by name; NaN if one lacks it."""
         require(0 <= place < len(self.earlier), "place", place, f"0 to {len(self.earlier) - 1}")
         then: Part = getattr(self.earlier[place], self.earlier[place].kind)
         now = self.part(self.earlier[place].kind)
@@ -357,12 +358,12 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         return {name: (old.get(name, np.nan), new.get(name, np.nan)) for name in {**old, **new}}
 
     def dumps(self) -> bytes:
-        """The profile as JSON, in a fixed order."""
+        """Return the profile as JSON with keys in a fixed order."""
         return write_document(FORMAT, VERSION, self)
 
     @staticmethod
     def loads(text: bytes | str, source: str = "profile") -> "Profile":
-        """The profile in `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
+        """Return the profile in `text`; `BadFile` names `source`, the place in it, the value and what is allowed.
 
         >>> Profile.loads('{"format": "underfoot-profile", "version": 1, "tile": "a b"}', "t1.json")
         Traceback (most recent call last):
@@ -372,7 +373,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
     @staticmethod
     def load(path: str | Path) -> "Profile":
-        """The profile in a file; `BadFile` as `loads` says."""
+        """Return the profile in a file; raise `BadFile` as `loads` does."""
         return Profile.loads(read_file(path), str(path))
 
     def save(self, path: str | Path) -> None:
@@ -381,7 +382,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
 
 
 def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
-    """The profiles `<tile>.json` in a folder, by tile; a tile without one is left out.
+    """Return the profiles `<tile>.json` in a folder by tile id; tiles without one are omitted.
 
     `BadFile` where the folder is not there, and for a file that is not a profile.
     """
@@ -393,7 +394,7 @@ def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
 
 
 def round_trip_frames(profiles: Mapping[str, Profile], rate_hz: int, block: int) -> int:
-    """The measured round trip of the card that the tiles of these profiles hang on; 0 where none was measured so.
+    """Return the measured round trip of the sound card of these tiles; 0 if it was not measured at this rate and block.
 
     >>> part = Latency(made="2024-05-01", round_trip_ms=10.0)
     >>> round_trip_frames({"t1": Profile(tile="t1", latency=part)}, 48000, 128)
@@ -405,7 +406,7 @@ def round_trip_frames(profiles: Mapping[str, Profile], rate_hz: int, block: int)
 
 
 def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
-    """The profile in a file that a part of `tile` is to go into.
+    """Return the profile in a file to which a part of `tile` will be added.
 
     `BadFile` where the file is not a profile, or is one of another tile or serial number: a part of one tile never goes
     into another's file.

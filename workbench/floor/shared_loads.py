@@ -22,9 +22,13 @@ JUMP_M, SIDEWAYS_M, SAME_WAY_COSINE, JUMP_S, STAYS_LOADED_S, HEEL_STRIKE_S = 0.1
 which it rolled (cosine below `SAME_WAY_COSINE`), and the tile stays loaded for `STAYS_LOADED_S`. Not in the first
 `HEEL_STRIKE_S`, in which the centroid moves from the heel to the whole foot."""
 
-FAR_JUMP_M, STRIKE_S = 0.26, 0.10
-"""In the first `HEEL_STRIKE_S` a load is handed over only if its centroid moves `FAR_JUMP_M`, further than from heel to
-middle of the rest; or `JUMP_M` if it was no heel, which would bear `LOADED_N` within `STRIKE_S`."""
+APART_M = 0.26
+"""Largest distance between the centroids of a foot's parts: from the heel to the middle of the rest, three quarters of
+the longest foot."""
+
+STRIKE_S = 0.10
+"""In the first `HEEL_STRIKE_S` a load is handed over only if its centroid moves further than `APART_M`; or `JUMP_M` if
+it was no heel, which would bear `LOADED_N` within `STRIKE_S`."""
 
 RISE_FACTOR, RISEN_JUMP_M = 1.5, 0.045
 """If the load rises by `RISE_FACTOR` meanwhile, `RISEN_JUMP_M` is enough, unless the centroid moves on in the direction
@@ -169,12 +173,12 @@ def jump_time_s(track: Floats, start_s: float, touchdown_m: Floats, passed_on: b
     place_m, length_m = track[begin, PLACE], float(np.hypot(*towards))
     if time_s[begin] < start_s + HEEL_STRIKE_S:
         stays = np.hypot(*(track[end:, PLACE] - track[end, PLACE]).T).max() <= SIDEWAYS_M
-        if passed_on or not stays or length_m < (FAR_JUMP_M if _strikes(track, start_s) else JUMP_M):
+        if passed_on or not stays or length_m < (APART_M if _strikes(track, start_s) else JUMP_M):
             return None
     moved = length_m >= JUMP_M or (length_m >= SIDEWAYS_M and _is_aside(place_m - track[0, PLACE], towards))
     risen = length_m >= RISEN_JUMP_M and track[end, FORCE] >= RISE_FACTOR * track[begin, FORCE]
     # The edge of a foot that is mostly on another tile may press this lightly until the next foot comes.
-    least_n = ON_N if length_m >= FAR_JUMP_M else LOADED_N
+    least_n = ON_N if length_m >= APART_M else LOADED_N
     on_both = length_m >= JUMP_M and track[begin:end, FORCE].min() >= ON_N and track[end:, FORCE].min() >= least_n
     if track[begin:, FORCE].min() < LOADED_N and not on_both:
         return None

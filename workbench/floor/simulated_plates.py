@@ -185,7 +185,7 @@ def _drawn(tile: Tile, parameters: TileParameters | None, seed: int) -> TilePara
 
 
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_at: PlateOutput) -> NDArray[np.float64]:
-    """The coefficients of every tile's systems, [tile, load, value]."""
+    """Return the coefficients of all tiles' systems, [tile, load, value]."""
     several = [_body(tile, one, rate_hz, measured_at) for tile, one in zip(floor.tiles, drawn, strict=True)]
     found = _zeros(len(several), len(several[0]), max(body.shape[1] for body in several))
     for row, body in zip(found, several, strict=True):
@@ -196,7 +196,7 @@ def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_
 def _body(
     tile: Tile, drawn: TileParameters, rate_hz: float, measured_at: PlateOutput, note: Callable[[], None] = lambda: None
 ) -> NDArray[np.float64]:
-    """The coefficients of a tile's systems, [load, value]; known ones are read from the cache, others `note`d."""
+    """Return the coefficients of a tile's systems, [load, value], from the cache if present; others are `note`d."""
     said = b"".join(
         (
             msgspec.json.encode(msgspec.structs.replace(tile, id="any", centre_m=(0.0, 0.0), output=None)),

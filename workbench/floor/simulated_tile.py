@@ -63,7 +63,7 @@ class SimulatedTile:
         return GRAVITY * self.parameters.suspension_of(self.tile).mass_kg / 4.0
 
     def coefficients(self, rate_hz: float) -> NDArray[np.void]:
-        """The coefficients of the four sensors, as `fsr.sense` takes them at a rate: shape (4,)."""
+        """Return the coefficients of the four sensors at a rate, for `fsr.sense`: shape (4,)."""
         return fsr.coefficients(self.parts, rate_hz)
 
     def settle(self) -> None:
@@ -74,7 +74,7 @@ class SimulatedTile:
     def corner_forces(
         self, at_m: ArrayLike, force_n: ArrayLike, shear_n: ArrayLike = (0.0, 0.0)
     ) -> NDArray[np.float64]:
-        """What each corner carries of a force at `at_m` (..., 2), tile frame: newtons, shape (..., 4).
+        """Return the share of each corner in a force at `at_m` (..., 2), tile frame: newtons, shape (..., 4).
 
         A corner gives up at most its share of the plate's own weight; then it has lifted, and the other three carry
         the load (`lift_corners`). `shear_n` (..., 2) is a horizontal force on the surface; to vertical sensors it is a
@@ -92,7 +92,7 @@ class SimulatedTile:
         return carried.reshape(ideal.shape) - self.preload_n
 
     def sense(self, forces_n: ArrayLike, rate_hz: float = 1000.0) -> NDArray[np.float64]:
-        """Readings of the forces (n, 4) on the corners, one after another: whole numbers 0 to 65535, shape (n, 4).
+        """Return readings of successive forces (n, 4) at the corners: whole numbers 0 to 65535, shape (n, 4).
 
         The sensors have hysteresis and creep from call to call; how readings are cut into calls does not matter.
         `BadValue` for forces that are not finite, and for a rate outside 1 to 1e6 Hz.
@@ -108,7 +108,8 @@ class SimulatedTile:
         return counts
 
     def respond(self, drive: ArrayLike, rate_hz: float, load: str = "none") -> NDArray[np.float64]:
-        """Acceleration at the accelerometer's place, m/s^2, shape (n,), of a drive (n,) at full scale 1, clipped there.
+        """Return the acceleration at the accelerometer, m/s^2, shape (n,), for a drive (n,) at full scale 1, clipped
+        there.
 
         The plate goes on ringing from call to call, and is at rest after a change of rate or of `load` (`LOADS`).
         How the drive is cut into calls does not matter, to the bit. `BadValue` for a drive that is not finite, and for
@@ -131,7 +132,9 @@ class SimulatedTile:
     def transfer(
         self, frequencies_hz: ArrayLike, load: str = "none", at_m: ArrayLike | None = None
     ) -> NDArray[np.complex128]:
-        """The transfer function of `respond` for small signals: m/s^2 a full-scale unit, complex; also elsewhere."""
+        """Return the transfer function of `respond` for small signals: m/s^2 at full scale, complex; also at other
+        places.
+        """
         place = self.parameters.accelerometer_m(self.tile) if at_m is None else at_m
         force = self.parameters.shaker.transfer(frequencies_hz)
         return force * self.parameters.assembly(self.tile, load).transfer(frequencies_hz, place)
@@ -157,14 +160,14 @@ class Plant:
         self._body = parameters.assembly(tile, load).poles(place).at_rate(rate_hz)
 
     def run(self, drive: NDArray[np.float64], out: NDArray[np.float64], n: int) -> None:
-        """n samples of drive, full scale 1, into acceleration, m/s^2; the two may be the same array."""
+        """Convert n samples of drive, full scale 1, to acceleration in m/s^2; the two may be the same array."""
         poles.run(*self._shaker, drive[:n], out)
         shaker.compress(self._compression, out, out, n)
         poles.run(*self._body, out[:n], out)
 
 
 def sensor_keys(seed: int, tile: Tile) -> NDArray[np.uint64]:
-    """The keys of the noise of a tile's four sensors."""
+    """Return the keys of the noise of a tile's four sensors."""
     return np.array([stream_key("sensor noise", seed, tile.id, sensor) for sensor in range(4)], dtype=np.uint64)
 
 

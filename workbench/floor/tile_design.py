@@ -56,7 +56,7 @@ class Row:
     why: str = ""
 
     def data(self) -> dict[str, Any]:
-        """As plain data, for JSON."""
+        """Return plain data for JSON."""
         numbers = {"thesis": self.thesis, "ours": self.ours, "here": self.here}
         return {
             "name": self.name,
@@ -81,13 +81,13 @@ class Design:
         return self.measured.tile.size_m
 
     def data(self) -> dict[str, Any]:
-        """As plain data, for JSON."""
+        """Return plain data for JSON."""
         quantities = {row.key: row.data() for row in self.rows}
         return {"tiles": self.alike, "size_m": self.size_m, "quantities": quantities, "modes_hz": self.modes_hz}
 
 
 def designs(floor: Floor, parameters: TileParameters) -> list[Design]:
-    """One design for each kind of tile of the floor. `BadValue` where a tile cannot be built of these parts.
+    """Return one design for each kind of tile of the floor; `BadValue` if a tile cannot be built of these parts.
 
     >>> from underfoot.floor.layout import default_floor
     >>> design = designs(default_floor(), TileParameters())[0]
@@ -135,12 +135,12 @@ class TileProperties:
         self.high_hz = float(self.frequencies_hz[over[0] - 1 if over.size else -1])
 
     def response_db(self, load: str) -> NDArray[np.float64]:
-        """Acceleration at the accelerometer's place, dB re 1 m/s^2 a full-scale unit."""
+        """Return the acceleration at the accelerometer, dB re 1 m/s^2 at full scale."""
         body = self.parameters.assembly(self.tile, load).poles(self._accelerometer_m).transfer(self.frequencies_hz)
         return _db(self.parameters.shaker.transfer(self.frequencies_hz) * body)
 
     def places_db(self) -> dict[str, NDArray[np.float64]]:
-        """Acceleration a newton, dB re a rigid tile that hangs free, at four places as in figure 4.11."""
+        """Return acceleration per newton at four places, dB re a free rigid tile, as in figure 4.11."""
         x, y = (0.5 * side for side in self.tile.size_m)
         places = {
             "centre": (0.0, 0.0),
@@ -152,26 +152,26 @@ class TileProperties:
         return {name: _db(mass * assembly.poles(at).transfer(self.frequencies_hz)) for name, at in places.items()}
 
     def plate_with(self, stiffness: str) -> Plate:
-        """The plate with another model of its stiffness."""
+        """Return the plate with another model of its stiffness."""
         return msgspec.structs.replace(self.plate, stiffness=stiffness)
 
     def sandwich(self, stiffness: str, quantity: str) -> float:
-        """`rigidity_nm` or `frequency_hz` by one of the models of a sandwich; NaN for a solid plate."""
+        """Return `rigidity_nm` or `frequency_hz` by one of the models of a sandwich; NaN for a solid plate."""
         if self.plate.stiffness == "solid":
             return math.nan
         plate = self.plate_with(stiffness)
         return plate.rigidity_nm() if quantity == "rigidity_nm" else plate.frequency_hz(self.tile.size_m)
 
     def heave_hz(self) -> float:
-        """The resonance nearest to f0."""
+        """Return the resonance nearest to f0."""
         return float(self.resonances_hz[self._heave()])
 
     def tilt_hz(self) -> float:
-        """The higher of the two tilts: of the three lowest resonances, those that are not the heave."""
+        """Return the higher of the two tilt resonances: of the three lowest, those that are not the heave."""
         return float(np.delete(self.resonances_hz[:3], self._heave()).max())
 
     def bend_hz(self, is_peak: bool) -> float:
-        """The deepest dip from 3 f0 on, or the highest peak, of the body at the accelerometer; NaN without one."""
+        """Return the deepest dip, or the highest peak, at the accelerometer from 3 f0 on; NaN if there is none."""
         grid = np.linspace(3.0 * self.suspension.resonance_hz(), 3000.0, 5401)
         body = self.parameters.assembly(self.tile).poles(self._accelerometer_m)
         level = _db(body.transfer(grid)) * (1.0 if is_peak else -1.0)
@@ -179,30 +179,30 @@ class TileProperties:
         return float(grid[tops[np.argmax(level[tops])]]) if tops.size else math.nan
 
     def compression_percent(self, force_n: float) -> float:
-        """By how much the shaker falls short of a sine force of this amplitude, in its fundamental."""
+        """Return the shortfall of the fundamental of a sine force of this amplitude."""
         sine = np.sin(2.0 * math.pi * np.arange(256) / 256)
         reached = self.parameters.shaker.compressed_n(force_n * sine)
         return 100.0 * (1.0 - 2.0 * float(np.mean(reached * sine)) / force_n)
 
     def distortion_percent(self, force_n: float) -> float:
-        """How far the waveform of a sine force of this amplitude is from a sine: the harmonics, of the fundamental."""
+        """Return the harmonics of a sine force of this amplitude, relative to the fundamental."""
         sine = np.sin(2.0 * math.pi * np.arange(256) / 256)
         spectrum = np.abs(np.fft.rfft(self.parameters.shaker.compressed_n(force_n * sine)))
         return 100.0 * float(np.linalg.norm(spectrum[2:]) / spectrum[1])
 
     def sway_hz(self) -> float:
-        """The two sideways modes: mounts of rubber shear with a third of their Young's modulus."""
+        """Return the two sideways resonances; the shear modulus of rubber is a third of its Young's modulus."""
         return self.suspension.resonance_hz() / math.sqrt(_SHEAR)
 
     def yaw_hz(self) -> float:
-        """The turn about the upright axis: mounts shear, the mass is spread over the tile."""
+        """Return the resonance about the upright axis: mounts shear, and the mass is spread over the tile."""
         x, y = np.array(self.tile.sensors_m).T
         arms = float(np.mean(x**2 + y**2))
         inertia = (self.tile.size_m[0] ** 2 + self.tile.size_m[1] ** 2) / 12.0
         return self.sway_hz() * math.sqrt(arms / inertia)
 
     def least_force_n(self) -> float:
-        """The least force that a full-scale sine gives from 50 to 750 Hz."""
+        """Return the least force of a full-scale sine from 50 to 750 Hz."""
         asked = np.abs(self.parameters.shaker.transfer(np.linspace(50.0, 750.0, 1401)))
         return float(self.parameters.shaker.compressed_n(asked).min())
 
@@ -253,13 +253,14 @@ _QUANTITIES: tuple[tuple[str, str, str, float | None, Callable[[TileProperties],
     ),
     ("f1_hz", "plate's f1, edges held, as built", "Hz", None, lambda t: t.plate.frequency_hz(t.tile.size_m), ""),
     (
-        "antiresonance_hz", "antiresonance of the tile, at the accelerometer", "Hz", 775.0, lambda t: t.bend_hz(False),
+        "antiresonance_hz", "antiresonance of the tile, at the accelerometer", "Hz", 775.0,
+        lambda t: t.bend_hz(is_peak=False),
         "The textbook's plate with 1.1 kg of shaker at its centre. That mass is not given and was chosen to meet the "
         "measured antiresonance; the thesis's 860 Hz come near it because what it leaves out, stiffness and shaker, "
         "cancels.",
     ),
     (
-        "bending_hz", "bending resonance of the tile", "Hz", 1100.0, lambda t: t.bend_hz(True),
+        "bending_hz", "bending resonance of the tile", "Hz", 1100.0, lambda t: t.bend_hz(is_peak=True),
         "Measured near 1100, 896 by finite elements. Real edges are neither held nor free, and the bracket is stiff; "
         "both are left out here.",
     ),

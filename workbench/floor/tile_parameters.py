@@ -22,7 +22,7 @@ VERSION = 1
 
 
 def simulation(text: str) -> tuple["TileParameters | None", tuple[Person, ...]]:
-    """What the tiles of a simulated floor are made of, None for ideal ones, and who walks on it besides.
+    """Return the parameters of simulated tiles, None for ideal ones, and the people who walk.
 
     `text` is what a target has behind "simulator:": nothing, a file, or people as `people_of` takes them. `BadFile` and
     `BadValue` where it cannot be.
@@ -122,19 +122,19 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def suspension_of(self, tile: Tile) -> Suspension:
-        """The suspension under this tile, with the mass that it carries."""
+        """Return the suspension of this tile with the mass that it carries."""
         bolted = len(self.shakers_m) * self.shaker_kg
         frame = self.suspension.mass_kg - self.plate.mass_kg(self.reference_m) - bolted
         frame *= sum(tile.size_m) / sum(self.reference_m)
         return msgspec.structs.replace(self.suspension, mass_kg=self.plate.mass_kg(tile.size_m) + bolted + frame)
 
     def accelerometer_m(self, tile: Tile) -> Point:
-        """Where the accelerometer sits, in the tile's frame."""
+        """Return the accelerometer's place in the tile's frame."""
         x, y = self.accelerometer.place
         return 0.5 * x * tile.size_m[0], 0.5 * y * tile.size_m[1]
 
     def assembly(self, tile: Tile, load: str = "none") -> Assembly:
-        """The tile as a body in motion, under one of `LOADS`; `BadValue` where it cannot be built on this tile."""
+        """Return the tile as a vibrating body under one of `LOADS`; `BadValue` if it cannot be built on this tile."""
         require(load in LOADS, "load", load, ", ".join(LOADS))
         x, y = tile.sensors_m[0]
         return Assembly(
@@ -149,7 +149,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def drawn(self, *names: object) -> "TileParameters":
-        """The parameters of one tile of this kind, drawn within `tolerance`; its sensors are drawn one by one."""
+        """Return parameters of one such tile, drawn within `tolerance`; sensors are drawn one by one."""
         key = stream_key("tile", *names)
         near = [1.0 + self.tolerance * (2.0 * uniform(key, draw) - 1.0) for draw in range(5)]
         replace = msgspec.structs.replace
@@ -166,17 +166,17 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
     def dumps(self) -> bytes:
-        """The parameters as JSON, in a fixed order."""
+        """Return the parameters as JSON with keys in a fixed order."""
         return write_document(FORMAT, VERSION, self)
 
     @staticmethod
     def loads(text: bytes | str, source: str = "simulation") -> "TileParameters":
-        """The parameters in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
+        """Return the parameters in `text`; `BadFile` names `source`, the place in it, the value and what is allowed."""
         return read_document(text, source, FORMAT, VERSION, TileParameters)
 
     @staticmethod
     def load(path: str | Path) -> "TileParameters":
-        """The parameters in a file; `BadFile` as `loads` says."""
+        """Return the parameters in a file; raise `BadFile` as `loads` does."""
         found = TileParameters.loads(read_file(path), str(path))
         if found.recording and not is_within(Path(path).parent / found.recording, Path(path).parent):
             raise BadFile(f"{path}: $.recording is {found.recording!r}; allowed: a file beside this one or below")

@@ -26,7 +26,7 @@ _MILLI = 1000.0
 
 
 def text(found: list[Design]) -> str:
-    """The figures as tables for a terminal."""
+    """Return the figures as tables for a terminal."""
     lines = []
     for design in found:
         lines += [_heading(design), f"{'':50} {'thesis':>9} {'ours':>9} {'this tile':>9}"]
@@ -39,7 +39,7 @@ def text(found: list[Design]) -> str:
 
 
 def data(found: list[Design]) -> dict[str, Any]:
-    """All figures as plain data, for JSON."""
+    """Return all figures as plain data for JSON."""
     return {"designs": [design.data() for design in found]}
 
 
@@ -59,7 +59,7 @@ def write(found: list[Design], folder: Path) -> None:
 
 
 def drawings(here: TileProperties) -> list[tuple[str, Drawing]]:
-    """The report's pictures, each with the name of its file."""
+    """Return the report's pictures by the names of their files."""
     drawn = (
         _resonance_drawing, _deflection_drawing, _trade_off_drawing, _plate_drawing, _places_drawing, _loads_drawing
     )  # fmt: skip
@@ -67,7 +67,7 @@ def drawings(here: TileProperties) -> list[tuple[str, Drawing]]:
 
 
 def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
-    """Figure 4.9: resonance over Young's modulus."""
+    """Draw figure 4.9: resonance over Young's modulus."""
     modulus, variants = _suspensions(here)
     f0 = np.array([variant.resonance_hz() for variant in variants])
     chosen = here.suspension.modulus_pa / 1e6
@@ -81,7 +81,7 @@ def _resonance_drawing(here: TileProperties) -> tuple[str, Drawing]:
 
 
 def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
-    """Figure 4.9: deflection over Young's modulus."""
+    """Draw figure 4.9: deflection over Young's modulus."""
     modulus, variants = _suspensions(here)
     shared, corner = (
         [_MILLI * variant.deflection_m(LOAD_N, load) for variant in variants] for load in ("shared", "corner")
@@ -100,7 +100,7 @@ def _deflection_drawing(here: TileProperties) -> tuple[str, Drawing]:
 
 
 def _trade_off_drawing(here: TileProperties) -> tuple[str, Drawing]:
-    """Deflection over resonance, which no choice of material can change."""
+    """Draw deflection over resonance, which no choice of material can change."""
     hz = np.linspace(20.0, 120.0, 200)
     shared = _MILLI * deflection_at_resonance_m(hz, here.suspension.mass_kg, LOAD_N)
     f0 = here.suspension.resonance_hz()
@@ -117,13 +117,13 @@ def _trade_off_drawing(here: TileProperties) -> tuple[str, Drawing]:
 
 
 def _suspensions(here: TileProperties) -> tuple[NDArray[np.float64], list[Suspension]]:
-    """Young's moduli, MPa, and the tile's suspension with each."""
+    """Return Young's moduli in MPa, and the tile's suspension with each."""
     modulus = np.geomspace(0.3, 20.0, 200)
     return modulus, [msgspec.structs.replace(here.suspension, modulus_pa=1e6 * one) for one in modulus]
 
 
 def _plate_drawing(here: TileProperties) -> tuple[str, Drawing]:
-    """First bending mode over thickness, by material."""
+    """Draw the first bending mode over thickness, by material."""
     thickness = np.linspace(0.004, 0.05, 100)
     sandwich = msgspec.structs.replace(here.plate, stiffness="textbook")
     if here.plate.stiffness == "solid":
@@ -170,12 +170,12 @@ def _loads_drawing(here: TileProperties) -> tuple[str, Drawing]:
 
 
 def _is_seen(here: TileProperties) -> NDArray[np.bool_]:
-    """Which frequencies are drawn."""
+    """Return which frequencies are drawn."""
     return (here.frequencies_hz >= 20.0) & (here.frequencies_hz <= 1500.0)
 
 
 def _section(design: Design) -> list[str]:
-    """The table of one kind of tile, as HTML."""
+    """Return the table of one kind of tile as HTML."""
     head = "".join(f"<th>{word}</th>" for word in ("", "", "thesis", "ours for its tile", "this tile", ""))
     body = "".join(
         f"<tr><td>{html.escape(row.name)}</td><td>{html.escape(row.unit)}</td><td>{_number(row.thesis)}</td>"

@@ -38,7 +38,7 @@ class TileResponse:
 
 
 def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: float) -> TileResponse:
-    """The response of a tile to what it was commanded, both (n,): the mean over windows of 0.1 s, half overlapping.
+    """Return a tile's response to its command, both (n,): the mean over windows of 0.1 s that overlap by half.
 
     `BadValue` unless both are equally long, and at least two windows.
 
@@ -100,13 +100,13 @@ class ResponseMonitor:
         self._judged_s = np.where(loud, self._judged_s + n / self._rate_hz, 0.0)
 
     def deviates(self) -> NDArray[np.bool_]:
-        """Of each tile, whether its level has been further than `FURTHEST_DB` from the commanded one."""
+        """Return for each tile whether its level has been further than `FURTHEST_DB` from the command."""
         commanded, measured = np.maximum(self._squares, 1e-12)
         far = np.abs(10.0 * np.log10(measured / commanded)) > FURTHEST_DB
         return far & (self._judged_s > _JUDGED_S)
 
     def rms(self, row: int) -> tuple[float, float]:
-        """The commanded and the measured RMS of a tile, m/s^2."""
+        """Return the commanded and the measured RMS of a tile, m/s^2."""
         commanded, measured = np.sqrt(self._squares[:, row])
         return float(commanded), float(measured)
 
@@ -132,7 +132,7 @@ class ResponseTotals:
             np.maximum(self._peaks[of], np.abs(one).max(axis=0, initial=0.0), out=self._peaks[of])
 
     def lines(self, floor: Floor) -> Iterator[str]:
-        """A line for each tile that was asked something."""
+        """Return one line for each tile that was driven."""
         for tile, squares, (peak, reached) in zip(floor.tiles, self._squares.T, self._peaks.T, strict=True):
             commanded_rms, measured_rms = (math.sqrt(square / max(self._frames, 1)) for square in squares)
             if peak >= LEAST_M_S2:

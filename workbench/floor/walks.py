@@ -15,14 +15,18 @@ from numpy.typing import NDArray
 
 from underfoot.floor.contacts import Contact
 from underfoot.floor.foot_orientation import orientation
-from underfoot.floor.footsteps import LEAST_N, LONGEST_S, PATH_N, SHORTEST_S, Step, is_step, measure
+from underfoot.floor.footsteps import LEAST_N, LONGEST_S, SHORTEST_S, Step, is_step, measure
 from underfoot.floor.layout import Floor
+from underfoot.floor.shared_loads import LOADED_N
 
 EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 """Least and greatest time to the next step of a person, of which some may not have been seen; longest step."""
 
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
+
+SHORTEST_STEP_S, LONGEST_STEP_S = 0.25, 1.5
+"""Range of step times that a person's average learns from: a run, and a very slow walk."""
 
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
@@ -204,7 +208,7 @@ class _Footfall:
     def of(cls, contact: Contact, floor: Floor) -> "_Footfall":
         track = np.column_stack([contact.x_m, contact.y_m])
         weight = contact.force_n / contact.force_n.sum()
-        loaded = np.flatnonzero(contact.force_n >= min(PATH_N, float(contact.force_n.max())))
+        loaded = np.flatnonzero(contact.force_n >= min(LOADED_N, float(contact.force_n.max())))
         heading, error = orientation(contact, floor)
         step = replace(
             measure(contact, floor), heading_deg=math.degrees(heading), heading_error_deg=math.degrees(error)
@@ -365,7 +369,8 @@ class _Walk:
         last = self.last
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
-            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (min(max(later_s, 0.25), 1.5) - self.step_s)
+            step_s = min(max(later_s, SHORTEST_STEP_S), LONGEST_STEP_S)
+            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (step_s - self.step_s)
         along = self._direction(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])

@@ -374,7 +374,7 @@ class _Allowance:
 
 
 def _nothing() -> None:
-    """A job that only wakes the thread."""
+    """Do nothing: a job that only wakes the thread."""
 
 
 def _udp() -> socket.socket:

@@ -27,7 +27,7 @@ _LEAST_N = 1.0
 
 
 def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
-    """The forces of all plates, and the floor that they are; `BadFile` names what cannot be read.
+    """Read the forces of all plates, and their floor; `BadFile` names what cannot be read.
 
     A press is positive, whichever way the file's plates look.
     """
@@ -93,7 +93,7 @@ class _Plate:
         return np.abs(self.origin_m[:2]) if self.type == 3 else np.array(self._size_m) / 2.0
 
     def tile(self, name: str) -> Tile:
-        """The plate as a tile."""
+        """Return the plate as a tile."""
         sensors = PLATE_SIGNS * self._half_m
         x, y = self.corners_m[:, :2].mean(axis=0).tolist()
         try:
@@ -109,7 +109,7 @@ class _Plate:
             raise BadFile(f"{self._where}: {error}") from None
 
     def corner_forces(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Forces of the four sensors (n, 4), in newtons, positive when pressed."""
+        """Return the forces of the four sensors (n, 4) in newtons, positive when pressed."""
         if self.channels.min() < 0 or self.channels.max() >= len(samples):
             raise BadFile(f"{self._where} has channels up to {self.channels.max() + 1}; allowed: 1 to {len(samples)}")
         values = samples[self.channels]
@@ -125,7 +125,7 @@ class _Plate:
         return -force_n if -total.min() > total.max() else force_n
 
     def _vertical(self, values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        """Vertical force, N, and its moments about the middle of the surface, N m."""
+        """Return the vertical force, N, and its moments about the middle of the surface, N m."""
         f_x, f_y, f_z = values[:3]
         if self.type == 1:  # its channels are the centre of pressure
             x_m, y_m = self._scale * values[3], self._scale * values[4]
@@ -138,13 +138,13 @@ class _Plate:
     def _shared_out(
         self, f_z: NDArray[np.float64], m_x: NDArray[np.float64], m_y: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Four forces in the corners of the same sum and moments, the smallest there are."""
+        """Return the least corner forces with the same sum and moments."""
         a, b = self._half_m
         return 0.25 * (f_z[:, None] + PLATE_SIGNS[:, 1] * m_x[:, None] / b - PLATE_SIGNS[:, 0] * m_y[:, None] / a)
 
 
 def _tile_names(parameters: Any, count: int) -> list[str]:
-    """The tiles' ids, where Underfoot wrote the file; else p1, p2, ..."""
+    """Return the tiles' ids from a file written by Underfoot; else p1, p2, ..."""
     given = []
     if "UNDERFOOT" in parameters and "TILES" in parameters["UNDERFOOT"]:
         given = [str(name).strip() for name in parameters["UNDERFOOT"]["TILES"]["value"]]

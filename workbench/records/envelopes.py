@@ -1,4 +1,4 @@
-"""The least and the most of what a recording holds, bin by bin, so that hours can be drawn without being read.
+"""Minimum and maximum of a recording's signals in bins, so that hours can be drawn without reading all samples.
 
 They lie in a table beside the samples, written with them, at two levels: bins of 10 ms, and one for each block of
 some 0.05 s. For a recording of an earlier version `records.survey` makes the same table in the cache folder.
@@ -41,8 +41,8 @@ class Envelope:
         return len(self.begin)
 
     def between(self, edges: NDArray[np.float64]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The least and the most between each two neighbours of `edges` (m + 1,), in session frames: two arrays
-        (m, columns), NaN where there is nothing.
+        """Return minimum and maximum between successive `edges` (m + 1,), in session frames: two arrays (m, columns),
+        NaN in gaps.
 
         >>> values = np.arange(8, dtype=np.float32)[:, None]
         >>> eight = Envelope(np.arange(8.0), np.arange(1.0, 9.0), values, values)
@@ -53,11 +53,11 @@ class Envelope:
         return self._reduced(edges, self.low, np.fmin), self.most(edges)
 
     def most(self, edges: NDArray[np.float64]) -> NDArray[np.float32]:
-        """The most between each two neighbours of `edges`, as `between` has it."""
+        """Return the maximum between successive `edges`, as in `between`."""
         return self._reduced(edges, self.high, np.fmax)
 
     def coarser(self, factor: int) -> "Envelope":
-        """The same in bins of `factor` of these."""
+        """Return these bins, merged by `factor`."""
         first = np.arange(0, len(self), factor)
         last = np.minimum(first + factor, len(self)) - 1
         if not len(self):
@@ -66,7 +66,7 @@ class Envelope:
         return Envelope(self.begin[first], self.end[last], low, high)
 
     def column(self, number: int) -> "Envelope":
-        """One of its columns."""
+        """Return one column."""
         chosen = slice(number, number + 1)
         return Envelope(self.begin, self.end, self.low[:, chosen], self.high[:, chosen])
 
@@ -87,18 +87,18 @@ class Envelope:
 
 
 def empty(columns: int) -> Envelope:
-    """No bins of so many columns."""
+    """Return an envelope without bins, with this number of columns."""
     nothing = np.zeros((0, columns), np.float32)
     return Envelope(np.zeros(0), np.zeros(0), nothing, nothing)
 
 
 def of_samples(begin: NDArray[np.float64], period: float, values: NDArray[np.float32]) -> Envelope:
-    """Samples (n, columns) from session frames `begin` on, a bin each."""
+    """Return samples (n, columns) from session frame `begin` on, one bin each."""
     return Envelope(begin, begin + period, values, values)
 
 
 def loads(corners: NDArray[np.float64]) -> NDArray[np.float32]:
-    """The load of each tile, and behind them their sum, (n, tiles + 1), of corner forces (n, 4 tiles), not tared."""
+    """Return each tile's load and then their sum, (n, tiles + 1), from corner forces (n, 4 tiles), not tared."""
     tiles = corners.reshape(len(corners), corners.shape[1] // 4, 4).sum(axis=2)
     return np.column_stack([tiles, np.nansum(tiles, axis=1)]).astype(np.float32)
 
@@ -120,7 +120,7 @@ def put(base: sqlite3.Connection, source: str, first: int, values: NDArray[np.fl
 def read(
     base: sqlite3.Connection, source: str, level: int, columns: int, begin: float = -1e18, end: float = 1e18
 ) -> Envelope:
-    """The bins of a source, of which the table has `columns`, that lie in blocks between two session frames."""
+    """Return the bins of a source with `columns` columns, in blocks between two session frames."""
     (before,) = base.execute(
         "select max(first) from envelope where source = ? and level = ? and first <= ?", (source, level, begin)
     ).fetchone()
@@ -153,7 +153,9 @@ def read(
 
 
 def end_of(base: sqlite3.Connection, source: str) -> int:
-    """The session frame behind the last block of a source that has an envelope; a number below all where none has."""
+    """Return the session frame after a source's last block with an envelope; a number below all frames if there is
+    none.
+    """
     ask = "select first + count from envelope where source = ? and level = ? order by first desc limit 1"
     last = base.execute(ask, (source, COARSE)).fetchone()
     return int(last[0]) if last else -(1 << 62)

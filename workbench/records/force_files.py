@@ -12,13 +12,13 @@ from underfoot.records.recording import Recording, is_recording
 
 FORMS = "a force CSV, a recording, or a C3D file with force plates"
 MOST_BYTES = 512 << 20
-"""Forces of a recording that are played are in memory: so much at most."""
+"""Largest size in memory of a recording's forces."""
 
 
 def read_force_file(
     path: str | Path, floor: Floor | None = None, stretch_s: tuple[float, float] | None = None
 ) -> tuple[ForceSeries, Floor]:
-    """The forces in a file, or in a stretch of it, in seconds from its beginning; and the floor that they are of.
+    """Read the forces in a file, or in a part of it, with times in seconds from its beginning, and their floor.
 
     A recording and a C3D file bring their floor, and `floor` must have as many tiles if it is given; beside a CSV it is
     looked for where it is not given. Raises `BadFile` for what cannot be read, and for fewer than two samples.
@@ -41,7 +41,7 @@ def read_force_file(
 
 
 def floor_of(path: str | Path) -> Floor:
-    """The floor that the forces in a file are of, without reading the forces where that can be."""
+    """Return the floor of a file's forces, without reading the forces if possible."""
     path = Path(path)
     if is_recording(path):
         with Recording(path) as recording:
@@ -63,7 +63,7 @@ def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceS
             raise BadFile(
                 f"{path}: {length_s:.0f} s are too much to be played at once; allowed: {most_s:.0f} s, a stretch"
             )
-        rows = recording.forces_between(max(begin, first - rate), min(until, end + rate))
+        rows = recording.force_samples_between(max(begin, first - rate), min(until, end + rate))
     if len(rows) < 2:
         raise BadFile(f"{path} holds no force samples{' there' if stretch_s else ': it was ended before the first'}")
     return ForceSeries((rows[:, 0] - first) / rate, rows[:, 2:].reshape(len(rows), -1, 4), force_rate), floor

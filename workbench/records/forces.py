@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from underfoot.arguments import TINY, number
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ
 from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
@@ -161,7 +162,8 @@ def walk(
     >>> forces.force_n.shape, forces.floor.ids
     ((3000, 4, 4), ('t1', 't2', 't3', 't4'))
     """
-    require(0.0 < seconds <= WALK_S, "seconds", seconds, f"above 0, up to {WALK_S:g} s")
+    seconds = number("seconds", seconds, TINY, WALK_S, f"above 0, up to {WALK_S:g} s")
+    require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
     who = drawn_people(people, path or "random", seed) if people != 1 or path else ()
     source = SimulatedFloor(floor or default_floor(), RATE_HZ, seed, people=who)
     count = max(round(seconds * SENSOR_HZ), 1)

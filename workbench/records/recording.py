@@ -94,7 +94,7 @@ class Writer:
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def commands(self) -> int:
-        """Number of commands."""
+        """Return the number of commands."""
         count: int = self._base.execute("select count(*) from command").fetchone()[0]
         return count
 
@@ -234,7 +234,7 @@ class Recording:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def forces(self) -> NDArray[np.float64]:
+    def force_samples(self) -> NDArray[np.float64]:
         """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
         in N."""
         rows = self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
@@ -246,7 +246,7 @@ class Recording:
         """Return the first session frame, and the drive of the tiles, [frame, tile], of full scale; 0 in gaps."""
         return self._all("vibration", "<f4", self._floor_tiles)
 
-    def tiles(self, table: str) -> tuple[int, NDArray[np.float32]]:
+    def acceleration(self, table: str) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
         gaps."""
         if self.version < 2:
@@ -288,8 +288,8 @@ class Recording:
                     raise ValueError(f"a block of {rows.shape[1]} columns")
                 yield first, rows
 
-    def forces_between(self, begin: float, end: float) -> NDArray[np.float64]:
-        """Return the force samples with stamps between two session frames, as in `forces`; only these are read."""
+    def force_samples_between(self, begin: float, end: float) -> NDArray[np.float64]:
+        """Return the force samples with stamps between two session frames, and read only these."""
         first = self._first_sample_at(begin)
         parts = [np.zeros((0, 2 + 4 * self._floor_tiles))]
         for _, rows in self.blocks("force", first):
@@ -298,7 +298,7 @@ class Recording:
                 break
         return np.concatenate(parts)
 
-    def tiles_between(self, table: str, begin: int, end: int) -> NDArray[np.float32]:
+    def frames_between(self, table: str, begin: int, end: int) -> NDArray[np.float32]:
         """Return the rows of a table of `FRAMES` between two session frames, [frame, tile]; NaN in gaps."""
         found = np.full((max(end - begin, 0), self._floor_tiles), np.nan, np.float32)
         for first, rows in self.blocks(table, begin, end):

@@ -1,4 +1,4 @@
-"""What a list says of a recording: when, how long, which floor, how many steps, and a small picture of its force."""
+"""Summary of a recording for a list: date, length, floor, number of steps, and a small picture of its force."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -30,7 +30,7 @@ class Summary:
 
 
 def summary_of(path: Path) -> Summary:
-    """The summary of a recording; `BadFile` where it cannot be read. Little of a long one is read."""
+    """Return the summary of a recording; `BadFile` if it cannot be read. Only a small part of a long file is read."""
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
         first, end = recording.span
@@ -46,7 +46,7 @@ def summary_of(path: Path) -> Summary:
 
 
 def _begun(recording: Recording) -> datetime:
-    """When it was begun; of an earlier version, when its file was last written to."""
+    """Return when it was begun; for an earlier version, when its file was last written."""
     try:
         return datetime.fromisoformat(recording.about["begun"])
     except (KeyError, ValueError):
@@ -62,7 +62,7 @@ def _force(recording: Recording, first: int, end: int, tiles: int) -> NDArray[np
     else:
         low = high = np.full((POINTS, 1), np.nan, np.float32)
         for k, frame in enumerate(edges[:-1].tolist()):
-            rows = recording.forces_between(frame, frame + (edges[1] - edges[0]) / 8.0)
+            rows = recording.force_samples_between(frame, frame + (edges[1] - edges[0]) / 8.0)
             if len(rows):
                 high[k] = envelopes.loads(rows[:, 2:])[:, -1].max()
     rest = float(np.nanmin(low)) if np.isfinite(low).any() else 0.0

@@ -1,4 +1,4 @@
-"""What there is in a recording: its contacts, its footsteps and their curves of stance, and envelopes of its samples.
+"""Survey of a recording: contacts, footsteps with their force over the stance, and envelopes of the samples.
 
 It takes a while for a long recording, and is kept in the cache folder. `underfoot.engine.survey_process` does it beside
 the window.
@@ -29,9 +29,9 @@ FORMAT = 3
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
 PLACES_S = 0.025
-"""A contact's places are kept so far apart: a foot rolls on by a centimetre or two."""
+"""Distance between stored places of a contact; a foot rolls by a centimetre or two."""
 KEPT = 200
-"""Files of so many recordings are kept in the cache; the oldest go."""
+"""Number of recordings whose files stay in the cache; the oldest are removed."""
 
 
 class ContactSpan(msgspec.Struct, frozen=True):
@@ -48,7 +48,7 @@ class ContactSpan(msgspec.Struct, frozen=True):
     places: tuple[tuple[float, float, float], ...] = ()
 
     def at(self, time_s: float) -> tuple[float, float, float]:
-        """x and y, m, and force, N, at a second of the recording.
+        """Return x and y in metres and the force in newtons at a second of the recording.
 
         >>> ContactSpan(1, 0.0, 0.05, (0,), 700.0, ((0.1, 0.2, 0.0), (0.2, 0.2, 500.0), (0.4, 0.2, 0.0))).at(0.025)
         (0.2, 0.2, 500.0)
@@ -68,7 +68,7 @@ class Stance(msgspec.Struct, frozen=True):
 
 
 class Survey(msgspec.Struct):
-    """What was found up to `until_s`: seconds from the recording's first frame on."""
+    """The results up to `until_s`, in seconds from the recording's first frame."""
 
     contacts: list[ContactSpan] = []
     steps: list[Stance] = []
@@ -96,12 +96,12 @@ class RecordedForces:
         return (self.end - self.first) / self.rate
 
     def pieces(self) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Times (n,) and corner forces (n, tiles, 4), block by block."""
+        """Yield times (n,) and corner forces (n, tiles, 4), block by block."""
         for _, rows in self._recording.blocks("force"):
             yield (rows[:, 0] - self.first) / self.rate, rows[:, 2:].reshape(len(rows), -1, 4)
 
     def found(self) -> Iterator[Detections]:
-        """Contacts and footsteps, piece by piece."""
+        """Yield contacts and footsteps, piece by piece."""
         return find_steps(self.pieces(), self.floor, self.rate_hz)
 
 
@@ -125,7 +125,7 @@ def survey(recording: Recording, progress: Callable[[Survey], bool]) -> Survey:
 
 
 def stance_of(contact: Contact) -> tuple[float, ...]:
-    """The force of a contact at 0 to 100 % of its length, N, to 0.1 N.
+    """Return the force of a contact at 0 to 100 % of its duration, to 0.1 N.
 
     >>> ramp = np.linspace(0.0, 500.0, 51)
     >>> stance = stance_of(Contact(1, 0.0, 0.5, (0,), False, 0.0, 0.0, np.linspace(0, 0.5, 51), ramp, ramp, ramp))
@@ -149,7 +149,7 @@ def _span(contact: Contact) -> ContactSpan:
 
 
 def load_cached_survey(recording: Recording) -> Survey | None:
-    """The survey that was made of a recording as it is now; None where there is none."""
+    """Return the cached survey of a recording in its present state; None if there is none."""
     with suppress(OSError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
         raw = msgspec.json.decode(_place(recording, "json").read_bytes())
         for one in raw["steps"]:  # JSON has no NaN: a figure that there is not is null
@@ -170,7 +170,7 @@ def cache_survey(recording: Recording, made: Survey) -> None:
 
 
 def envelope_file(recording: Recording) -> Path:
-    """Where the envelopes of a recording of an earlier version are kept."""
+    """Return the file for the envelopes of a recording of an earlier version."""
     return _place(recording, "envelopes")
 
 
@@ -199,7 +199,7 @@ def make_envelopes(recording: Recording, progress: Callable[[float], bool]) -> N
 
 
 def has_envelopes(recording: Recording) -> bool:
-    """Whether its envelopes are whole, in the recording or in the cache."""
+    """Return whether a recording's envelopes are complete, in its file or in the cache."""
     if recording.envelope_base() is not None:
         return True
     with suppress(sqlite3.Error), closing(open_envelopes(recording)) as base:
@@ -208,7 +208,7 @@ def has_envelopes(recording: Recording) -> bool:
 
 
 def open_envelopes(recording: Recording) -> sqlite3.Connection:
-    """The envelopes in the cache, as far as they were made; `sqlite3.Error` where there are none."""
+    """Open the cached envelopes, as far as they are complete; `sqlite3.Error` if there are none."""
     return sqlite3.connect(f"{envelope_file(recording).as_uri()}?mode=ro", uri=True)
 
 
@@ -229,14 +229,14 @@ def _make_of(base: sqlite3.Connection, recording: Recording, source: str, frames
 
 
 def _place(recording: Recording, suffix: str) -> Path:
-    """The file in the cache for a recording as it is: which, and how far it goes. Marks do not change that."""
+    """Return the cache file for a recording in its present state and length; marks do not change it."""
     said = f"{FORMAT}|{recording.path.resolve()}|{recording.span}|{recording.about['floor']}|{recording.about['patch']}"
     name = hashlib.sha256(said.encode()).hexdigest()[:24]
     return cache_folder() / "recordings" / f"{name}.{suffix}"
 
 
 def nearest(steps: list[Stance], time_s: float) -> int | None:
-    """The number of the step, in its list, that is on the ground at a time or nearest to it; None for no steps."""
+    """Return the index of the step that is on the ground at a time, or nearest to it; None without steps."""
     away = [
         max(step.step.start_s - time_s, time_s - step.step.start_s - 1e-3 * step.step.contact_ms, 0.0) for step in steps
     ]

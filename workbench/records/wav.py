@@ -24,7 +24,7 @@ def write_wav(path: str | Path, samples: NDArray[np.float32], rate_hz: float) ->
 def write_wav_parts(
     path: str | Path, parts: Iterable[NDArray[np.float32]], frames: int, channels: int, rate_hz: float
 ) -> None:
-    """The same of `parts`, one behind the other, which are `frames` frames together and need not fit into memory."""
+    """Write successive `parts`, together `frames` frames, which need not fit into memory."""
     with replaced(path) as part, written(path), part.open("wb") as file:
         file.write(wav_header(frames, channels, round(rate_hz)))
         for samples in parts:
@@ -32,13 +32,13 @@ def write_wav_parts(
 
 
 def wav_bytes(samples: NDArray[np.float32], rate_hz: float) -> bytes:
-    """The same file as bytes."""
+    """Return a WAV file as bytes."""
     data = np.ascontiguousarray(samples, "<f4")
     return wav_header(len(data), data.shape[1], round(rate_hz)) + data.tobytes()
 
 
 def wav_header(frames: int, channels: int, rate_hz: int) -> bytes:
-    """What stands before the samples.
+    """Return the header before the samples.
 
     >>> len(wav_header(48_000, 4, 48_000)), wav_header(10**9, 4, 48_000)[:4]
     (56, b'RF64')

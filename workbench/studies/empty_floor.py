@@ -1,11 +1,11 @@
-"""What the experimenter should know while a key begins what nobody on the floor feels."""
+"""A warning for the experimenter if a key starts a presentation while nobody stands on the floor."""
 
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 
 
 def empty_floor_text(runner: Runner) -> str:
-    """That nobody stands on the floor, before and in a presentation that a key begins; "" where somebody does.
+    """Return a warning if nobody stands on the floor before or during a presentation started by a key; else "".
 
     The trial is kept as it is, with its load: who feels it with a hand may load the floor with less than a foot.
     Before a presentation it is not said of the simulated floor, on which a foot comes by itself.

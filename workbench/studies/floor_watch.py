@@ -13,9 +13,9 @@ from underfoot.floor.contacts import ContactTracker, OngoingContact
 from underfoot.floor.layout import Floor
 
 LEFT_S = 0.4
-"""The floor has been left once nobody was on it for so long; a foot that follows sooner is of the same crossing."""
+"""Time without a contact after which the floor counts as left; a foot that follows sooner belongs to the same visit."""
 SILENT_S = 1.0
-"""A floor of which nothing has come for so long is unplugged; samples come a few milliseconds apart."""
+"""Time without samples, which come every few milliseconds, after which the floor counts as unplugged."""
 _KEPT_S = 60.0
 """Samples older than this are discarded, even if they were never read."""
 

@@ -110,12 +110,8 @@ class FootAnswers:
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float) -> dict[str, Any] | None:
         """Return the answer as soon as there is one, else None."""
-        pressing = [
-            question
-            for question in contacts
-            if question.start_s >= self.asked_s and question.force_n >= self.foot.force_n
-        ]
-        fields = [field for field in self.fields if any(field.has(question.x_m, question.y_m) for question in pressing)]
+        pressing = [one for one in contacts if one.start_s >= self.asked_s and one.force_n >= self.foot.force_n]
+        fields = [field for field in self.fields if any(field.has(one.x_m, one.y_m) for one in pressing)]
         field = fields[0] if len(fields) == 1 else None
         is_left = not pressing and self.foot.rule == "release" and self.share >= 1.0
         if is_left and self.on is not None:

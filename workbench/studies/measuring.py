@@ -12,7 +12,7 @@ from underfoot.studies.floor_watch import FloorWatch
 from underfoot.studies.presenter import AUDIBLE, Presenter
 
 BEFORE_S = 0.2
-"""Force and vibration are kept from so long before a presentation on."""
+"""Time before a presentation from which force and vibration are kept."""
 
 
 @dataclass
@@ -30,7 +30,7 @@ class TrialRecord:
     facts: dict[str, Any] = field(default_factory=dict)
     excerpts: list[Excerpt] = field(default_factory=list)
     _awaited: list[tuple[int, tuple[int, int, int], NDArray[np.intp]]] = field(default_factory=list)
-    """Intervals, frames and tiles of which accelerometers have not said all: a card's come up to a second late."""
+    """Intervals, frames and tiles whose accelerometer samples are incomplete: a card's arrive up to a second late."""
 
     def begin_anew(self) -> None:
         """Discard all measurements before the trial is presented, for the first time or again."""

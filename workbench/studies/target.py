@@ -15,9 +15,10 @@ from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor, Tile
 
 SELECTED_M, SELECTED_S = 0.2, 1.0
-"""A button that was pressed in time gives way to a white disc so wide (thesis 5.6.1), for so long."""
+"""Diameter and duration of the white disc that replaces a button pressed in time (thesis 5.6.1)."""
 FOOT_M, FEET_APART_M = (0.11, 0.29), 0.24
-"""Between trials both feet stand on white rectangles of this width and length, so far apart, toes at the origin."""
+"""Width and length of the white rectangles on which both feet stand between trials, and their distance; toes are at the
+origin."""
 
 
 @dataclass(frozen=True)

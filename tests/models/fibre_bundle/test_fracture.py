@@ -298,8 +298,8 @@ def test_one_seed_gives_one_result_and_another_a_different_one():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"rate": 0.0},
-        {"rate": math.nan},
+        {"rate_hz": 0.0},
+        {"rate_hz": math.nan},
         {"fibres": 0},
         {"fibres": 2.5},
         {"shape": 0.0},
@@ -319,8 +319,8 @@ def test_one_seed_gives_one_result_and_another_a_different_one():
     ],
 )
 def test_a_value_outside_its_range_is_named(changes):
-    given = {"stress": [0.0, 1.0], "rate": RATE, "fibres": 10, **changes}
-    stress, rate = given.pop("stress"), given.pop("rate")
+    given = {"stress": [0.0, 1.0], "rate_hz": RATE, "fibres": 10, **changes}
+    stress, rate = given.pop("stress"), given.pop("rate_hz")
     with pytest.raises(BadValue, match=next(iter(changes))):
         FibreBundle(**given).response(stress, rate)
 

@@ -275,9 +275,9 @@ def test_one_key_exports_the_recording_here_and_the_patch_elsewhere(qtbot, folde
             dialog.close()
         return found
 
-    window.show_workspace("Design")
+    window.workspaces.choose("Design")
     assert dialogs_after_key() == [PatchDialog.__name__]
-    window.show_workspace("Recordings")
+    window.workspaces.choose("Recordings")
     assert dialogs_after_key() == []
     assert window.status.message == "No recording is open: choose one in the list, then export it."
     window.open_file(walk)
@@ -334,7 +334,7 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     assert enter.isAccepted()
     QApplication.sendEvent(window, QDropEvent(QPointF(600, 400), Qt.DropAction.CopyAction, data, *none))
     workspace = window.workspaces["Recordings"]
-    assert window.workspace == "Recordings"
+    assert window.workspaces.chosen == "Recordings"
     qtbot.waitUntil(lambda: workspace.content is not None)
     assert str(walk) in window.settings.recordings
     workspace.close_down()

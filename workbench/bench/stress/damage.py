@@ -85,7 +85,7 @@ def _on_all_cores(shares: Sequence[_Share], end: float) -> Iterator[tuple[str, _
 
 def _outcome(name: str, found: Sequence[_DamageResult]) -> Outcome:
     if not found:
-        return Outcome(name, 0, "no share was done in time; give more --seconds", False)
+        return Outcome(name, 0, "no share was done in time; give more --seconds", passed=False)
     times, refused, wrong, left = (
         sum(getattr(one, of) for one in found) for of in ("times", "refused", "wrong", "left")
     )

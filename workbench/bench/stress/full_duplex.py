@@ -82,7 +82,7 @@ def _played(path: Path, seconds: float, progress: Progress) -> Health:
 
 def _judged(recording: Recording, health: Health) -> Outcome:
     begin, played = recording.vibration()
-    first, measured = recording.tiles("measured")
+    first, measured = recording.acceleration("measured")
     gaps = recording.gaps("measured")
     measured_fs = measured / np.float32(_FULL_SCALE_M_S2)
     commanded_fs = played[first - begin : first - begin + len(measured_fs)]

@@ -37,7 +37,7 @@ _APART_S = WITHIN_S / MOST_DEATHS + 0.5
 def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Yield results for engine, compiler and recorder; then for the program, its process group, and the window."""
     if not Path("/dev/shm").is_dir():
-        yield Outcome("processes killed", 0, "not tried: this system has no /dev/shm to look into", True)
+        yield Outcome("processes killed", 0, "not tried: this system has no /dev/shm to look into", passed=True)
         return
     rng = np.random.default_rng(effort.seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -101,19 +101,19 @@ def _kill_processes(victim: str, times: int, rng: np.random.Generator, record: P
         session.start()
         ready = {"engine", "standby", "compiler", "recorder"}
         if not output.poll_until(_START_S, lambda: bool(output.started) and ready <= set(session.pids)):
-            return Outcome(victim, 0, "the session did not start", False)
+            return Outcome(victim, 0, "the session did not start", passed=False)
         before = output.loudest_of_a_second()
         for number in range(times):
             output.poll_until(_APART_S + float(rng.uniform(0.0, 2.0)))
             if not output.poll_until(_START_S, lambda: idle.of(session.pids.get("standby", 0))):
-                return Outcome(victim, number, "no other engine was ready to take over", False)
+                return Outcome(victim, number, "no other engine was ready to take over", passed=False)
             before_kill = session.pids[victim], output.started, session.memory.vibration.kept
             output.gaps_s.clear()
             output.loudest = 0.0
             os.kill(before_kill[0], signal.SIGKILL)
             back = output.poll_until(_START_S, partial(_is_back, victim, output, before_kill))
             if not back:
-                return Outcome(victim, number, f"it did not come back within {_START_S:.0f} s", False)
+                return Outcome(victim, number, f"it did not come back within {_START_S:.0f} s", passed=False)
             output.poll_until(_START_S, lambda: output.loudest > 0.0)
             output.frames = 0
             output.poll_until(_START_S, lambda: output.frames >= _RATE // 2)
@@ -163,7 +163,7 @@ def _kill_programs(
         try:
             plays = rng.random() < 0.7
             if plays and not program.plays(_START_S, None if how == "window" else record):
-                return Outcome(f"{what} killed", number, f"it did not play: {program.said()}", False)
+                return Outcome(f"{what} killed", number, f"it did not play: {program.said()}", passed=False)
             time.sleep(float(rng.uniform(0.0, 2.0)))
             tail = program.kill(group=how == "group")
             if plays:

@@ -96,7 +96,7 @@ def _played(seconds: float, progress: Progress) -> list[tuple[float, Health]]:
 def _judged(reports: list[tuple[float, Health]], sinks: list[TimedSink], seconds: float) -> Outcome:
     what = f"two cards of {CHANNELS} channels, clocks {PPM:g} ppm apart"
     if not reports:
-        return Outcome(what, 0, "it did not play", False)
+        return Outcome(what, 0, "it did not play", passed=False)
     starved_s = np.sort([at_s for sink in sinks for at_s in sink.starved_s])
     fit = is_settled(np.array([at_s for at_s, _ in reports]), starved_s)
     late = np.diff([health.xruns for _, health in reports], prepend=reports[0][1].xruns)
@@ -105,7 +105,7 @@ def _judged(reports: list[tuple[float, Health]], sinks: list[TimedSink], seconds
     at_s, all_heard_s = apart_s(sinks[0], sinks[1], len(reports) * _TICK_S)
     offsets_s = all_heard_s[is_settled(at_s, starved_s)]
     if not fit.any() or not len(offsets_s):
-        return Outcome(what, round(seconds), f"never settled: pipes ran empty {len(starved_s)} times", False)
+        return Outcome(what, round(seconds), f"never settled: pipes ran empty {len(starved_s)} times", passed=False)
     moved_s = np.abs(offsets_s - np.median(offsets_s)).max()
     found = f"{late[fit].sum()} xruns; told {1e3 * off_s.max():.2f} ms off at most, {ppm:.0f} ppm; "
     found += f"heard {1e3 * moved_s:.2f} ms off at most, at {1e3 * reports[-1][1].cards_delay_s:.1f} ms behind; "

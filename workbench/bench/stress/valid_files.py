@@ -144,8 +144,8 @@ def _write_recording(path: Path) -> None:
 
 def _read_recording(path: Path) -> None:
     with Recording(path) as recording:
-        recording.forces(), recording.vibration(), recording.commands(), recording.gaps()
-        recording.tiles("commanded"), recording.tiles("measured")
+        recording.force_samples(), recording.vibration(), recording.commands(), recording.gaps()
+        recording.acceleration("commanded"), recording.acceleration("measured")
     replay(path, REGISTRY)
 
 

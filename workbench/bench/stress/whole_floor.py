@@ -129,7 +129,7 @@ def _watch(window: "subprocess.Popen[str]", sender: int, seconds: float, progres
 def _judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
     lines = watched.lines
     if len(lines) <= _SETTLED + 1:
-        yield Outcome("the whole floor", len(lines), "the window did not play", False)
+        yield Outcome("the whole floor", len(lines), "the window did not play", passed=False)
         return
     played = lines[_SETTLED:]
     seconds = round((played[-1]["frame"] - played[0]["frame"]) / 48_000.0)
@@ -142,7 +142,7 @@ def _judged(watched: Watched, has_cards: bool) -> Iterator[Outcome]:
     held, stream = (1e3 * np.median([line[name] for line in played]) for name in ("latency_s", "stream_latency_s"))
     offset = 1e3 * max(abs(line["cards_offset_s"]) for line in played)
     found = f"{held:.1f} ms and {stream:.1f} ms of the stream; the second card at most {offset:.2f} ms off"
-    yield Outcome("latency, of force to sound", seconds, found, True)
+    yield Outcome("latency, of force to sound", seconds, found, passed=True)
     lost, sent = played[-1]["lost"] - played[0]["lost"], 36 * 1000 * seconds
     yield Outcome("force samples over UDP", sent, f"{lost} lost", lost <= MOST_LOST * sent)
     ticks = np.concatenate([line["ticks_ms"] for line in played])

@@ -195,17 +195,19 @@ def drawings_of(found: ResponseMeasurements) -> tuple[Drawing, ...]:
         for sign in (-1.0, 1.0):
             edge = _db(found.sensitivity * basis.magnitude) + sign * basis.spread_db
             inner.append(series("" if sign > 0 else "spread", f, edge[shown], "dashed", "force"))
-    drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), True))
+    drawn.append(Drawing("Response, its spread and its noise", _HZ, _DB_LABEL, tuple(inner), x_log=True))
     orders = [
         series(f"harmonic {k}", f, 100.0 * basis.distortion[k][shown], colour=_ORDER_COLOURS[k])
         for k in ORDERS
         if np.isfinite(basis.distortion[k]).any()
     ]
     if orders:
-        drawn.append(Drawing("Distortion by order", _HZ, "of the fundamental, %", tuple(orders), True, True))
+        drawn.append(
+            Drawing("Distortion by order", _HZ, "of the fundamental, %", tuple(orders), x_log=True, y_log=True)
+        )
     if found.tones is not None:
         tones = series("", found.tones.acceleration, 100.0 * found.tones.thd, "line", "force")
-        drawn.append(Drawing(f"Distortion at {TONE_HZ:g} Hz", "level, m/s^2", "THD, %", (tones,), True))
+        drawn.append(Drawing(f"Distortion at {TONE_HZ:g} Hz", "level, m/s^2", "THD, %", (tones,), x_log=True))
     return tuple(drawn)
 
 
@@ -216,7 +218,7 @@ def loads_drawn(loads: Mapping[str, SweepMeasurement], sensitivity: float) -> Dr
         f, shown = _shown(measured.frequencies_hz)
         line = _db(sensitivity * measured.magnitude)[shown]
         lines.append(series(LOAD_NAMES.get(load, load), f, line, colour=_COLOURS.get(load, "muted")))
-    return Drawing("Response by load", _HZ, _DB_LABEL, tuple(lines), True)
+    return Drawing("Response by load", _HZ, _DB_LABEL, tuple(lines), x_log=True)
 
 
 def _correction_drawn(found: ResponseMeasurements) -> Drawing:
@@ -230,7 +232,7 @@ def _correction_drawn(found: ResponseMeasurements) -> Drawing:
     if found.again is not None:
         again, kept = _shown(found.again.frequencies_hz)
         lines.append(series("measured again", again, found.relative_db(found.again.magnitude)[kept]))
-    return Drawing("Before and after the equaliser", _HZ, "dB re the tile's level", tuple(lines), True)
+    return Drawing("Before and after the equaliser", _HZ, "dB re the tile's level", tuple(lines), x_log=True)
 
 
 def _shown(frequencies_hz: Array) -> tuple[Array, NDArray[np.bool_]]:

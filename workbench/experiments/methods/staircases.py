@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 ABOVE, BELOW = "above", "below"
 MOST_RESTARTS = 20
-"""A pair that false alarms have started again so often goes on without."""
+"""Number of restarts of a pair after false alarms; afterwards they are ignored."""
 
 
 @dataclass

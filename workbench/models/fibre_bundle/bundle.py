@@ -13,7 +13,7 @@ new draws. Until then the damage stays, and no fibre fails below the largest str
 broken bundle carries nothing, and (7.1) lets it fall without end; in real time its strain is held instead until the
 renewal.
 
-In scripts: `FibreBundle(2000).response(stress, rate)`. In real time: `run` for one tile, `tail`, and
+In scripts: `FibreBundle(2000).response(stress, rate_hz)`. In real time: `run` for one tile, `tail`, and
 `damage.design`.
 """
 
@@ -137,8 +137,8 @@ class FibreBundle:
         code = float(THRESHOLDS.index(self.thresholds))
         return float(critical_load(code, float(self.fibres), self.shape, self.scale, self.stiffness))
 
-    def response(self, stress: ArrayLike, rate: float, seed: int = 0) -> Fracture:
-        """Return the response to the total load `stress` of (7.1), one value per frame at `rate` hertz.
+    def response(self, stress: ArrayLike, rate_hz: float, seed: int = 0) -> Fracture:
+        """Return the response to the total load `stress` of (7.1), one value per frame at `rate_hz`.
 
         The load is linear between frames and 0 before the first.
 
@@ -149,23 +149,23 @@ class FibreBundle:
         """
         load = numbers("stress", stress)
         coefficients, state = COEFFICIENTS.zeros(), STATE.zeros()
-        self.design(rate, 1.0, coefficients)
+        self.design(rate_hz, 1.0, coefficients)
         strain, damage, energy, failures, threshold = np.zeros((5, load.size))
         events = event_list(room=load.size)
         key, motion = stream_key(seed_of(seed), "fracture"), Motion(strain, damage, energy)
         run_traced(load, key, 0, coefficients, state, motion, events, Trace(failures, threshold))
-        return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate)
+        return Fracture(strain, failures.astype(np.int64), energy, threshold, events.time[: len(events)] / rate_hz)
 
-    def design(self, rate: float, pressure: float, coefficients: Memory) -> None:
-        """Compute the coefficients at `rate`; `pressure` is the stress of (7.1) per unit of load."""
-        number("rate", rate, TINY, HUGE, "above 0 Hz")
+    def design(self, rate_hz: float, pressure: float, coefficients: Memory) -> None:
+        """Compute the coefficients at `rate_hz`; `pressure` is the stress of (7.1) per unit of load."""
+        number("rate_hz", rate_hz, TINY, HUGE, "above 0 Hz")
         p = PARAMETERS.zeros()
         p.thresholds, p.fibres = THRESHOLDS.index(self.thresholds), self.fibres
         p.shape, p.scale, p.stiffness = self.shape, self.scale, self.stiffness
         p.mass, p.damping, p.creep = self.mass, self.damping, self.creep
         p.restructurings, p.stiffening, p.renewal = self.restructurings, self.stiffening, self.renewal_s
         p.loudness = p.softness = 1.0
-        design(p, float(MODELS.index(self.model)), pressure, float(rate), coefficients)
+        design(p, float(MODELS.index(self.model)), pressure, float(rate_hz), coefficients)
         coefficients.compound = float(self.compound)
 
 

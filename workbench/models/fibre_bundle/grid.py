@@ -118,8 +118,8 @@ class FibreGrid:
         number("rubble", self.rubble, TINY, 1.0, "above 0, at most 1")
         number("pressure", self.pressure, -HUGE, HUGE, "a finite number")
 
-    def response(self, force: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, rate: float, seed: int = 0) -> GridFracture:
-        """Return the response to a contact: `force`, `x_m` and `y_m` have one value per frame at `rate` hertz.
+    def response(self, force: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, rate_hz: float, seed: int = 0) -> GridFracture:
+        """Return the response to a contact: `force`, `x_m` and `y_m` have one value per frame at `rate_hz`.
 
         x and y are the centroid from the tile's centre.
 
@@ -133,7 +133,7 @@ class FibreGrid:
         require(along.size == load.size, "y_m", along.size, f"as many frames as force, {load.size}")
         cells = self.columns * self.rows
         coefficients, state = COEFFICIENTS.zeros(), STATE.zeros(cells=cells)
-        self.design(rate, coefficients)
+        self.design(rate_hz, coefficients)
         strain, energy = np.zeros((2, load.size))
         failures = np.zeros((load.size, cells))
         key, events = stream_key(seed_of(seed), "fracture grid"), event_list(room=load.size)
@@ -141,9 +141,9 @@ class FibreGrid:
         run_traced(contact, key, 0, coefficients, state, strain, events, Trace(failures, energy))
         return GridFracture(strain, failures.astype(np.int64), energy)
 
-    def design(self, rate: float, coefficients: Memory) -> None:
-        """Compute the grid's coefficients at `rate`."""
-        self.bundle.design(rate, self.pressure, coefficients.bundle)
+    def design(self, rate_hz: float, coefficients: Memory) -> None:
+        """Compute the grid's coefficients at `rate_hz`."""
+        self.bundle.design(rate_hz, self.pressure, coefficients.bundle)
         coefficients.bundle.compound = 0.0
         p = PARAMETERS.zeros()
         p.columns, p.rows, p.width, p.depth, p.reach = self.columns, self.rows, self.width_m, self.depth_m, self.print_m

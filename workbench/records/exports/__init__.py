@@ -19,7 +19,7 @@ from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
 
 VIBRATION = ("commanded", "measured", "vibration")
-"""What was asked of tiles and what they did, m/s^2, and what they played, of full scale."""
+"""Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
 
 
 class ExportStopped(UnderfootError):
@@ -34,7 +34,7 @@ class ExportSource:
     vibration: str = "measured"
     """The one of `VIBRATION` that a format takes which carries one alone."""
     progress: Callable[[str, float], bool] = field(default=lambda text, share: True)
-    """Is told what is being written, and which share of that is done; says whether to go on."""
+    """Receives the current step and its completed share; returns whether to continue."""
 
     @property
     def forces(self) -> RecordedForces:
@@ -42,14 +42,14 @@ class ExportSource:
         return RecordedForces(self.recording)
 
     def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Times (n,) and corner forces (n, tiles, 4), piece by piece."""
+        """Yield times (n,) and corner forces (n, tiles, 4), piece by piece."""
         forces = self.forces
         for time_s, force_n in forces.pieces():
             self.report_progress(text, float(time_s[-1]) / max(forces.length_s, 1e-9))
             yield time_s, force_n
 
     def found(self, text: str) -> Iterator[Detections]:
-        """Contacts and footsteps, piece by piece."""
+        """Yield contacts and footsteps, piece by piece."""
         forces = self.forces
         for found in forces.found():
             if len(found.rows):
@@ -57,8 +57,7 @@ class ExportSource:
             yield found
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
-        """What a table of `VIBRATION` has, [frame, tile], from the recording's first frame to its last, piece by
-        piece; 0 where nothing was recorded."""
+        """Yield a table of `VIBRATION`, [frame, tile], for the whole recording, piece by piece; 0 in gaps."""
         forces = self.forces
         at = forces.first
         for first, rows in self.recording.blocks(source, forces.first, forces.end):
@@ -71,7 +70,7 @@ class ExportSource:
         yield from _still(forces.end - at, len(forces.floor.tiles))
 
     def marks(self) -> list[tuple[float, str]]:
-        """Seconds and words of what was marked."""
+        """Return time in seconds and text of the marks."""
         forces = self.forces
         return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
 
@@ -83,7 +82,7 @@ class ExportSource:
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """A format: its suffix, what it is, what of a recording it does not carry, and what writes it to a path."""
+    """A format: its suffix and description, what it omits of a recording, and the function that writes it."""
 
     suffix: str
     title: str
@@ -93,7 +92,7 @@ class ExportFormat:
 
 @cache
 def formats() -> dict[str, ExportFormat]:
-    """All formats by their suffix.
+    """Return all formats by suffix.
 
     >>> list(formats())
     ['.c3d', '.csv', '.h5', '.mat', '.wav']
@@ -103,7 +102,7 @@ def formats() -> dict[str, ExportFormat]:
 
 
 def format_of(path: Path) -> ExportFormat:
-    """The format of a file by its suffix; `BadFile` where there is none."""
+    """Return the format of a file by its suffix; `BadFile` if there is none."""
     known = formats()
     if path.suffix.lower() not in known:
         raise BadFile(f"{path} has the suffix {path.suffix or '(none)'}; allowed: {', '.join(known)}")

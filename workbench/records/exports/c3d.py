@@ -95,7 +95,7 @@ def _even(export: ExportSource) -> tuple[NDArray[np.float32], float]:
 
 
 def _analogs(floor: Floor, corners: NDArray[np.float32], path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Names and samples (channels, n) of all plates."""
+    """Return names and samples (channels, n) of all plates."""
     labels, values = [], np.zeros((8 * len(floor.tiles), len(corners)))
     for row, tile in enumerate(floor.tiles):
         found = sensor_order(tile)
@@ -139,7 +139,7 @@ def _describe_plates(made: Any, floor: Floor) -> None:
 
 
 def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
-    """Steps as foot strikes and foot offs, and marks."""
+    """Add steps as foot strikes and foot offs, and marks."""
     events = sorted(_events(export))
     minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
     times = np.array([at - first_s for at, *_ in events], np.float64) - 60.0 * minutes
@@ -153,7 +153,7 @@ def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
 
 
 def _put(made: Any, group: str, name: str, values: list | NDArray[np.float64]) -> None:
-    """A parameter of a value each, along its last dimension; where there are more than `MOST`, several of them."""
+    """Add a parameter with one value per item; split it if there are more than `MOST`."""
     count = np.shape(values)[-1]
     for number, first in enumerate(range(0, count, MOST), 1):
         part = values[..., first : first + MOST] if isinstance(values, np.ndarray) else values[first : first + MOST]

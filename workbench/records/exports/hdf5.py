@@ -60,7 +60,7 @@ def _write(export: ExportSource, path: Path) -> None:
 
 
 def step_columns(steps: Iterable[Step]) -> dict[str, NDArray | list[str]]:
-    """The figures of steps by name: numbers as arrays, words as lists."""
+    """Return the columns of the steps by name: numbers as arrays, text as lists."""
     every = list(steps)
     found: dict[str, NDArray | list[str]] = {}
     for field in fields(Step):

@@ -1,0 +1,228 @@
+"""One trial with a participant: its intervals are presented one after another, and measured, until it is answered."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from underfoot.errors import BadValue
+from underfoot.experiments.methods.target_selection import TargetSelection
+from underfoot.experiments.study import Page, method_of
+from underfoot.experiments.trials import NOTHING, Answers, Presentation
+from underfoot.patch.patch import Patch
+from underfoot.studies.apparatus import Apparatus, TimedStimulus
+from underfoot.studies.foot_answers import FootAnswers
+from underfoot.studies.markers import BEGIN, END, ONSET
+from underfoot.studies.measuring import TrialRecord
+from underfoot.studies.phase import Phase
+from underfoot.studies.presenter import IDLE
+from underfoot.studies.target import FloorTarget
+
+CROSSINGS = 2
+SETTLED_S = 0.3
+"""Silence before a presentation, so that its excerpt contains nothing of the previous one."""
+
+
+@dataclass(frozen=True)
+class Answered:
+    """An answer given on the floor, facts to store with it, and the pause after it."""
+
+    values: Answers
+    facts: Mapping[str, Any]
+    pause_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Interrupted:
+    """Why the presentation cannot go on."""
+
+    reason: str
+
+
+class TrialRun:
+    """A trial from the wait before its first interval to its answer. `poll` advances it, without blocking."""
+
+    def __init__(
+        self, apparatus: Apparatus, page: Page, participant: str, gain_db: float, record: TrialRecord, pause_s: float
+    ) -> None:
+        """Begin with a pause of `pause_s`; stimuli play at the participant's `gain_db`; measurements go to `record`."""
+        self._apparatus, self._page, self._participant = apparatus, page, participant
+        self._gain_db, self._record = gain_db, record
+        self._stage = apparatus.protocol.stage(page.stage)
+        self._stimulus = TimedStimulus(apparatus)
+        self.intervals: tuple[Presentation, ...] = page.trial.intervals if page.trial is not None else ()
+        self.interval = 0
+        """The index of the current interval."""
+        self.phase, self.hint = Phase.WAITING, ""
+        self.due = 0.0
+        """The end of the present wait, on the apparatus's clock."""
+        self.target: FloorTarget | None = None
+        """The button on the floor, in target selection."""
+        self.foot: FootAnswers | None = None
+        """The fields on the floor for the question; None if it has no answer by foot."""
+        self._armed_s = math.inf
+        self._stood = False
+        self._wait(pause_s)
+
+    def poll(self) -> Answered | Interrupted | None:
+        """Advance the trial; return an answer given on the floor, or why the trial is interrupted."""
+        match self.phase:
+            case Phase.WAITING:
+                self._try_to_present()
+            case Phase.READY:
+                self._await_step()
+            case Phase.PRESENTING:
+                return self._present()
+            case Phase.ANSWERING:
+                return self._answer_by_foot()
+        return None
+
+    @property
+    def can_be_started(self) -> bool:
+        """Whether a key can start a presentation, for the first time or again."""
+        if self._page.start != "key":
+            return False
+        again = self.phase is Phase.ANSWERING and len(self.intervals) == 1 and self._record.plays < self._page.plays
+        return self.phase is Phase.READY or again
+
+    def start(self) -> None:
+        """Present the first interval, after a key press."""
+        self.interval = 0
+        self._begin_by_key()
+
+    # --- before a presentation ---
+
+    def _wait(self, seconds: float) -> None:
+        """Wait for `seconds` before an interval, while the plate moves to its stiffness."""
+        self.phase, self.due = Phase.WAITING, self._apparatus.clock() + seconds
+        plate = self._apparatus.equipment.plate
+        if self.intervals and plate is not None:
+            stimulus = self.intervals[self.interval].stimulus
+            stiffness = self._apparatus.protocol.stimuli[stimulus].stiffness_n_mm if stimulus != NOTHING else 0.0
+            if stiffness > 0.0:
+                plate.request_stiffness(stiffness)
+
+    def _try_to_present(self) -> None:
+        """Present, or be ready to, once the plate, the pause and the floor allow it."""
+        watch, plate = self._apparatus.watch, self._apparatus.equipment.plate
+        if plate is not None and not plate.poll(is_loaded=watch.is_loaded):
+            self.hint = "The plate moves. Please step off." if watch.is_loaded else "The plate moves."
+            return
+        by_foot = self._page.start != "key" or not self.intervals
+        if self._apparatus.clock() < self.due or not self._apparatus.presenter.has_played(SETTLED_S):
+            self.hint = ""
+        elif by_foot and self.intervals and watch.is_loaded:
+            self.hint = "Please step off."
+        elif not self.intervals:
+            self._show_target()
+        elif not by_foot and self.interval == 0:
+            self.phase, self.hint = Phase.READY, ""
+        elif not by_foot:
+            self._begin_by_key()
+        else:
+            self._arm()
+
+    def _arm(self) -> None:
+        """Play the stimulus, and wait for a step."""
+        self._apparatus.presenter.request(self._patch)
+        if self._apparatus.presenter.since_frame is not None:
+            self._armed_s = self._apparatus.watch.now_s
+            self.phase = Phase.READY
+            self.hint = "Step on the tile." if self._page.start == "step" else "Cross the plate there and back."
+
+    def _await_step(self) -> None:
+        if self._page.start != "key":
+            visits = self._apparatus.watch.visits_since(self._armed_s)
+            if visits:
+                self._begin(visits[0].start_s)
+
+    def _show_target(self) -> None:
+        apparatus, trial = self._apparatus, self._page.trial
+        method = method_of(apparatus.protocol, self._stage, self._participant)
+        if trial is None or not isinstance(method, TargetSelection):
+            raise BadValue(f"stage {self._page.stage!r} presents nothing")
+        self.target = FloorTarget.of(trial, method.given, apparatus.watch.now_s, apparatus.clock())
+        self._begin(apparatus.watch.now_s)
+
+    # --- during a presentation ---
+
+    def _begin_by_key(self) -> None:
+        self._begin(self._apparatus.played_s)
+        self._stood = self._apparatus.watch.is_on
+        self._stimulus.begin(self._patch)
+
+    def _begin(self, first_s: float) -> None:
+        """Begin an interval whose first force, or key press, was at `first_s` of the session."""
+        self.phase, self.hint, self.foot = Phase.PRESENTING, "", None
+        if self.interval == 0:
+            self._record.begin_anew()
+        self._record.first_s = first_s
+        self._apparatus.mark(BEGIN, self._page, self._apparatus.played_s - first_s)
+
+    def _present(self) -> Answered | Interrupted | None:
+        watch, by_key = self._apparatus.watch, self._page.start == "key"
+        if watch.is_silent:
+            return Interrupted("no force comes from the floor")
+        if self.target is not None:
+            return self._judge(self.target)
+        if by_key and self._stood and not watch.is_on:
+            return Interrupted("the participant left the floor")
+        if by_key:
+            if self._stimulus.has_ended(self._apparatus.protocol.present_s):
+                self._end_interval()
+        else:
+            self._follow_visits()
+        return None
+
+    def _follow_visits(self) -> None:
+        wanted = CROSSINGS if self._page.start == "crossings" else 1
+        visits = self._apparatus.watch.visits_since(self._armed_s)
+        if len(visits) >= wanted and visits[wanted - 1].end_s < math.inf:
+            self._end_interval()
+        elif visits and visits[-1].end_s < math.inf:
+            self.hint = "Now back."
+
+    def _judge(self, target: FloorTarget) -> Answered | None:
+        answers = target.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s, self._apparatus.clock())
+        if answers is None:
+            return None
+        self._measure()
+        self._record.complete(self._apparatus.presenter)
+        return Answered(answers, dict(self._record.facts), target.pause_s)
+
+    def _end_interval(self) -> None:
+        """Measure this interval, and begin the next one, or the answer."""
+        self._measure()
+        self._apparatus.presenter.request(IDLE)
+        self._record.ended, self.hint = self._apparatus.clock(), ""
+        if self.interval + 1 < len(self.intervals):
+            self.interval += 1
+            self._wait(self._stage.interval_pause_s)
+            return
+        self.phase = Phase.ANSWERING
+        if self._stage.foot is not None:
+            floor, now_s = self._apparatus.session.target.floor, self._apparatus.watch.now_s
+            self.foot = FootAnswers(self._stage.foot, self._page.questions[0], floor, now_s)
+            self.hint = self.foot.hint
+
+    def _measure(self) -> None:
+        """Measure this interval, and send its markers."""
+        apparatus, record, before = self._apparatus, self._record, len(self._record.excerpts)
+        record.measure(apparatus.presenter, apparatus.watch, self.interval, self._page.start != "key")
+        apparatus.pack(record.excerpts[before:])
+        if math.isfinite(record.onset_s):
+            apparatus.mark(ONSET, self._page, apparatus.played_s - record.onset_s)
+        apparatus.mark(END, self._page)
+
+    # --- after it ---
+
+    def _answer_by_foot(self) -> Answered | None:
+        if self.foot is None:
+            return None
+        answers = self.foot.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s)
+        return None if answers is None else Answered(answers, self.foot.facts)
+
+    @property
+    def _patch(self) -> Patch:
+        """The patch of the current interval at the participant's level."""
+        return self._apparatus.stimuli.presented(self.intervals[self.interval], self._gain_db)
