@@ -250,3 +250,12 @@ def test_no_interval_is_told_by_a_clock_that_can_be_stepped():
     """Somebody sets the clock, or a server does: `time.monotonic` and `time.perf_counter` do not mind."""
     told = {"underfoot.network.server", "underfoot.widgets.design.blind_test"}  # a time of day for others, and a seed
     assert {module for module, path in SOURCES.items() if "time.time" in path.read_text()} <= told
+
+
+def test_an_sdist_has_what_its_tests_read_beside_the_packages():
+    texts = [path.read_text() for path in (ROOT / "tests").rglob("*.py")]
+    read = {name.partition("/")[0] for text in texts for name in re.findall(r'\bROOT / "([\w./-]+)"', text)}
+    lines = [line.split() for line in (ROOT / "MANIFEST.in").read_text().splitlines()]
+    sent = {name for line in lines if line and line[0] in ("include", "graft") for name in line[1:]}
+    assert ".dockerignore" in read
+    assert read <= sent | {"README.md", "pyproject.toml", "MANIFEST.in", "workbench", "widgets"}

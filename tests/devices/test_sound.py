@@ -15,7 +15,7 @@ from scipy.signal import correlate
 
 from underfoot.clock import FADE
 from underfoot.devices.accelerometers import Accelerometer
-from underfoot.devices.sound import PlayRecord, Stream, max_channels
+from underfoot.devices.sound import PlayRecord, Stream, device_of, devices, max_channels, portaudio
 from underfoot.engine.commands import Level, Panic
 from underfoot.engine.reports import Costs, Notice, OutputChanged, Started
 from underfoot.engine.safety import PANIC
@@ -290,6 +290,68 @@ def test_a_device_says_how_many_channels_it_has(monkeypatch):
     assert max_channels("no such card") == 32
 
 
+@pytest.fixture
+def windows_cards(monkeypatch):
+    """sounddevice with the cards of a computer under Windows: one pair of speakers, which three systems list."""
+    sounddevice = pytest.importorskip("sounddevice", reason="PortAudio is not installed", exc_type=OSError)
+    systems = ("MME", "Windows DirectSound", "Windows WASAPI", "ASIO")
+    listed = [("Speakers (USB Audio)", 2, k) for k in range(3)]
+    listed += [("Microphone (USB Audio)", 0, 2), ("Headphones", 2, 2), ("ASIO4ALL v2", 8, 3)]
+    cards = [
+        {
+            "name": name,
+            "hostapi": system,
+            "max_output_channels": channels,
+            "max_input_channels": 2 - channels,
+            "default_samplerate": 48_000.0,
+        }
+        for name, channels, system in listed
+    ]
+    monkeypatch.setattr(sounddevice, "query_devices", lambda: cards)
+    monkeypatch.setattr(sounddevice, "query_hostapis", lambda k: {"name": systems[k]})
+    return sounddevice
+
+
+def test_a_card_that_several_systems_list_is_named_with_each_and_found_by_that_name(windows_cards):
+    named = [card.name for card in devices()]
+    assert named == [
+        "Speakers (USB Audio), MME",
+        "Speakers (USB Audio), Windows DirectSound",
+        "Speakers (USB Audio), Windows WASAPI",
+        "Speakers (USB Audio), Windows WASAPI, exclusive",
+        "Headphones, Windows WASAPI",
+        "Headphones, Windows WASAPI, exclusive",
+        "ASIO4ALL v2, ASIO",
+    ]
+    found = [windows_cards._get_device_id(device_of(name), "output", raise_on_error=True) for name in named]
+    assert found == [0, 1, 2, 2, 4, 4, 5]
+
+
+def test_cards_of_one_system_have_their_names_alone(windows_cards, monkeypatch):
+    cards = windows_cards.query_devices()[2:5]
+    monkeypatch.setattr(windows_cards, "query_devices", lambda: cards)
+    assert [card.name for card in devices()] == ["Speakers (USB Audio)", "Headphones"]
+
+
+@pytest.mark.parametrize("name", ["Headphones, Windows WASAPI", "Headphones, Windows WASAPI, exclusive"])
+def test_a_card_is_opened_exclusively_where_its_name_says_so(windows_cards, monkeypatch, name):
+    asked = {}
+    monkeypatch.setattr(windows_cards, "RawOutputStream", lambda **how: asked.update(how))
+    Stream(name, 2, 48_000.0, 64, lambda: 0)
+    assert asked["device"] == "Headphones, Windows WASAPI"
+    exclusive = asked["extra_settings"]
+    assert isinstance(exclusive, windows_cards.WasapiSettings) == name.endswith("exclusive")
+    assert exclusive is None or exclusive._streaminfo.flags & 1  # paWinWasapiExclusive
+
+
+@pytest.mark.parametrize(("system", "cure"), [("linux", "libportaudio2"), ("win32", "sounddevice again")])
+def test_what_is_to_be_installed_where_portaudio_is_missing_depends_on_the_system(monkeypatch, system, cure):
+    monkeypatch.setitem(sys.modules, "sounddevice", None)
+    monkeypatch.setattr(sys, "platform", system)
+    with pytest.raises(DeviceError, match=cure):
+        portaudio()
+
+
 def test_without_portaudio_there_are_no_devices():
     script = """
 import sys
@@ -340,8 +402,11 @@ def test_accelerometers_are_heard_at_the_frames_that_were_played(null_sink, unti
             delays.extend(found_later(path))
             return len(delays) >= 3
 
+        def agree():  # not while a busy machine's sound server has just lost blocks
+            playing.play(24_000)
+            health = playing.session.health
+            return 0.0 < health.stream_latency_s <= health.round_trip_s and health.clock_trip_s > 0.0
+
         until(enough, "three pieces come back whole", seconds=400.0, seen=lambda: delays)
-        health = playing.session.health
-    assert 0.0 < health.stream_latency_s <= health.round_trip_s
-    assert health.clock_trip_s > 0.0
+        until(agree, "the latency is part of the round trip", seconds=400.0, seen=lambda: playing.session.health)
     assert np.median(delays) == 0.0

@@ -12,5 +12,3 @@ TABLE_6_1 = {
     "td": (6.8, 2.4),
 }
 """Peak and RMS acceleration at A = 1, m/s^2."""
-RMS_MISSED = ("wd",)
-"""Rows whose RMS over peak cannot be had on the tile (docs/levels.md#stimuli): their peak is met."""

@@ -55,7 +55,7 @@ def _table(found: "dict[str, PatchLevels]") -> list[str]:
         like = "not covered" if one.feels_like_n_mm is None else f"{one.feels_like_n_mm:.0f} N/mm"
         lines.append(f"{name:{width}}  {columns} {share:>8} {felt:>7} {headroom:>9} {noticed:>8} {like:>11}")
     lines.append(
-        "peak and RMS of the loudest 0.2 s; in band: share of measured energy, 50 to 750 Hz; felt: level above the"
+        "peak, and RMS of the loudest 0.12 s; in band: share of measured energy, 50 to 750 Hz; felt: level above the"
     )
     lines.append(
         "threshold in a hard shoe; headroom: drive below the limiter; noticed: share of people in such shoes who notice"

@@ -1,5 +1,6 @@
 """Sound cards, through PortAudio. Without PortAudio or a card `devices` is empty; opening one raises the reason."""
 
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,11 +19,18 @@ _STAMPS = 200
 """Blocks over which the median of the output time is taken: single stamps have milliseconds of jitter."""
 MAX_CHANNELS = 32
 """Most channels of one stream (PulseAudio's limit)."""
+EXCLUSIVE = ", exclusive"
+"""What ends the name of a card of WASAPI that is to be opened for this program alone."""
+_EXCLUSIVE_SYSTEM = "Windows WASAPI"
 
 
 @dataclass(frozen=True)
 class Card:
-    """An output device: name, channels, and preferred rate."""
+    """An output device: name, channels, and preferred rate.
+
+    Where PortAudio lists cards of several sound systems (host APIs), as on Windows, the name ends with the system's:
+    "Speakers, Windows WASAPI". PortAudio finds it by this name.
+    """
 
     name: str
     channels: int
@@ -34,8 +42,23 @@ def portaudio() -> Any:
     try:
         import sounddevice
     except (OSError, ImportError) as error:
-        raise DeviceError(f"PortAudio is not there ({error}); install libportaudio2") from None
+        cure = "install libportaudio2" if sys.platform.startswith("linux") else "install sounddevice again"
+        raise DeviceError(f"PortAudio is not there ({error}); {cure}") from None
     return sounddevice
+
+
+def device_of(name: str) -> str | None:
+    """Return PortAudio's name of a card; None for the default one.
+
+    >>> device_of("Speakers, Windows WASAPI, exclusive"), device_of("")
+    ('Speakers, Windows WASAPI', None)
+    """
+    return name.removesuffix(EXCLUSIVE) or None
+
+
+def settings_of(name: str) -> Any:
+    """Return PortAudio's settings for a card; None unless it is to be opened exclusively."""
+    return portaudio().WasapiSettings(exclusive=True) if name.endswith(EXCLUSIVE) else None
 
 
 def _raw_memory(sounddevice: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -52,18 +75,22 @@ def devices() -> list[Card]:
     try:
         import sounddevice
 
-        found = sounddevice.query_devices()
+        found = [device for device in sounddevice.query_devices() if device["max_output_channels"] > 0]
+        systems = {device["hostapi"]: str(sounddevice.query_hostapis(device["hostapi"])["name"]) for device in found}
     except (OSError, ImportError, RuntimeError):
         return []
     except Exception as error:  # PortAudioError is only defined if sounddevice could be imported
         if type(error).__name__ != "PortAudioError":
             raise
         return []
-    return [
-        Card(str(d["name"]), int(d["max_output_channels"]), float(d["default_samplerate"]))
-        for d in found
-        if d["max_output_channels"] > 0
-    ]
+    cards = []
+    for device in found:
+        system = systems[device["hostapi"]]
+        name = f"{device['name']}, {system}" if len(systems) > 1 else str(device["name"])
+        ways = ("", EXCLUSIVE) if len(systems) > 1 and system == _EXCLUSIVE_SYSTEM else ("",)
+        channels, rate_hz = int(device["max_output_channels"]), float(device["default_samplerate"])
+        cards += [Card(name + way, channels, rate_hz) for way in ways]
+    return cards
 
 
 def max_channels(name: str) -> int:
@@ -71,7 +98,7 @@ def max_channels(name: str) -> int:
     try:
         import sounddevice
 
-        device = sounddevice.query_devices(name or None, "output")
+        device = sounddevice.query_devices(device_of(name), "output")
     except (OSError, ImportError, RuntimeError, ValueError):
         return MAX_CHANNELS
     except Exception as error:  # as above
@@ -92,7 +119,7 @@ class PlayRecord:
     ) -> None:
         """`input_channels` are recorded. With `block`, blocks have that many frames, and latency is low."""
         self._sounddevice = portaudio()
-        self._devices, self._rate_hz, self._block = (input or None, output or None), rate_hz, block
+        self._devices, self._rate_hz, self._block = (input, output), rate_hz, block
         self._played = played
         self.recorded = np.zeros((len(played), input_channels), np.float32)
         """The recording, float32 [frame, channel], from the first frame played on."""
@@ -117,7 +144,8 @@ class PlayRecord:
                 samplerate=self._rate_hz,
                 channels=(self.recorded.shape[1], self._played.shape[1]),
                 dtype="float32",
-                device=self._devices,
+                device=tuple(map(device_of, self._devices)),
+                extra_settings=tuple(map(settings_of, self._devices)),
                 latency="low" if self._block else _SAFE_S,
                 blocksize=self._block,
                 callback=self._exchange,
@@ -174,7 +202,8 @@ class Stream:
         self._inputs = 0 if recorded is None else recorded.ctypes.data
         self._input_bytes = 0 if recorded is None else recorded.nbytes
         how: dict[str, Any] = {
-            "device": name or None,
+            "device": device_of(name),
+            "extra_settings": settings_of(name),
             "samplerate": rate,
             "blocksize": block,
             "dtype": "float32",

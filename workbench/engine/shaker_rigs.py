@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
-from underfoot.devices.sound import PlayRecord, portaudio
+from underfoot.devices.sound import PlayRecord, device_of, portaudio
 from underfoot.engine.safety import limited
 from underfoot.errors import BadMeasurement, DeviceError, require
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -87,7 +87,7 @@ class SoundCard:
     def _require_channel(self, name: str, kind: str, wanted: int) -> int:
         """Return the number of channels of the named device; raise `DeviceError` if it or the channel is missing."""
         try:
-            found: Any = self._sounddevice.query_devices(name or None, kind)
+            found: Any = self._sounddevice.query_devices(device_of(name), kind)
         except (self._sounddevice.PortAudioError, ValueError) as error:
             if not name:
                 raise DeviceError(f"there is no sound device for {kind}; connect one, and try again") from None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.sound import portaudio
+from underfoot.devices.sound import device_of, portaudio, settings_of
 from underfoot.errors import DeviceError, require
 from underfoot.experiments.protocol import Sounds
 
@@ -65,10 +65,15 @@ class Masking:
         self._at, self._gain, self._target = 0, 0.0, 0.0
         self._step = 1.0 / (FADE_S * RATE_HZ)
         try:
-            most = int(library.query_devices(device or None, "output")["max_output_channels"])
+            most = int(library.query_devices(device_of(device), "output")["max_output_channels"])
             require(sounds.channel < most, "sounds.channel", sounds.channel, f"0 to {most - 1} on this device")
             self._stream = library.OutputStream(
-                RATE_HZ, device=device or None, channels=sounds.channel + 1, dtype="float32", callback=self._fill
+                RATE_HZ,
+                device=device_of(device),
+                extra_settings=settings_of(device),
+                channels=sounds.channel + 1,
+                dtype="float32",
+                callback=self._fill,
             )
             self._stream.start()
         except (library.PortAudioError, ValueError) as error:
