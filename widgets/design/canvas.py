@@ -29,8 +29,8 @@ from underfoot.widgets.design.group_items import GroupNodeItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_list import MIME, NO_NODE, NodeSearch
-from underfoot.widgets.design.patch_editing import snapped
-from underfoot.widgets.design.rewiring import port_of, types_for_wire, types_of_unit, types_that_fit
+from underfoot.widgets.design.patch_editing import port_of, snapped
+from underfoot.widgets.design.rewiring import types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 

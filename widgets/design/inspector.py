@@ -29,7 +29,7 @@ from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
-from underfoot.widgets.design.patch_editing import drivers
+from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
@@ -114,7 +114,11 @@ class Inspector(QScrollArea):
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
         around = self._group or (self._enclosing_group(self._ids[0]) if self._ids else None)
-        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None)
+        ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
+        if self._group is not None:
+            ends = [(end.partition(".")[0], end.partition(".")[2]) for end in self._group.published]
+        units = [getattr(self._declared(*end), "unit", "") for end in ends]
+        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None, units)
         if looks != self._shape:
             self._shape = looks
             self._edit_number += 1
@@ -226,8 +230,8 @@ class Inspector(QScrollArea):
                 lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._edit_number}")
             )
             column.addWidget(self.picture)
-        for name, parameter in type.parameters.items():
-            editor = _editor_of(parameter)
+        for name in type.parameters:
+            editor = _editor_of(self._declared(id, name))
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             self._add_editor(column, name, editor)
@@ -262,6 +266,11 @@ class Inspector(QScrollArea):
         editor.addAction(action)
         editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
+    def _declared(self, id: str, name: str) -> Parameter:
+        """Return a parameter of node `id`, in the unit that its wires give it."""
+        type = self._registry[self._patch.node(id).type]
+        return with_wired_unit(self._patch, self._registry, id, type.parameters[name])
+
     def _enclosing_group(self, id: str) -> Group | None:
         """Return the innermost group of a node."""
         return next((group for group in reversed(self._patch.groups) if id in group.members), None)
@@ -274,7 +283,7 @@ class Inspector(QScrollArea):
         column.addSpacing(8)
         for end in group.published:
             id, _, name = end.partition(".")
-            editor = editor_for(types[id].parameters[name])
+            editor = editor_for(self._declared(id, name))
             self._add_editor(column, end, editor)
             editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
             editor.value_changed.connect(

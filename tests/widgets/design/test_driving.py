@@ -189,3 +189,44 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
         drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
     assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
     assert "gave way" in workspace.canvas.message
+
+
+def type_into(qtbot, editor, text):
+    editor.field.setFocus()
+    editor.field.selectAll()
+    qtbot.keyClicks(editor.field, text)
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+
+
+@pytest.mark.parametrize(
+    ("type", "end"), [("lfo", "low"), ("random-walk", "deviation"), ("step-sequence", "high"), ("stance-curve", "low")]
+)
+def test_the_ends_of_a_driver_are_in_the_unit_of_what_it_drives(qtbot, workspace, type, end):
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.field, editor.field.rect().center()), REGISTRY[type].label)
+    driver = next(node.id for node in workspace.patch().nodes if node.type == type)
+    workspace.canvas.patch_scene.select([driver])
+    editor = workspace.inspector.editors[end]
+    assert editor.field.text().endswith(" Hz")
+    type_into(qtbot, editor, "0.12 kHz")
+    assert workspace.patch().node(driver).parameters[end] == 120.0
+    workspace.set_patch(workspace.patch().disconnect([(f"{driver}.out", "low-pass.cutoff")]))
+    workspace.canvas.patch_scene.select([driver])
+    editor = workspace.inspector.editors[end]
+    assert editor.field.text() == "120"
+    type_into(qtbot, editor, "5 Hz")
+    assert "a wire gives it the unit" in editor.field.toolTip()
+    assert workspace.patch().node(driver).parameters[end] == 120.0
+
+
+def test_a_map_has_the_unit_of_its_signal_on_one_side_and_of_what_it_drives_on_the_other(qtbot, workspace):
+    patch = workspace.patch().add("tile-force", REGISTRY, (0, 300)).add("map", REGISTRY, (200, 300))
+    patch = patch.connect("tile-force.force", "map.signal", REGISTRY).connect("map.out", "tone.amplitude", REGISTRY)
+    workspace.set_patch(patch)
+    workspace.canvas.patch_scene.select(["map"])
+    editors = workspace.inspector.editors
+    for end, text, value in (("high", "0.7 kN", 700.0), ("out_low", "-20 dB", 0.1), ("out_high", "2*3", 6.0)):
+        type_into(qtbot, editors[end], text)
+        assert workspace.patch().node("map").parameters[end] == pytest.approx(value), end
+    assert editors["high"].field.text() == "700 N"
+    assert editors["out_high"].field.text() == "6"
