@@ -29,6 +29,15 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
     return f"{text} {prefix}{shown}" if shown else text
 
 
+def counted(count: int, what: str, plural: str = "") -> str:
+    """Return a count with what is counted, in the plural unless it is one.
+
+    >>> counted(1, "step"), counted(0, "time"), counted(2, "person", "people")
+    ('1 step', '0 times', '2 people')
+    """
+    return f"{count} {what if count == 1 else plural or f'{what}s'}"
+
+
 def number(value: float, digits: int = 3) -> str:
     """Format `value` to `digits` significant digits, in groups of three, without trailing zeros.
 

@@ -16,7 +16,7 @@ from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
-from underfoot.quantities import pretty_text
+from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
 from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
@@ -416,8 +416,8 @@ class Inspector(QScrollArea):
         known = [id for id in ids if id in self._share]
         self._cost.setText(f"{percent(sum(self._share[id] for id in known))} of a block" if known else "not built")
         awake = max((self._awake.get(id, 0) for id in known), default=0)
-        of = f" of {len(self._tiles)}" if self._tiles else ""
-        self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
+        of = f"{awake} of " if self._tiles else ""
+        self._tiles_awake.setText(of + counted(len(self._tiles) or awake, "tile") if awake else "asleep")
 
 
 def _editor_of(parameter: Parameter) -> ParameterEditor:

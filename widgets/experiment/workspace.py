@@ -16,6 +16,7 @@ from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
+from underfoot.quantities import counted
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import ask
@@ -311,7 +312,8 @@ class ExperimentWorkspace(Workspace):
     def simulate(self) -> None:
         """Run the study with simulated people, and show bias and spread of its estimates."""
         study, people = self._study, self.people
-        self._compute(f"Simulating {people.count} people…", lambda task: simulated_study(study, people, task))
+        who = counted(people.count, "person", "people")
+        self._compute(f"Simulating {who}…", lambda task: simulated_study(study, people, task))
 
     @property
     def people(self) -> SimulatedPeople:

@@ -230,3 +230,30 @@ def test_a_map_has_the_unit_of_its_signal_on_one_side_and_of_what_it_drives_on_t
         assert workspace.patch().node("map").parameters[end] == pytest.approx(value), end
     assert editors["high"].field.text() == "700 N"
     assert editors["out_high"].field.text() == "6"
+
+
+@pytest.mark.parametrize(
+    ("source", "type", "pointed_at", "to"),
+    [
+        ("stance-curve", "modal-bank", "", "modal-bank.level"),  # and not the strike, which takes events
+        ("stance-curve", "modal-bank", "pitch", "modal-bank.pitch"),
+        ("lfo", "tone", "", "tone.amplitude"),
+        ("lfo", "tone", "frequency", "tone.frequency"),
+        ("lfo", "gain", "gain", "gain.signal"),
+    ],
+)
+def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_loudness(
+    qtbot, workspace, source, type, pointed_at, to
+):
+    patch = Patch().add(source, REGISTRY, (0, 0)).add(type, REGISTRY, (320, 0))
+    workspace.set_patch(patch)
+    workspace.canvas.fit_view(all_nodes=True)
+    drag(workspace, port(workspace, source, "out", "out"), middle(workspace, type), release=False)
+    item = workspace.canvas.patch_scene.nodes[type]
+    at = item.geometry.plot.center()
+    if pointed_at:
+        at.setY(item.port_place("in", pointed_at).y() - item.pos().y())
+    place = workspace.canvas.mapFromScene(item.mapToScene(at))
+    send(workspace.canvas.viewport(), QEvent.Type.MouseMove, place, Qt.MouseButton.LeftButton)
+    send(workspace.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, Qt.MouseButton.LeftButton)
+    assert workspace.patch().wires == ((f"{source}.out", to),)
