@@ -187,12 +187,16 @@ class ExperimentWorkspace(Workspace):
             self._add_protocol(path)
 
     def _add_protocol(self, path: Path) -> None:
+        """Add a protocol, or read it again in its place in the list."""
+        known = [study.path.resolve() for study in self.studies]
+        index = known.index(path.resolve()) if path.resolve() in known else len(known)
+        is_own = index < len(known) and self.studies[index].is_own
         try:
-            self.studies.append(load_study(path, self._registry))
+            self.studies[index : index + 1] = [load_study(path, self._registry, is_own)]
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self.list.show_studies(self.studies, len(self.studies) - 1)
+        self.list.show_studies(self.studies, index)
 
     def _show(self) -> None:
         sessions = sessions_of(self.root, self._study)
