@@ -1,5 +1,6 @@
 """Parameters driven by a signal: creation of the driving node, and its menu."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -81,13 +82,14 @@ class DriverMenus:
     def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
         self._document, self._scene, self._parent = document, scene, parent
 
-    def open_menu(self, id: str, name: str, place: QPoint) -> None:
-        """Open a menu of drivers for a parameter, at a position of the screen."""
+    def open_menu(self, id: str, name: str, place: QPoint, further: Sequence[QAction] = ()) -> None:
+        """Open a menu of drivers for a parameter, and of `further` actions, at a position of the screen."""
         menu = self._menu(id, name, self._parent)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         heading = QAction(menu.title(), menu)
         heading.setEnabled(False)
         menu.insertAction(menu.actions()[0], heading)
+        menu.addActions(further)
         menu.popup(place)
 
     def add_menu(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:

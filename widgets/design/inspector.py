@@ -76,8 +76,10 @@ class Inspector(QScrollArea):
     errors_toggled = Signal()
     """The person wants the node's run time over error measured, or not any more."""
 
-    drive_requested = Signal(str, str, QPoint)
-    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
+    drive_requested = Signal(str, str, QPoint, list)
+    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen; and further
+    actions of the menu.
+    """
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -240,7 +242,9 @@ class Inspector(QScrollArea):
             )
             if isinstance(editor, NumberEditor):
                 editor.disconnect_requested.connect(lambda name=name: self.disconnect_requested.emit(f"{id}.{name}"))
-                editor.drive_requested.connect(lambda place, name=name: self.drive_requested.emit(id, name, place))
+                editor.drive_requested.connect(
+                    lambda place, name=name, editor=editor: self.drive_requested.emit(id, name, place, editor.actions())
+                )
             self._offer_publishing(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
             self.law = LawView(most=1)
@@ -264,7 +268,8 @@ class Inspector(QScrollArea):
         action.setChecked(end in around.published)
         action.triggered.connect(lambda on: self.publish_requested.emit(end, on))
         editor.addAction(action)
-        editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        if not (isinstance(editor, NumberEditor) and editor.can_be_driven):  # those show it below what may drive them
+            editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def _declared(self, id: str, name: str) -> Parameter:
         """Return a parameter of node `id`, in the unit that its wires give it."""

@@ -257,3 +257,14 @@ def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_
     send(workspace.canvas.viewport(), QEvent.Type.MouseMove, place, Qt.MouseButton.LeftButton)
     send(workspace.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, Qt.MouseButton.LeftButton)
     assert workspace.patch().wires == ((f"{source}.out", to),)
+
+
+def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_patch(qtbot, workspace):
+    workspace.canvas.group()
+    workspace.canvas.patch_scene.select(["low-pass"])
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.label, editor.label.rect().center()), "Show on the sub-patch")
+    assert workspace.patch().groups[0].published == ("low-pass.cutoff",)
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.label, editor.label.rect().center()), "LFO")
+    assert ("lfo.out", "low-pass.cutoff") in workspace.patch().wires
