@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.parameters import Number
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.scene import PatchScene
@@ -125,7 +126,7 @@ class DriverMenus:
 
     def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
         patch, registry = self._document.patch, self._scene.registry
-        menu = QMenu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
+        menu = Menu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
         for type in DRIVERS:
             if type in registry:
                 menu.addAction(registry[type].label, partial(self.drive, id, name, type))

@@ -1,0 +1,16 @@
+"""A menu over a widget whose keys are letters."""
+
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QMenu
+
+
+class Menu(QMenu):
+    """A menu that keeps typed letters to itself; Qt would hand them on to the shortcuts of the widget below."""
+
+    def event(self, event: QEvent) -> bool:
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
+            if event.text() and event.text().isprintable():  # F12 has no text, and is panic here as well
+                event.accept()
+                return True
+        return super().event(event)
