@@ -9,8 +9,9 @@ class Menu(QMenu):
     """A menu that keeps typed letters to itself; Qt would hand them on to the shortcuts of the widget below."""
 
     def event(self, event: QEvent) -> bool:
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            if event.text() and event.text().isprintable():  # F12 has no text, and is panic here as well
-                event.accept()
-                return True
+        # Keys without text, such as F12, stay shortcuts.
+        is_typed = isinstance(event, QKeyEvent) and event.text() != "" and event.text().isprintable()
+        if is_typed and event.type() == QEvent.Type.ShortcutOverride:
+            event.accept()
+            return True
         return super().event(event)
