@@ -13,7 +13,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeyEvent,
     QMouseEvent,
-    QWheelEvent,
 )
 from PySide6.QtWidgets import QGraphicsItem, QWidget
 from shiboken6 import isValid
@@ -30,12 +29,10 @@ from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_list import MIME, NO_NODE, NodeSearch
 from underfoot.widgets.design.patch_editing import port_of, snapped
+from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.rewiring import types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
-
-ZOOM_STEP = 1.2
-"""The factor of one step of zoom."""
 
 DROP_REACH = 10.0
 """Pixels of the scene around the mouse in which a wire is meant, when a node is dropped."""
@@ -349,10 +346,6 @@ class Canvas(EditableView):
     @staticmethod
     def _on_title(node: NodeItem, place: QPointF) -> bool:
         return QRectF(node.pos().x(), node.pos().y(), node.geometry.width, TITLE).contains(place)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        self.zoom(ZOOM_STEP ** (event.angleDelta().y() / 120.0), event.position().toPoint())
-        event.accept()
 
     # --- drops from the palette ---
 

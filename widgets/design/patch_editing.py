@@ -37,6 +37,8 @@ def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None)
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
+    if not text.lstrip().startswith("{"):
+        raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
     other = Patch.loads(text, registry, "the clipboard")
     if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
