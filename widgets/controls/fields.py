@@ -3,7 +3,7 @@
 from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
@@ -105,13 +105,21 @@ class Field(QLineEdit):
         super().__init__(parent)
         self.setProperty("role", "value")
         self._text_before = ""
+        self._clicked_into = False
         self.returnPressed.connect(self._commit_text)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
         self.focus_gained.emit()
         self._text_before = self.text()
+        self._clicked_into = event.reason() == Qt.FocusReason.MouseFocusReason
         self.selectAll()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(event)
+        if self._clicked_into and self.property("role") == "value" and not self.hasSelectedText():
+            self.selectAll()  # a click takes the selection away, and what is typed would go into the old number
+        self._clicked_into = False
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
