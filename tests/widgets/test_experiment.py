@@ -385,14 +385,14 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
 
 
 def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
-    workspace, path = bench.workspace, bench.folder / "made.json"
+    workspace, path = bench.workspace, bench.folder / "again.json"
     path.write_text(protocol_text(title="First", stages=[rated()]))
     workspace.open_protocol(path)
     listed = [study.name for study in workspace.studies]
-    assert listed.count("made") == 1
+    assert listed.count("again") == 1
     workspace.choose(0)
     path.write_text(protocol_text(title="Second", stages=[rated()]))
-    workspace.open_protocol(bench.folder / "." / "made.json")
+    workspace.open_protocol(bench.folder / "." / "again.json")
     assert [study.name for study in workspace.studies] == listed
     assert workspace.list.list.count() == len(listed)
     assert workspace.study.protocol.title == "Second"
