@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from underfoot.engine.reports import Health
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.level_slider import LevelSlider
 
@@ -150,7 +151,7 @@ class MainBar(QWidget):
         self._make_room()
         more = [f"and {len(lines) - MAX_WARNINGS} more"] if len(lines) > MAX_WARNINGS else []
         self.warnings.setToolTip("\n".join([f"{workspace}:", *lines[:MAX_WARNINGS], *more]))
-        self.warnings.setAccessibleName(f"{workspace}: {len(lines)} warnings")
+        self.warnings.setAccessibleName(f"{workspace}: {counted(len(lines), 'warning')}")
         self.warnings.setAccessibleDescription("; ".join(lines))
 
     def _click_warnings(self) -> None:
@@ -184,7 +185,7 @@ class MainBar(QWidget):
         self.engine.setToolTip(
             f"Share of the time a block may take: {100 * health.load:.1f} % lately, {100 * health.worst:.0f} % at most"
         )
-        self.asleep.show_value(f"{tiles - health.awake} of {tiles} tiles" if running else "–")
+        self.asleep.show_value(f"{tiles - health.awake} of {counted(tiles, 'tile')}" if running else "–")
         before = self.xruns.text(), self.lost.text()
         self.xruns.show_count(health.xruns)
         self.xruns.setToolTip(_XRUNS + _jumps(health))
@@ -405,7 +406,8 @@ def _jumps(health: Health) -> str:
     """Return how often accelerometer input was realigned; "" if never."""
     if not health.jumps:
         return ""
-    return f"; {health.jumps} times frames were lost on the way to its inputs, and what is measured was aligned anew"
+    times = counted(health.jumps, "time")
+    return f"; {times} frames were lost on the way to its inputs, and what is measured was aligned anew"
 
 
 def _round_trip(health: Health) -> str:

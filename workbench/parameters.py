@@ -69,6 +69,9 @@ class Number(Parameter):
     `default` is the value where a file has none. `added` is the value of a node added by hand, if that default would be
     too strong alone on a tile: files may leave the default out, so that it cannot change.
 
+    `unit_of` names the port whose wires give the unit of a number that has none of its own: an LFO that drives a
+    frequency goes from low to high in Hz.
+
     >>> Number(1.0, 0.0, 2.0, unit="m").check(3)
     Traceback (most recent call last):
     underfoot.errors.BadValue:  is 3; allowed: 0 to 2 m
@@ -81,6 +84,7 @@ class Number(Parameter):
     wire: str = field(default="", kw_only=True)
     fades: bool = field(default=False, kw_only=True)
     added: float | None = field(default=None, kw_only=True)
+    unit_of: str = field(default="", kw_only=True)
     kind: ClassVar[str] = "number"
 
     @property

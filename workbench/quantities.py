@@ -12,6 +12,8 @@ _TAKES = {"N": "pnµm kMG", "Hz": "m kMG", "s": "pnµm ", "m": "pnµm ", "Pa": "
 _KEEPS = {"m/s^2": 0.01, "m/s": 0.01, "s/m": 0.01}
 """Smallest values for which these units are usual without a prefix."""
 _DIGIT_GROUP = "\u202f"
+_NUMBER = r"(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+_SUM = re.compile(rf"[-+]?{_NUMBER}(?:[-+*/]{_NUMBER})+")
 _BETWEEN_NUMBERS = re.compile(r";\s*|,\s+|,(?=\D)|\s+(?=[-+−.,\d])")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|dB|kHz|Hz|kN|N|[cmµ]?m|m?s|m/s²)(?![\w/]))")
 
@@ -25,6 +27,15 @@ def quantity(value: float, unit: str = "", digits: int = 3) -> str:
     prefix, factor, shown = _prefix(value, unit)
     text = number(value / factor, digits)
     return f"{text} {prefix}{shown}" if shown else text
+
+
+def counted(count: int, what: str, plural: str = "") -> str:
+    """Return a count with what is counted, in the plural unless it is one.
+
+    >>> counted(1, "step"), counted(0, "time"), counted(2, "person", "people")
+    ('1 step', '0 times', '2 people')
+    """
+    return f"{count} {what if count == 1 else plural or f'{what}s'}"
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -77,8 +88,8 @@ def parse_quantity(text: str, unit: str = "") -> float:
     >>> parse_quantity("0.25 of full scale", "of full scale")
     0.25
     """
-    compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").replace("μ", "µ")
-    match = re.fullmatch(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)(.*)", compact)
+    compact = _without_spaces(text).replace("μ", "µ")
+    match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
     if match is None:
         raise BadValue(
             f"{text!r} is not a number; allowed: a number, with or without {pretty_unit(unit) or 'a prefix'}"
@@ -97,6 +108,32 @@ def parse_quantity(text: str, unit: str = "") -> float:
     if tail not in factors:
         raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
     return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
+
+
+def worked_out(text: str) -> str:
+    """Return typed text with a sum, difference, product or quotient of numbers before the unit worked out.
+
+    >>> worked_out("2 * 440 Hz"), worked_out("1/4 s"), worked_out("0,5+1*2"), worked_out("-6 dB"), worked_out("1/0")
+    ('880.0Hz', '0.25s', '2.5', '-6 dB', '1/0')
+    """
+    compact = _without_spaces(text)
+    match = _SUM.match(compact)
+    if match is None:
+        return text
+    terms: list[float] = []
+    for sign, digits in re.findall(rf"([-+*/]?)({_NUMBER})", match[0]):
+        value = float(digits.replace(",", "."))
+        if sign == "/" and value == 0.0:
+            return text
+        if sign in ("*", "/"):
+            terms[-1] *= value if sign == "*" else 1.0 / value
+        else:
+            terms.append(-value if sign == "-" else value)
+    return f"{sum(terms)!r}{compact[match.end() :]}"
+
+
+def _without_spaces(text: str) -> str:
+    return re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-")
 
 
 def parse_numbers(text: str, unit: str = "") -> list[float]:
@@ -133,7 +170,7 @@ def parse_gain(text: str) -> float:
     >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞"), parse_gain("0 dB ø")
     (0.501, 1.0, 2.5, 0.0, -1.0)
     """
-    compact = re.sub(r"[\s\u202f\u00a0]", "", text).replace("−", "-").lower()
+    compact = _without_spaces(text).lower()
     if compact.endswith(INVERTED):
         return -parse_gain(compact.removesuffix(INVERTED))
     if compact.removesuffix("db") in ("-∞", "-inf", "off"):

@@ -27,6 +27,7 @@ def test_a_button_clicks_down_and_softer_up():
     scene = KINDS["touch-widgets"](FLOOR)
     at = (scene.button.x_m, scene.button.y_m)
     done = rehearse_presses(scene, [hand(0.3, *at, 200.0), hand(0.7, *at, 0.0)], 1.2)
+    assert scene.state.startswith("button pressed 1 time, ")
     assert [(strike.node, strike.strength) for strike in done.strikes] == [("click", 1.0), ("click", 0.6)]
     assert done.said == ["Button down, press 1", "Button up"]
     times = [time_s for time_s, cue in done.cues if cue in done.strikes]

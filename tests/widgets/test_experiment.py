@@ -384,6 +384,20 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     shown.close()
 
 
+def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
+    workspace, path = bench.workspace, bench.folder / "again.json"
+    path.write_text(protocol_text(title="First", stages=[rated()]))
+    workspace.open_protocol(path)
+    listed = [study.name for study in workspace.studies]
+    assert listed.count("again") == 1
+    workspace.choose(0)
+    path.write_text(protocol_text(title="Second", stages=[rated()]))
+    workspace.open_protocol(bench.folder / "." / "again.json")
+    assert [study.name for study in workspace.studies] == listed
+    assert workspace.list.list.count() == len(listed)
+    assert workspace.study.protocol.title == "Second"
+
+
 def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_where_the_person_says_so(bench):
     workspace, overview = bench.workspace, bench.workspace.overview
     bench.choose(stages=[CONSENT, rated()], stimuli={"WC": CONSTANT, "X": {}})

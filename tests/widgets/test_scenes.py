@@ -1,5 +1,7 @@
 """The Scenes workspace by real clicks and keys, on a window that plays the simulated floor."""
 
+import threading
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
@@ -187,3 +189,49 @@ def test_every_scene_is_listed_with_its_picture(scenes):
     assert [listed.item(row).text() for row in range(listed.count())] == [k.title for k in discover().values()]
     assert not any(listed.item(row).icon().isNull() for row in range(listed.count()))
     assert scenes.view.rect().contains(QPoint(10, 10))
+
+
+@pytest.fixture
+def held_scene(scenes, monkeypatch):
+    """Footprints, whose making takes until the event is set, as it does while kernels are compiled."""
+    may_go = threading.Event()
+
+    class Held(scenes.kinds["footprints"]):
+        def __init__(self, *given):
+            may_go.wait(60.0)
+            super().__init__(*given)
+
+    monkeypatch.setattr(scenes, "kinds", {**scenes.kinds, "footprints": Held})
+    yield may_go
+    may_go.set()
+
+
+def ask(scenes, qtbot, name):
+    scenes.list.list.setCurrentRow(list(scenes.kinds).index(name))
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+
+
+def test_another_scene_that_is_chosen_while_one_is_made_plays_instead_of_it(scenes, qtbot, held_scene):
+    ask(scenes, qtbot, "footprints")
+    assert scenes.panel.state.text() == "Preparing the scene…"
+    ask(scenes, qtbot, "frozen-pond")
+    held_scene.set()
+    qtbot.waitUntil(lambda: scenes.stage is not None)
+    assert scenes.stage.scene.title == scenes.panel.title.text() == "Frozen pond"
+
+
+def test_a_scene_that_is_made_has_what_was_changed_meanwhile_and_does_not_play_after_panic(
+    scenes, window, qtbot, held_scene
+):
+    ask(scenes, qtbot, "footprints")
+    window.panic()
+    assert scenes.panel.start.isEnabled()
+    window.controller.play()
+    ask(scenes, qtbot, "footprints")
+    scenes.change("ground", "snow")
+    held_scene.set()
+    qtbot.waitUntil(lambda: scenes.stage is not None)
+    assert scenes.stage.scene.given["ground"] == "snow"
+    scenes.stop()
+    scenes.change("ground", "silent")
+    assert not scenes.is_making

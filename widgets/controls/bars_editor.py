@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter
 from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Numbers
-from underfoot.quantities import number
+from underfoot.quantities import counted, number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 from underfoot.widgets.controls.parameter_editor import NumbersEditor
@@ -115,7 +115,7 @@ class Bars(HandlePad):
     def caption(self) -> str:
         if 0 <= self.chosen < len(self._values):
             return f"{self.chosen + 1} of {len(self._values)}: {number(self._values[self.chosen])}"
-        return f"{len(self._values)} bars; Enter adds, Delete removes"
+        return f"{counted(len(self._values), 'bar')}; Enter adds, Delete removes"
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
         count = len(self._values)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Parameter, Rows
-from underfoot.quantities import number
+from underfoot.quantities import counted, number
 from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 from underfoot.widgets.controls.list_editors import RowsEditor
@@ -95,7 +95,7 @@ class Curve(HandlePad):
         if 0 <= self.chosen < len(self._points):
             x, y = self._points[self.chosen]
             return f"{number(y)} at {number(x)} %"
-        return f"{len(self._points)} points; double-click adds one"
+        return f"{counted(len(self._points), 'point')}; double-click adds one"
 
     def paint_picture(self, painter: QPainter, area: QRectF) -> None:
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):

@@ -3,7 +3,7 @@
 from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
@@ -105,13 +105,21 @@ class Field(QLineEdit):
         super().__init__(parent)
         self.setProperty("role", "value")
         self._text_before = ""
+        self._selects_on_click = False
         self.returnPressed.connect(self._commit_text)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
         self.focus_gained.emit()
         self._text_before = self.text()
+        self._selects_on_click = event.reason() == Qt.FocusReason.MouseFocusReason
         self.selectAll()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(event)
+        if self._selects_on_click and self.property("role") == "value" and not self.hasSelectedText():
+            self.selectAll()  # a click takes the selection away, and what is typed would go into the old number
+        self._selects_on_click = False
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
@@ -132,6 +140,7 @@ class Field(QLineEdit):
             self.setText(self._text_before)
             self.show_error("")
             self.selectAll()
+            self._selects_on_click = True
         else:
             super().keyPressEvent(event)
 
@@ -152,6 +161,9 @@ class Field(QLineEdit):
             self.committed.emit(self.text())
             if self.property("role") != "bad":
                 self._text_before = self.text()
+        if self.hasFocus() and self.property("role") == "value":
+            self.selectAll()  # the next number may be typed, or clicked into, at once
+            self._selects_on_click = True
 
 
 class ElidedButton(QPushButton):

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from underfoot.parameters import Parameter, Rows
-from underfoot.quantities import number, quantity
+from underfoot.quantities import counted, number, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.handle_pad import HandlePad
 from underfoot.widgets.controls.list_editors import RowsEditor
@@ -135,7 +135,7 @@ class ModesSpectrum(HandlePad):
 
     def caption(self) -> str:
         if not 0 <= self.chosen < len(self._modes):
-            return f"{len(self._modes)} modes; double-click adds one"
+            return f"{counted(len(self._modes), 'mode')}; double-click adds one"
         mode = self._modes[self.chosen]
         ring = quantity(math.log(1e3) / mode[DECAY], "s")
         strength = number(round(gain_db(mode), 1))

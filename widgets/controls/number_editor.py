@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
-from underfoot.quantities import INVERTED, gain, parse_gain, parse_quantity, quantity
+from underfoot.quantities import INVERTED, gain, parse_gain, parse_quantity, quantity, worked_out
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
 from underfoot.widgets.controls.slider import Slider
@@ -158,13 +158,25 @@ class NumberEditor(ParameterEditor):
 
     def _typed(self, text: str) -> None:
         try:
-            value = parse_gain(text) if self._is_gain else parse_quantity(text, self._unit)
+            value = self._parsed(worked_out(text))
             self.edit_began.emit()
             self._commit(round(value, 12) if self._is_integer else value)
         except BadValue as error:
             self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
         self._show(EXACT_DIGITS)
+
+    def _parsed(self, text: str) -> float:
+        parameter = self.parameter
+        follows = isinstance(parameter, Number) and bool(parameter.unit_of) and not self._unit
+        if self._is_gain or (follows and text.lower().endswith("db")):
+            return parse_gain(text)
+        try:
+            return parse_quantity(text, self._unit)
+        except BadValue as error:
+            if not follows:
+                raise
+            raise BadValue(f"{error}; a wire gives it the unit of what it drives") from None
 
     def _position(self, value: float) -> float:
         parameter = self.parameter

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.node_geometry import display_name
 from underfoot.widgets.design.patch_editing import open_targets
 
@@ -105,7 +106,7 @@ def context_menu(
     canvas: QWidget, actions: Mapping[str, QAction], add: Callable[[], object], chosen: Selection
 ) -> QMenu:
     """Return the menu for the selection, deleted on closing. `add` asks for a new node."""
-    menu = QMenu(canvas)
+    menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     menu.addAction("Add a node…", add).setShortcut("/")
     menu.addAction(actions["note"])
@@ -140,20 +141,29 @@ def context_menu(
 
 
 def connect_menu(
-    canvas: QWidget, patch: Patch, registry: Registry, node: str, connect: Callable[[str, str], object]
+    canvas: QWidget,
+    patch: Patch,
+    registry: Registry,
+    node: str,
+    connect: Callable[[str, str], object],
+    add: Callable[[str], object],
 ) -> QMenu:
-    """Return a menu of all inputs that the outputs of `node` can be wired to. `connect` takes source and target."""
+    """Return a menu of all inputs that the outputs of `node` can be wired to.
+
+    `connect` takes source and target; `add` takes a source, for which a new node is asked.
+    """
     type = registry[patch.node(node).type]
-    menu = QMenu(canvas)
+    menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     for output in type.outputs:
         source = f"{node}.{output.name}"
         into = menu if len(type.outputs) == 1 else menu.addMenu(display_name(output.name))
+        into.addAction("A new node…", partial(add, source))
         for target in open_targets(patch, registry, source):
             id, _, port = target.partition(".")
             name = patch.node(id).label or registry[patch.node(id).type].label
             text = f"{name} ({id}): {display_name(port)}"
             into.addAction(text, partial(connect, source, target))
     if menu.isEmpty():
-        menu.addAction("There is no input that fits").setEnabled(False)
+        menu.addAction("It has no output").setEnabled(False)
     return menu

@@ -13,7 +13,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeyEvent,
     QMouseEvent,
-    QWheelEvent,
 )
 from PySide6.QtWidgets import QGraphicsItem, QWidget
 from shiboken6 import isValid
@@ -29,16 +28,17 @@ from underfoot.widgets.design.group_items import GroupNodeItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import TITLE
 from underfoot.widgets.design.node_list import MIME, NO_NODE, NodeSearch
-from underfoot.widgets.design.patch_editing import snapped
-from underfoot.widgets.design.rewiring import port_of, types_for_wire, types_of_unit, types_that_fit
+from underfoot.widgets.design.patch_editing import port_of, snapped
+from underfoot.widgets.design.patch_view import ZOOM_STEP
+from underfoot.widgets.design.rewiring import types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
-ZOOM_STEP = 1.2
-"""The factor of one step of zoom."""
-
 DROP_REACH = 10.0
 """Pixels of the scene around the mouse in which a wire is meant, when a node is dropped."""
+
+BESIDE_PX = 48
+"""Distance of a new node that is asked for by a key, from the node that feeds it."""
 
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
@@ -170,9 +170,14 @@ class Canvas(EditableView):
         if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
             self.show_message("Select one node to connect its output")
             return
-        menu = connect_menu(self, self.document.patch, self.registry, ids[0], self.connect_ports)
-        corner = self.patch_scene.nodes[ids[0]].sceneBoundingRect().topRight()
-        menu.popup(self.viewport().mapToGlobal(self.mapFromScene(corner)))
+        corner = self.mapFromScene(self.patch_scene.nodes[ids[0]].sceneBoundingRect().topRight())
+
+        def add(source: str) -> None:
+            self._open_fitting(corner + QPoint(BESIDE_PX, BESIDE_PX), (source, "out"))
+
+        menu = connect_menu(self, self.document.patch, self.registry, ids[0], self.connect_ports, add)
+        menu.popup(self.viewport().mapToGlobal(corner))
+        menu.setActiveAction(menu.actions()[0])
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         place, scene = self.mapToScene(event.pos()), self.patch_scene
@@ -300,13 +305,7 @@ class Canvas(EditableView):
         if result is None and drag.is_loose(place):
             # The wire is shown until a node is chosen; if the list closes without a choice, the edit is dropped.
             self._loose_wire = drag
-            end, side = drag.end_name, drag.placed.side
-            port = port_of(self.document.patch, self.registry, end, side)
-            fitting = types_that_fit(self.registry, port, side)
-            self._request = NodeRequest(place, (end, side), drag.old)
-            first = "Remove the wire" if drag.old else ""
-            preferred = types_of_unit(self.registry, fitting, port, side)
-            self.search.open(at.x(), at.y(), fitting, first, "Connect to a new node", preferred)
+            self._open_fitting(at, (drag.end_name, drag.placed.side), drag.old)
             return
         drag.end()
         if result is not None:
@@ -314,6 +313,16 @@ class Canvas(EditableView):
             self.document.edit(*result)
             if gone:
                 self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
+
+    def _open_fitting(self, at: QPoint, from_port: tuple[str, str], old: Wire | None = None) -> None:
+        """Open the list of nodes to which a wire held at a port (name, and "in" or "out") can be connected."""
+        end, side = from_port
+        port = port_of(self.document.patch, self.registry, end, side)
+        fitting = types_that_fit(self.registry, port, side)
+        self._request = NodeRequest(self.mapToScene(at), from_port, old)
+        preferred = types_of_unit(self.registry, fitting, port, side)
+        first = "Remove the wire" if old else ""
+        self.search.open(at.x(), at.y(), fitting, first, "Connect to a new node", preferred)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene
@@ -337,10 +346,6 @@ class Canvas(EditableView):
     @staticmethod
     def _on_title(node: NodeItem, place: QPointF) -> bool:
         return QRectF(node.pos().x(), node.pos().y(), node.geometry.width, TITLE).contains(place)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        self.zoom(ZOOM_STEP ** (event.angleDelta().y() / 120.0), event.position().toPoint())
-        event.accept()
 
     # --- drops from the palette ---
 

@@ -5,7 +5,7 @@ from PySide6.QtCore import QPointF
 from underfoot.patch.node import Port
 from underfoot.patch.patch import Patch, Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
-from underfoot.widgets.design.node_geometry import PlacedPort
+from underfoot.widgets.design.node_geometry import ROW, PlacedPort
 from underfoot.widgets.design.patch_editing import can_connect, refusal, wire_at
 from underfoot.widgets.design.rewiring import loudness_port
 from underfoot.widgets.design.scene import PatchScene
@@ -108,27 +108,33 @@ class WireDrag:
             return found
         if over is None or over is self.item:
             return None
-        # A position on a node selects its nearest port that fits, so that aiming is easy.
-        near = [p for p in over.geometry.ports if p.side == side]
-        fitting = [p for p in near if can_connect(*self._source_and_target(p)) and not p.row.is_parameter] or near
-        if not fitting:
-            return None
-        fitting = self._free(over, near, fitting) or fitting
-        return over, min(fitting, key=lambda p: abs(over.mapFromScene(place).y() - p.at.y()))
+        y = over.mapFromScene(place).y()
+        near = sorted((p for p in over.geometry.ports if p.side == side), key=lambda port: abs(y - port.at.y()))
+        meant = self._meant(over, near, y) or near
+        return (over, meant[0]) if meant else None
 
-    def _free(self, over: NodeItem, near: list[PlacedPort], fitting: list[PlacedPort]) -> list[PlacedPort]:
-        """Return the ports that displace no wire. If an envelope finds none, return the loudness parameter it can
-        drive.
+    def _meant(self, over: NodeItem, near: list[PlacedPort], y: float) -> list[PlacedPort]:
+        """Return the ports that a position at height `y` on a node selects, the best of the nearest first.
+
+        A free input is before an occupied one, and before parameters. Of those it is the one whose row is pointed at,
+        else a loudness that an envelope can drive, else one of the wire's unit.
         """
+        fits = [p for p in near if can_connect(*self._source_and_target(p))]
         if self.placed.side == "in":
-            return fitting
+            return fits
         taken = {wire[1] for wire in self._scene.patch.wires if wire != self.old}
+        free = [p for p in fits if over.end(p) not in taken]
+        inputs, parameters = ([p for p in free if p.row.is_parameter == is_one] for is_one in (False, True))
+        occupied = [p for p in fits if not p.row.is_parameter]
         type, loudness = self._scene.registry.get(over.node.type), ""
         if type is not None and not type.is_sink:  # a tile's second signal is audio: it drives nothing
             loudness = loudness_port(type, self.placed.port)
-        return [port for port in fitting if over.end(port) not in taken] or [
-            port for port in near if port.name == loudness and over.end(port) not in taken
-        ]
+        loud = [p for p in parameters if p.name == loudness]
+        if occupied:
+            return [*inputs, *loud, *occupied]
+        pointed_at = [p for p in parameters if abs(y - p.at.y()) <= ROW / 2]
+        same_unit = [p for p in parameters if p.port.unit == self.placed.port.unit]
+        return [*pointed_at, *loud, *same_unit, *parameters]
 
     def _source_and_target(self, other: PlacedPort) -> tuple[Port, Port]:
         return (self.placed.port, other.port) if self.placed.side == "out" else (other.port, self.placed.port)

@@ -1,5 +1,6 @@
 """Parameters driven by a signal: creation of the driving node, and its menu."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -9,6 +10,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.parameters import Number
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
 from underfoot.widgets.design.scene import PatchScene
@@ -81,13 +83,14 @@ class DriverMenus:
     def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
         self._document, self._scene, self._parent = document, scene, parent
 
-    def open_menu(self, id: str, name: str, place: QPoint) -> None:
-        """Open a menu of drivers for a parameter, at a position of the screen."""
+    def open_menu(self, id: str, name: str, place: QPoint, further: Sequence[QAction] = ()) -> None:
+        """Open a menu of drivers for a parameter, and of `further` actions, at a position of the screen."""
         menu = self._menu(id, name, self._parent)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         heading = QAction(menu.title(), menu)
         heading.setEnabled(False)
         menu.insertAction(menu.actions()[0], heading)
+        menu.addActions(further)
         menu.popup(place)
 
     def add_menu(self, menu: QMenu, item: NodeItem, place: QPointF) -> None:
@@ -123,7 +126,7 @@ class DriverMenus:
 
     def _menu(self, id: str, name: str, parent: QWidget) -> QMenu:
         patch, registry = self._document.patch, self._scene.registry
-        menu = QMenu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
+        menu = Menu(f"Drive {registry[patch.node(id).type].parameters[name].label.lower()} with", parent)
         for type in DRIVERS:
             if type in registry:
                 menu.addAction(registry[type].label, partial(self.drive, id, name, type))

@@ -16,7 +16,7 @@ from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
-from underfoot.quantities import pretty_text
+from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
 from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
@@ -29,7 +29,7 @@ from underfoot.widgets.design.error_view import ErrorView
 from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
-from underfoot.widgets.design.patch_editing import drivers
+from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
 from underfoot.widgets.design.rhythm_editor import RhythmEditor, is_rhythm
 from underfoot.widgets.design.scene import percent
 from underfoot.widgets.design.shared_parameters import shared_parameters, shown_value, values_of
@@ -76,8 +76,10 @@ class Inspector(QScrollArea):
     errors_toggled = Signal()
     """The person wants the node's run time over error measured, or not any more."""
 
-    drive_requested = Signal(str, str, QPoint)
-    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen."""
+    drive_requested = Signal(str, str, QPoint, list)
+    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen; and further
+    actions of the menu.
+    """
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -113,7 +115,11 @@ class Inspector(QScrollArea):
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
         around = self._group or (self._enclosing_group(self._ids[0]) if self._ids else None)
-        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None)
+        ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
+        if self._group is not None:
+            ends = [(end.partition(".")[0], end.partition(".")[2]) for end in self._group.published]
+        units = [getattr(self._declared(*end), "unit", "") for end in ends]
+        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None, units)
         if looks != self._shape:
             self._shape = looks
             self._edit_number += 1
@@ -225,8 +231,8 @@ class Inspector(QScrollArea):
                 lambda name, value: self.edited.emit(id, name, value, f"{id} picture {self._edit_number}")
             )
             column.addWidget(self.picture)
-        for name, parameter in type.parameters.items():
-            editor = _editor_of(parameter)
+        for name in type.parameters:
+            editor = _editor_of(self._declared(id, name))
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             self._add_editor(column, name, editor)
@@ -235,7 +241,9 @@ class Inspector(QScrollArea):
             )
             if isinstance(editor, NumberEditor):
                 editor.disconnect_requested.connect(lambda name=name: self.disconnect_requested.emit(f"{id}.{name}"))
-                editor.drive_requested.connect(lambda place, name=name: self.drive_requested.emit(id, name, place))
+                editor.drive_requested.connect(
+                    lambda place, name=name, editor=editor: self.drive_requested.emit(id, name, place, editor.actions())
+                )
             self._offer_publishing(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
             self.law = LawView(most=1)
@@ -259,7 +267,13 @@ class Inspector(QScrollArea):
         action.setChecked(end in around.published)
         action.triggered.connect(lambda on: self.publish_requested.emit(end, on))
         editor.addAction(action)
-        editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        if not (isinstance(editor, NumberEditor) and editor.can_be_driven):  # those show it below what may drive them
+            editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def _declared(self, id: str, name: str) -> Parameter:
+        """Return a parameter of node `id`, in the unit that its wires give it."""
+        type = self._registry[self._patch.node(id).type]
+        return with_wired_unit(self._patch, self._registry, id, type.parameters[name])
 
     def _enclosing_group(self, id: str) -> Group | None:
         """Return the innermost group of a node."""
@@ -273,7 +287,7 @@ class Inspector(QScrollArea):
         column.addSpacing(8)
         for end in group.published:
             id, _, name = end.partition(".")
-            editor = editor_for(types[id].parameters[name])
+            editor = editor_for(self._declared(id, name))
             self._add_editor(column, end, editor)
             editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
             editor.value_changed.connect(
@@ -408,8 +422,8 @@ class Inspector(QScrollArea):
             return
         self._cost.setText(f"{percent(sum(costs.share[id] for id in known))} of a block")
         awake = max(costs.awake.get(id, 0) for id in known)
-        of = f" of {len(self._tiles)}" if self._tiles else ""
-        self._tiles_awake.setText(f"{awake}{of} tiles" if awake else "asleep")
+        of = f"{awake} of " if self._tiles else ""
+        self._tiles_awake.setText(of + counted(len(self._tiles) or awake, "tile") if awake else "asleep")
 
 
 def _editor_of(parameter: Parameter) -> ParameterEditor:

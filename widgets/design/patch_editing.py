@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.parameters import Number
+from underfoot.parameters import Number, Parameter
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
 from underfoot.quantities import pretty_text
@@ -36,6 +37,8 @@ def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None)
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
+    if not text.lstrip().startswith("{"):
+        raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
     other = Patch.loads(text, registry, "the clipboard")
     if not other.nodes and not other.notes:
         raise BadFile("the clipboard holds a patch without nodes; copy nodes first")
@@ -102,6 +105,29 @@ def drivers(patch: Patch) -> dict[str, dict[str, str]]:
         id, _, port = target.partition(".")
         found.setdefault(id, {})[port] = source
     return found
+
+
+def with_wired_unit(patch: Patch, registry: Registry, id: str, parameter: Parameter) -> Parameter:
+    """Return a parameter of node `id` in the unit that its wires give it; unchanged if they give none, or several."""
+    if not isinstance(parameter, Number) or not parameter.unit_of:
+        return parameter
+    end = f"{id}.{parameter.unit_of}"
+    far = [target for source, target in patch.wires if source == end]
+    units = {port_of(patch, registry, other, "in").unit for other in far}
+    units |= {port_of(patch, registry, source, "out").unit for source, target in patch.wires if target == end}
+    unit = units.pop() if len(units) == 1 else ""
+    if not unit:
+        return parameter
+    made = replace(parameter, unit=unit)
+    object.__setattr__(made, "name", parameter.name)
+    return made
+
+
+def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
+    """Return the port "node.port" on the side "in" or "out"."""
+    id, _, name = end.partition(".")
+    type = registry[patch.node(id).type]
+    return (type.input_ports if side == "in" else type.output_ports)[name]
 
 
 def downstream(patch: Patch, ids: Iterable[str]) -> set[str]:

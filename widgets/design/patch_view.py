@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QPainter, QResizeEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QPainter, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
 
 from underfoot.patch.groups import chain
@@ -14,6 +14,9 @@ from underfoot.widgets.design.message import Message
 from underfoot.widgets.design.minimap import MiniMap
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
+
+ZOOM_STEP = 1.2
+"""The factor of one step of zoom."""
 
 MAX_ZOOM, MIN_ZOOM = 2.5, 0.1
 MIN_FIT_ZOOM = 0.75
@@ -61,7 +64,35 @@ class PatchView(QGraphicsView):
         document.changed.connect(self._show)
         self._show()
 
+    # --- selecting ---
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        super().mousePressEvent(_extending(event))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        super().mouseMoveEvent(_extending(event))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        super().mouseReleaseEvent(_extending(event))
+
     # --- which part ---
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom with a wheel; two fingers on a touchpad move the view, and zoom with Control."""
+        by, moved = event.angleDelta(), event.pixelDelta()
+        if event.phase() == Qt.ScrollPhase.NoScrollPhase or event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.zoom(ZOOM_STEP ** (by.y() / 120.0), event.position().toPoint())
+        elif moved.isNull():
+            self.pan(-by.x() // 2, -by.y() // 2)
+        else:
+            self.pan(-moved.x(), -moved.y())
+        event.accept()
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        if isinstance(event, QNativeGestureEvent) and event.gestureType() == Qt.NativeGestureType.ZoomNativeGesture:
+            self.zoom(max(1.0 + event.value(), 0.5), event.position().toPoint())
+            return True
+        return super().viewportEvent(event)
 
     def zoom(self, factor: float, about: QPoint | None = None) -> None:
         """Zoom by a factor around a position of the view, or its centre."""
@@ -204,3 +235,12 @@ class PatchView(QGraphicsView):
         if self._keeps_fitting:
             self.fit_new_patch()
         self._moved()
+
+
+def _extending(event: QMouseEvent) -> QMouseEvent:
+    """Return the event with Control where Shift is held: both extend a selection, as other editors do."""
+    if not event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+        return event
+    held = event.modifiers() | Qt.KeyboardModifier.ControlModifier
+    places = event.position(), event.scenePosition(), event.globalPosition()
+    return QMouseEvent(event.type(), *places, event.button(), event.buttons(), held)

@@ -194,8 +194,8 @@ class PreviewPanel(QWidget):
         self._other = self._view_ms = None
         self._draw()
 
-    def expect(self, node: str, type: NodeType, why_silent: str = "", is_heard: bool = False) -> None:
-        """Announce a preview of this node; the current one stays visible for a short time.
+    def expect(self, node: str, type: NodeType, why_silent: str = "", is_heard: bool = False, label: str = "") -> None:
+        """Announce a preview of this node, called `label`; the current one stays visible for a short time.
 
         With `is_heard`, for a node that is heard and not felt, the frequency range is the audible one.
         """
@@ -203,13 +203,13 @@ class PreviewPanel(QWidget):
         if self.wants_laws:
             self.law_view.expect()
         self._why_silent, self._is_heard = why_silent, is_heard
+        self._name(label or type.label)
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
             return
         self.node = node
         self._ports = {port.name: port for port in type.outputs}
         self._preview = self._other = self._view_ms = None
         self._is_late = False
-        self._name(type.label)
         self.note.set_full_text("")
         self.laws.setVisible(type.distributions is not None)
         self._choose_page()

@@ -137,10 +137,10 @@ def summary_text(now: PreviewSignal, other: PreviewSignal | None, other_slot: st
     text = f"peak {quantity(peak, now.unit)}, RMS {quantity(rms, now.unit)}"
     if other is not None:
         text += f" ({difference_text(now, other, other_slot)})"
+    if now.headroom_db is not None:  # before what is cut in a narrow window
+        text += f", headroom {now.headroom_db:.0f} dB" if now.headroom_db >= 0.1 else ", limited at full level"
     if now.measured is not None:
         text += f"; {felt_text(now.measured, now.rate_hz)}"
-    if now.headroom_db is not None:
-        text += f"; headroom {now.headroom_db:.0f} dB" if now.headroom_db >= 0.1 else "; limited at full level"
     return text
 
 

@@ -10,14 +10,7 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry
 from underfoot.patch.patch import Patch, PlacedNode, Wire
-from underfoot.widgets.design.patch_editing import can_connect, refusal
-
-
-def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
-    """Return the port "node.port" on the side "in" or "out"."""
-    id, _, name = end.partition(".")
-    type = registry[patch.node(id).type]
-    return (type.input_ports if side == "in" else type.output_ports)[name]
+from underfoot.widgets.design.patch_editing import can_connect, port_of, refusal
 
 
 def fitting_port(type: NodeType, end: Port, side: str) -> str:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 
 from underfoot.models.signals.rhythm import RHYTHMS, STEPS, Rhythm
 from underfoot.parameters import Parameter, Rows
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import ParameterEditor
 
@@ -258,7 +259,8 @@ class RhythmEditor(ParameterEditor):
         self.rhythms.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self.rhythms)
         for rhythm in RHYTHMS:
-            text = f"{rhythm.name}: {len(rhythm.notes)} notes, {1e3 * rhythm.bar_s:.0f} ms, {rhythm.repeats} times"
+            notes, repeats = counted(len(rhythm.notes), "note"), counted(rhythm.repeats, "time")
+            text = f"{rhythm.name}: {notes}, {1e3 * rhythm.bar_s:.0f} ms, {repeats}"
             menu.addAction(text).triggered.connect(lambda _=False, rhythm=rhythm: self.choose(rhythm))
         self.rhythms.setMenu(menu)
         self.grid.addWidget(self.rhythms, 0, 2, Qt.AlignmentFlag.AlignRight)

@@ -16,9 +16,9 @@ from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, 
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
 from underfoot.widgets.design.items import NodeItem, WireItem, bounds
 from underfoot.widgets.design.node_geometry import REACH, NodeDescription, PlacedPort, description_of
-from underfoot.widgets.design.patch_editing import driven_parameters, drivers
+from underfoot.widgets.design.patch_editing import driven_parameters, drivers, port_of
 from underfoot.widgets.design.placing import Box
-from underfoot.widgets.design.rewiring import insertion_ports, port_of
+from underfoot.widgets.design.rewiring import insertion_ports
 from underfoot.widgets.design.wire_picture import WirePicture
 
 SCENE_SIZE = 40_000.0

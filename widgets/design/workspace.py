@@ -386,11 +386,12 @@ class DesignWorkspace(Workspace):
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}
+        names = [{node.label for node in one.nodes if node.id == self._previewed} for one in (before, patch)]
         self.small_plots.retain(ids)
         self.small_plots.mark_stale(changed)
         if self._previewed not in ids:
             self._choose_previewed(self.canvas.selected_ids())
-        elif self._previewed in changed:
+        elif self._previewed in changed or names[0] != names[1]:
             self._preview_timer.start()
         self._inspect(self.canvas.selected_ids())
         self._restart_idle()
@@ -440,8 +441,9 @@ class DesignWorkspace(Workspace):
         id = self._previewed
         if any(node.id == id for node in self.patch().nodes):
             patch, registry = self.patch(), self.registry
-            type, is_heard = registry[patch.node(id).type], is_only_heard(patch, registry, id)
-            self.preview.expect(id, type, why_silent(patch, registry, id), is_heard)
+            node, is_heard = patch.node(id), is_only_heard(patch, registry, id)
+            why = why_silent(patch, registry, id)
+            self.preview.expect(id, registry[node.type], why, is_heard, node.label)
             self._request(id)
 
     def _request(self, id: str) -> None:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVB
 
 from underfoot.devices.outputs import MOST_CARDS, Output, outputs_of, text_of
 from underfoot.devices.sound import MAX_CHANNELS
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 
 Device = tuple[str, int, float]
@@ -63,7 +64,7 @@ class CardRow(QWidget):
             if name and name not in known:
                 self.device_box.setItemText(index, f"{name} (not connected)")
         for name, channels, rate_hz in devices:
-            text = f"{name}  ·  {channels} channels, {rate_hz / 1000:g} kHz"
+            text = f"{name}  ·  {counted(channels, 'channel')}, {rate_hz / 1000:g} kHz"
             index = index_of(self.device_box, name)
             if index < 0:
                 self.device_box.addItem(text, name)

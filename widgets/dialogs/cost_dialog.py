@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost
 from underfoot.bench.cost_process import CostRequest
 from underfoot.engine.child_process import ChildProcess
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 
 _POLL_MS = 50
@@ -100,8 +101,8 @@ class CostDialog(QDialog):
     def show_cost(self, found: BlockStages) -> None:
         """Show what was measured."""
         self.summary.setText(
-            f"Block {found.block}, a foot on {found.stood_on} of {found.tiles} tiles: {found.whole_ms:.1f} ms a second "
-            f"of sound, {found.whole_ms / 10.0:.1f} % of a core"
+            f"Block {found.block}, a foot on {found.stood_on} of {counted(found.tiles, 'tile')}: "
+            f"{found.whole_ms:.1f} ms a second of sound, {found.whole_ms / 10.0:.1f} % of a core"
         )
         self.table.clear()
         self._heading("STAGES")
@@ -129,4 +130,4 @@ class CostDialog(QDialog):
 
 def _cost_of_node(node: NodeCost, tiles: int) -> str:
     sleeps = f"sleeps when {node.sleeps}" if node.sleeps else "never sleeps"
-    return f"{node.type}, awake on {node.tiles_awake:.1f} of {tiles} tiles; {sleeps}"
+    return f"{node.type}, awake on {node.tiles_awake:.1f} of {counted(tiles, 'tile')}; {sleeps}"

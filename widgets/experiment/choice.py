@@ -23,6 +23,7 @@ from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.study import all_stages
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.people_dialog import SimulatedPeople, people_text
 from underfoot.widgets.experiment.results_menu import ResultsButton
@@ -248,7 +249,7 @@ def facts_of(protocol: Protocol) -> str:
             continue
         method = METHODS[stage.method.kind]
         is_known = issubclass(method, ListedMethod) or "trials" in method.parameters or stage.most_trials
-        count = f"{'' if is_known else 'some '}{usual_trials(protocol, stage)[0]} trials"
+        count = f"{'' if is_known else 'some '}{counted(usual_trials(protocol, stage)[0], 'trial')}"
         practice = ", practice" if stage.practice else ""
         begun = f", begun by {stage.start}" if method.uses_stimuli else ""
         lines.append(f"{method.name[0].lower()}{method.name[1:]}: {count}{practice}{begun}")

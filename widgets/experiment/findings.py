@@ -16,6 +16,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import jobs_of, summaries
 from underfoot.experiments.study import Entry
 from underfoot.experiments.table import rows_of
+from underfoot.quantities import counted
 from underfoot.studies.results import analysed_files, written_files
 from underfoot.studies.simulated import simulate_locally
 from underfoot.widgets.experiment.background import Task
@@ -26,9 +27,10 @@ from underfoot.widgets.experiment.studies import StudyFile
 def simulated_study(study: StudyFile, people: SimulatedPeople, task: Task) -> list[Findings]:
     """Return bias and spread of every estimate over simulated people."""
     jobs = jobs_of(study.protocol, study.folder, people.count, people.conditions)
+    who = counted(people.count, "person", "people")
 
     def seen(done: int) -> None:
-        task.report(f"Simulating {people.count} people: {sum(job.end - job.first for job in jobs[:done])} done…")
+        task.report(f"Simulating {who}: {sum(job.end - job.first for job in jobs[:done])} done…")
 
     summed = summaries(simulate_locally(jobs, cores(), seen, task.is_stopped))
     return [power_of(summed, people.count, truths_of(study.protocol, dict(people.conditions.truth)))]

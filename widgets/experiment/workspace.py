@@ -16,6 +16,7 @@ from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
+from underfoot.quantities import counted
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import ask
@@ -186,12 +187,16 @@ class ExperimentWorkspace(Workspace):
             self._add_protocol(path)
 
     def _add_protocol(self, path: Path) -> None:
+        """Add a protocol, or read it again in its place in the list."""
+        known = [study.path.resolve() for study in self.studies]
+        index = known.index(path.resolve()) if path.resolve() in known else len(known)
+        is_own = index < len(known) and self.studies[index].is_own
         try:
-            self.studies.append(load_study(path, self._registry))
+            self.studies[index : index + 1] = [load_study(path, self._registry, is_own)]
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self.list.show_studies(self.studies, len(self.studies) - 1)
+        self.list.show_studies(self.studies, index)
 
     def _show(self) -> None:
         sessions = sessions_of(self.root, self._study)
@@ -311,7 +316,8 @@ class ExperimentWorkspace(Workspace):
     def simulate(self) -> None:
         """Run the study with simulated people, and show bias and spread of its estimates."""
         study, people = self._study, self.people
-        self._compute(f"Simulating {people.count} people…", lambda task: simulated_study(study, people, task))
+        who = counted(people.count, "person", "people")
+        self._compute(f"Simulating {who}…", lambda task: simulated_study(study, people, task))
 
     @property
     def people(self) -> SimulatedPeople:

@@ -13,6 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.floor.footsteps import Step
 from underfoot.floor.gait_summary import gait_of
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.panels import tool_button, with_header
@@ -74,7 +75,7 @@ class StepPanel(QWidget):
             except (UnderfootError, OSError) as error:
                 self.notified.emit(str(error))
                 return
-            self.notified.emit(f"{count} footsteps of the session before are kept as {path}.")
+            self.notified.emit(f"{counted(count, 'footstep')} of the session before kept as {path}.")
         self.clear()
 
     def clear(self) -> None:

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor, grid_of
+from underfoot.quantities import counted
 from underfoot.records.recording import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
@@ -289,7 +290,7 @@ class RecordingList(QWidget):
 
 def summary_text(summary: Summary) -> str:
     """Return time and duration, and on a second line the floor and the number of steps."""
-    steps = "" if summary.steps is None else f"  ·  {summary.steps} steps"
+    steps = "" if summary.steps is None else f"  ·  {counted(summary.steps, 'step')}"
     when = f"{summary.begun:%d %b %H:%M}".lstrip("0")
     return f"{when}  ·  {time_text(summary.length_s, 1.0)}\n{floor_text(summary.floor)}{steps}"
 
@@ -302,7 +303,7 @@ def floor_text(floor: Floor) -> str:
     '2 × 3'
     """
     grid = grid_of(floor)
-    return f"{grid[0]} × {grid[1]}" if grid else f"{len(floor.tiles)} tiles"
+    return f"{grid[0]} × {grid[1]}" if grid else counted(len(floor.tiles), "tile")
 
 
 def _icon(force_n: NDArray[np.float32]) -> QIcon:

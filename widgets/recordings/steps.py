@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QW
 
 from underfoot.drawing import Drawing, Series
 from underfoot.floor.footsteps import Step
+from underfoot.quantities import counted
 from underfoot.records.survey import STANCE, Stance
 from underfoot.records.tables import step_lines
 from underfoot.widgets import theme
@@ -127,7 +128,7 @@ class RecordedSteps(QWidget):
         """Copy the selected steps, or all that match the filters, to the clipboard as CSV."""
         steps = self.table.selected_steps() or self.table.steps_in_order()
         QGuiApplication.clipboard().setText("\n".join(step_lines(steps)) + "\n")
-        self.notified.emit(f"{len(steps)} steps were copied as CSV.")
+        self.notified.emit(f"{counted(len(steps), 'step')} copied as CSV.")
 
     def _filter(self) -> None:
         self._visible = self.matching(self._steps)

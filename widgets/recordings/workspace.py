@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QShortcut
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QSplitter, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.survey_process import Progress
+from underfoot.quantities import counted
 from underfoot.records.recording import Mark, Recording
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
@@ -147,10 +148,10 @@ class RecordingsWorkspace(Workspace):
         self.steps.show_steps(survey.steps)
         self.recordings.mark(opened.path)
         folder = opened.about.get("target", "")
-        length, tiles = time_text(opened.length_s, 0.1), len(opened.floor.tiles)
+        length, tiles = time_text(opened.length_s, 0.1), counted(len(opened.floor.tiles), "tile")
         self.title.setText(opened.path.stem)
         self.title.setMinimumWidth(min(self.title.sizeHint().width(), TITLE_PX))  # the figures behind it are hidden
-        self.facts.set_full_text(f"{length}  ·  {tiles} tiles" + (f"  ·  {folder}" if folder else ""))
+        self.facts.set_full_text(f"{length}  ·  {tiles}" + (f"  ·  {folder}" if folder else ""))
         self._enable()
         self.follower.follow(opened.path)
         if self.follower.is_written(opened.path):

@@ -40,8 +40,8 @@ _SPEED_TICKS = 20
 class ScenesWorkspace(Workspace):
     """Plays one scene on the window's session, instead of the window's patch."""
 
-    _made = Signal(object)
-    _failed = Signal(str)
+    _made = Signal(int, object)
+    """Number of the request, and the scene; or the reason why it could not be made."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,6 +57,8 @@ class ScenesWorkspace(Workspace):
         self._controller: SessionController | None = None
         self._settings = Settings()
         self._maker: threading.Thread | None = None
+        self._requests = 0
+        self._pending = 0
         self._ticks = 0
         self._has_news = False
         self._poll_timer = QTimer(self)
@@ -105,8 +107,8 @@ class ScenesWorkspace(Workspace):
     # --- the choice ---
 
     def choose(self, name: str) -> None:
-        """Choose a scene by its name; a scene that plays ends."""
-        if self.stage is not None and name != self.chosen:
+        """Choose a scene by its name; another that plays, or is being made, ends."""
+        if name != self.chosen:
             self.stop()
         self.chosen = name
         self.panel.show_kind(self.kinds[name], self._values[name])
@@ -122,8 +124,8 @@ class ScenesWorkspace(Workspace):
 
     @property
     def is_making(self) -> bool:
-        """Whether a scene is being made, which loads its kernels."""
-        return self._maker is not None and self._maker.is_alive()
+        """Whether a scene is being made, which loads its kernels, and will play then."""
+        return self._pending != 0
 
     def start(self) -> None:
         """Make the chosen scene in a thread, then play it; a failure is shown."""
@@ -131,20 +133,28 @@ class ScenesWorkspace(Workspace):
         if controller is None or controller.session is None or self.stage is not None or self.is_making:
             return
         kind, floor, given = self.kinds[self.chosen], controller.session.target.floor, dict(self._values[self.chosen])
+        self._requests += 1
+        number = self._pending = self._requests
+        before = self._maker
         self.panel.state.setText("Preparing the scene…")
         self.panel.start.setEnabled(False)
 
         def make() -> None:
+            if before is not None:
+                before.join()  # a scene that is not wanted any more: its kernels are loaded to the end
             try:
-                self._made.emit(kind(floor, given))
+                self._made.emit(number, kind(floor, given))
             except UnderfootError as error:
-                self._failed.emit(str(error))
+                self._made.emit(number, str(error))
 
         self._maker = threading.Thread(target=make, name="make scene")
         self._maker.start()
 
     def stop(self) -> None:
-        """End the scene, and play the earlier patch."""
+        """End the scene, and play the earlier patch; a scene that is being made will not play."""
+        if self.is_making:
+            self._pending = 0
+            self._show_availability()
         stage, self.stage = self.stage, None
         if self.projection is not None:
             self.projection.close()
@@ -169,8 +179,20 @@ class ScenesWorkspace(Workspace):
         screens = QGuiApplication.screens()
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
 
+    def _take(self, number: int, made: Scene | str) -> None:
+        """Play a scene that has been made, or show why it could not be; unless it is not wanted any more."""
+        if number != self._pending:
+            return
+        self._pending = 0
+        if isinstance(made, str):
+            self._fail(made)
+            return
+        for name, value in self._values[self.chosen].items():
+            if value != made.given[name]:
+                made.change(name, value)  # set while it was made
+        self._play(made)
+
     def _play(self, scene: Scene) -> None:
-        """Play the scene that has been made."""
         controller = self._controller
         session = controller.lend(only_patch=True) if controller is not None else None
         if controller is None or session is None:
@@ -279,5 +301,4 @@ class ScenesWorkspace(Workspace):
         panel.changed.connect(self.change)
         panel.walker_requested.connect(lambda on: self._send(Walk(on)))
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
-        self._made.connect(self._play)
-        self._failed.connect(self._fail)
+        self._made.connect(self._take)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QWidget
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import UnderfootError
 from underfoot.patch import preset_files
+from underfoot.quantities import counted
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.target_selection import TargetSelection
@@ -60,7 +61,7 @@ class TargetChooser:
                 self._notify(str(error))
 
         floor = self._controller.target.floor
-        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or f"{len(floor.tiles)} tiles", self._window)
+        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or counted(len(floor.tiles), "tile"), self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.chosen.connect(chosen)
         dialog.open()

@@ -8,6 +8,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadValue, UnderfootError
 from underfoot.floor.layout import Floor, default_floor, grid_of
 from underfoot.floor.tile_parameters import simulation
+from underfoot.quantities import counted
 from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.session.targets import display_name
@@ -62,5 +63,5 @@ def target_text(target: Target) -> str:
         return f"{TRANSPORTS[target.kind].label}  {target.source}"
     what = display_name(Path(target.simulation)) if target.simulation else "Simulated floor"
     grid = grid_of(target.floor)
-    where = f"{grid[0]} × {grid[1]}" if grid else target.floor.title or f"{len(target.floor.tiles)} tiles"
+    where = f"{grid[0]} × {grid[1]}" if grid else target.floor.title or counted(len(target.floor.tiles), "tile")
     return f"{what}  {where}"

@@ -11,6 +11,7 @@ from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE, require_outpu
 from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
+from underfoot.quantities import counted
 
 PATCH_SUFFIX = ".json"
 
@@ -114,7 +115,7 @@ def _read(options: ConvertOptions, source: Path, output: Path) -> None:
     folder = output.absolute().parent
     patch = with_files_kept(imported.patch, REGISTRY, folder, folder)
     patch.save(output)
-    print(f"{output}: a patch of {len(patch.nodes)} nodes, from {format.label}")
+    print(f"{output}: a patch of {counted(len(patch.nodes), 'node')}, from {format.label}")
     _print_lost(imported.losses)
 
 

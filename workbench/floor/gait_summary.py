@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from underfoot.floor.footsteps import Step
+from underfoot.quantities import counted
 
 LEAST_STEPS = 4
 """Fewest steps of a person for a summary: two of each foot."""
@@ -42,7 +43,7 @@ class PersonGait:
             (self.length_asymmetry_percent, "length {:.0f} %"),
         )
         said = ", ".join(form.format(value) for value, form in figures if math.isfinite(value))
-        return f"person {self.person}: {self.steps} steps, {said}"
+        return f"person {self.person}: {counted(self.steps, 'step')}, {said}"
 
 
 def gait_of(steps: Iterable[Step]) -> list[PersonGait]:

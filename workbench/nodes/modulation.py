@@ -14,7 +14,9 @@ AT_EVENTS = 1
 
 
 def _low() -> Number:
-    return Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="lower end, in the unit of the driven parameter")
+    return Number(
+        0.0, -FARTHEST, FARTHEST, wire="audio", unit_of="out", doc="lower end, in the unit of the driven parameter"
+    )
 
 
 def _high() -> Number:
@@ -23,6 +25,7 @@ def _high() -> Number:
         -FARTHEST,
         FARTHEST,
         wire="audio",
+        unit_of="out",
         doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
     )
 
@@ -64,9 +67,16 @@ class RandomWalk:
         wire="span",
         doc="correlation time: the correlation falls to 1/e",
     )
-    centre = Number(0.0, -FARTHEST, FARTHEST, wire="audio", doc="mean, in the unit of the driven parameter")
+    centre = Number(
+        0.0, -FARTHEST, FARTHEST, wire="audio", unit_of="out", doc="mean, in the unit of the driven parameter"
+    )
     deviation = Number(
-        1.0, 0.0, FARTHEST, wire="audio", doc="standard deviation: two thirds of the time it deviates less"
+        1.0,
+        0.0,
+        FARTHEST,
+        wire="audio",
+        unit_of="out",
+        doc="standard deviation: two thirds of the time it deviates less",
     )
     out = Output()
     state, coefficients = random_walk.STATE, random_walk.COEFFICIENTS
@@ -123,11 +133,12 @@ class StanceCurve:
         doc="points of the curve, linear between: 0 is low, 1 is high",
     )
     duration = Number(0.7, 0.05, 10.0, unit="s", scale="log", doc="expected duration of a stance")
-    low = Number(0.0, -FARTHEST, FARTHEST, doc="lower end, in the unit of the driven parameter")
+    low = Number(0.0, -FARTHEST, FARTHEST, unit_of="out", doc="lower end, in the unit of the driven parameter")
     high = Number(
         1.0,
         -FARTHEST,
         FARTHEST,
+        unit_of="out",
         doc="upper end, in the unit of the driven parameter; below the lower end it inverts the signal",
     )
     out = Output(doc="from low to high")
@@ -164,10 +175,10 @@ class Map:
 
     accuracy = "exact: to 1e-12"
     signal = Input(doc="any unit")
-    low = Number(0.0, -FARTHEST, FARTHEST, doc="input that gives out low")
-    high = Number(1.0, -FARTHEST, FARTHEST, doc="input that gives out high")
-    out_low = Number(0.0, -FARTHEST, FARTHEST, doc="output at and below low")
-    out_high = Number(1.0, -FARTHEST, FARTHEST, doc="output at and above high")
+    low = Number(0.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out low")
+    high = Number(1.0, -FARTHEST, FARTHEST, unit_of="signal", doc="input that gives out high")
+    out_low = Number(0.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and below low")
+    out_high = Number(1.0, -FARTHEST, FARTHEST, unit_of="out", doc="output at and above high")
     exponent = Number(1.0, 0.1, 10.0, scale="log", doc="exponent of the curve: 1 linear, 2 late rise, 0.5 early rise")
     out = Output(doc="limited to out low and out high")
     state, coefficients = ranges.STATE, ranges.RANGES

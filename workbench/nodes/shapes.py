@@ -62,10 +62,10 @@ class Scale:
 
     accuracy = "exact: to 1e-12"
     signal = Input(doc="any unit")
-    low = Number(0.0, -1e6, 1e6, doc="input that gives out low")
-    high = Number(1.0, -1e6, 1e6, doc="input that gives out high")
-    out_low = Number(0.0, -1e6, 1e6, doc="output at and below low")
-    out_high = Number(1.0, -1e6, 1e6, doc="output at and above high")
+    low = Number(0.0, -1e6, 1e6, unit_of="signal", doc="input that gives out low")
+    high = Number(1.0, -1e6, 1e6, unit_of="signal", doc="input that gives out high")
+    out_low = Number(0.0, -1e6, 1e6, unit_of="out", doc="output at and below low")
+    out_high = Number(1.0, -1e6, 1e6, unit_of="out", doc="output at and above high")
     out = Output(doc="limited to out low and out high")
 
     state, coefficients = ranges.STATE, ranges.RANGES

@@ -14,6 +14,7 @@ from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.experiments.table import Row, rows_of
 from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
+from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
 
 FORMS = ("CSV", "BIDS", "report")
@@ -106,7 +107,8 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
         case _:
             results.write_report(where, analysed(results.rows, results.protocol, Settings()))
     people = len({row["participant"] for row in results.rows})
-    text = f"{form[0].upper()}{form[1:]} of {len(results.rows)} trials, participants: {people}. It is in {where}"
+    trials = counted(len(results.rows), "trial")
+    text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
     return [Findings("Written", remarks=[text, *_left_out(results)])]
 
 

@@ -98,3 +98,18 @@ def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():
 def test_what_is_no_gain_is_refused():
     with pytest.raises(BadValue, match="is not a number"):
         parse_gain("loud")
+
+
+def test_a_click_into_a_number_replaces_it_and_a_further_click_places_the_cursor(qtbot, editor):
+    editor.slider.setFocus()
+    qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
+    qtbot.keyClicks(editor.field, "20")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+    assert editor.value() == pytest.approx(10.0)
+    qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
+    qtbot.keyClicks(editor.field, "6")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+    assert editor.value() == pytest.approx(10.0**0.3)
+    qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
+    assert editor.field.selectedText() == ""

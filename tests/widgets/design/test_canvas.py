@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
-from PySide6.QtGui import QDropEvent, QWheelEvent
+from PySide6.QtGui import QDropEvent, QNativeGestureEvent, QPointingDevice, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -248,7 +248,7 @@ def test_text_that_is_no_patch_is_not_pasted(workspace):
     QApplication.clipboard().setText("dear diary")
     QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert workspace.patch() == before
-    assert "the clipboard is not JSON" in workspace.canvas.message
+    assert "the clipboard holds no patch, but other text" in workspace.canvas.message
 
 
 @pytest.mark.parametrize("side", ["left", "right", "top", "bottom", "across", "down"])
@@ -274,23 +274,35 @@ def test_wheel_zooms_about_the_mouse_and_keys_bring_it_back(workspace):
     canvas = workspace.canvas
     place = QPoint(200, 150)
     under = canvas.mapToScene(place)
-    wheel = QWheelEvent(
-        QPointF(place),
-        QPointF(canvas.viewport().mapToGlobal(place)),
-        QPoint(),
-        QPoint(0, 120),
-        Qt.MouseButton.NoButton,
-        NONE,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(canvas.viewport(), wheel)
+    scroll(canvas, place, QPoint(0, 120))
     assert canvas.transform().m11() > 1.1
     after = canvas.mapToScene(place)
     assert abs(after.x() - under.x()) < 4
     assert abs(after.y() - under.y()) < 4
     QTest.keyClick(canvas, Qt.Key.Key_0)
     assert canvas.transform().m11() == pytest.approx(1.0)
+
+
+def scroll(canvas, place, angle, moved=(0, 0), phase=Qt.ScrollPhase.NoScrollPhase, held=NONE):
+    where = QPointF(place), QPointF(canvas.viewport().mapToGlobal(place))
+    wheel = QWheelEvent(*where, QPoint(*moved), angle, Qt.MouseButton.NoButton, held, phase, False)
+    QApplication.sendEvent(canvas.viewport(), wheel)
+
+
+def test_two_fingers_move_the_view_and_pinch_or_control_zooms(workspace):
+    canvas, place, on = workspace.canvas, QPoint(200, 150), Qt.ScrollPhase.ScrollUpdate
+    QTest.keyClick(canvas, Qt.Key.Key_0)
+    under = canvas.mapToScene(place)
+    scroll(canvas, place, QPoint(24, -40), (12, -20), on)
+    assert canvas.mapToScene(place) - under == QPointF(-12, 20)
+    assert canvas.transform().m11() == pytest.approx(1.0)
+    scroll(canvas, place, QPoint(0, 120), (0, 60), on, Qt.KeyboardModifier.ControlModifier)
+    assert canvas.transform().m11() == pytest.approx(1.2)
+    touchpad = QPointingDevice.primaryPointingDevice()
+    kind, at = Qt.NativeGestureType.ZoomNativeGesture, QPointF(place)
+    pinch = QNativeGestureEvent(kind, touchpad, 2, at, at, at, 0.25, QPointF())
+    QApplication.sendEvent(canvas.viewport(), pinch)
+    assert canvas.transform().m11() == pytest.approx(1.5)
 
 
 def test_frame_brings_everything_into_view(workspace):
@@ -334,3 +346,19 @@ def test_two_hundred_nodes_are_drawn_and_taken_away(workspace):
     assert len(workspace.canvas.patch_scene.nodes) == 200
     workspace.set_patch(Patch())
     assert not [item for item in workspace.canvas.patch_scene.items() if isinstance(item, NodeItem)]
+
+
+@pytest.mark.parametrize("held", [Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier])
+def test_shift_or_control_extends_the_selection_by_click_and_by_rubber_band(workspace, held):
+    workspace.canvas.fit_view(all_nodes=True)
+    view, scene = workspace.canvas.viewport(), workspace.canvas.patch_scene
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=middle(workspace, "push"))
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, held, middle(workspace, "hum"))
+    assert set(scene.selected()) == {"push", "hum"}
+    frame = workspace.canvas.mapFromScene(scene.nodes["shaker"].sceneBoundingRect()).boundingRect()
+    send(view, QEvent.Type.MouseButtonPress, frame.topLeft() - QPoint(6, 6), Qt.MouseButton.LeftButton, held)
+    send(view, QEvent.Type.MouseMove, frame.center(), Qt.MouseButton.LeftButton, held)
+    send(view, QEvent.Type.MouseButtonRelease, frame.center(), Qt.MouseButton.LeftButton, held)
+    assert set(scene.selected()) == {"push", "hum", "shaker"}
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, held, middle(workspace, "push"))
+    assert set(scene.selected()) == {"hum", "shaker"}

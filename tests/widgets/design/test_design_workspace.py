@@ -339,3 +339,10 @@ def test_undo_says_what_it_takes_back(workspace, qtbot):
     with qtbot.waitSignal(workspace.notified) as said:
         workspace.redo_action.trigger()
     assert said.args == ["Redone: move 3 nodes"]
+
+
+def test_the_preview_has_the_name_that_a_node_was_given(qtbot, workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    qtbot.waitUntil(lambda: workspace.preview.title.full_text == "Hum")
+    workspace.document.edit(workspace.patch().name("hum", "Engine"), "Rename")
+    qtbot.waitUntil(lambda: workspace.preview.title.full_text == "Engine")

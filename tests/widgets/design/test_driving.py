@@ -189,3 +189,100 @@ def test_a_wire_that_is_dropped_on_a_node_takes_a_free_input(workspace):
         drag(workspace, port(workspace, source, "out", "out"), middle(workspace, "tile-output"))
     assert workspace.patch().wires == (("gain1.out", "tile-output.acceleration"),)
     assert "gave way" in workspace.canvas.message
+
+
+def type_into(qtbot, editor, text):
+    editor.field.setFocus()
+    editor.field.selectAll()
+    qtbot.keyClicks(editor.field, text)
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+
+
+@pytest.mark.parametrize(
+    ("type", "end"), [("lfo", "low"), ("random-walk", "deviation"), ("step-sequence", "high"), ("stance-curve", "low")]
+)
+def test_the_ends_of_a_driver_are_in_the_unit_of_what_it_drives(qtbot, workspace, type, end):
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.field, editor.field.rect().center()), REGISTRY[type].label)
+    driver = next(node.id for node in workspace.patch().nodes if node.type == type)
+    workspace.canvas.patch_scene.select([driver])
+    editor = workspace.inspector.editors[end]
+    assert editor.field.text().endswith(" Hz")
+    type_into(qtbot, editor, "0.12 kHz")
+    assert workspace.patch().node(driver).parameters[end] == 120.0
+    workspace.set_patch(workspace.patch().disconnect([(f"{driver}.out", "low-pass.cutoff")]))
+    workspace.canvas.patch_scene.select([driver])
+    editor = workspace.inspector.editors[end]
+    assert editor.field.text() == "120"
+    type_into(qtbot, editor, "5 Hz")
+    assert "a wire gives it the unit" in editor.field.toolTip()
+    assert workspace.patch().node(driver).parameters[end] == 120.0
+
+
+def test_a_map_has_the_unit_of_its_signal_on_one_side_and_of_what_it_drives_on_the_other(qtbot, workspace):
+    patch = workspace.patch().add("tile-force", REGISTRY, (0, 300)).add("map", REGISTRY, (200, 300))
+    patch = patch.connect("tile-force.force", "map.signal", REGISTRY).connect("map.out", "tone.amplitude", REGISTRY)
+    workspace.set_patch(patch)
+    workspace.canvas.patch_scene.select(["map"])
+    editors = workspace.inspector.editors
+    for end, text, value in (("high", "0.7 kN", 700.0), ("out_low", "-20 dB", 0.1), ("out_high", "2*3", 6.0)):
+        type_into(qtbot, editors[end], text)
+        assert workspace.patch().node("map").parameters[end] == pytest.approx(value), end
+    assert editors["high"].field.text() == "700 N"
+    assert editors["out_high"].field.text() == "6"
+
+
+@pytest.mark.parametrize(
+    ("source", "type", "pointed_at", "to"),
+    [
+        ("stance-curve", "modal-bank", "", "modal-bank.level"),  # and not the strike, which takes events
+        ("stance-curve", "modal-bank", "pitch", "modal-bank.pitch"),
+        ("lfo", "tone", "", "tone.amplitude"),
+        ("lfo", "tone", "frequency", "tone.frequency"),
+        ("lfo", "gain", "gain", "gain.signal"),
+    ],
+)
+def test_a_modulator_dropped_on_a_node_drives_the_row_that_is_pointed_at_or_the_loudness(
+    qtbot, workspace, source, type, pointed_at, to
+):
+    patch = Patch().add(source, REGISTRY, (0, 0)).add(type, REGISTRY, (320, 0))
+    workspace.set_patch(patch)
+    workspace.canvas.fit_view(all_nodes=True)
+    drag(workspace, port(workspace, source, "out", "out"), middle(workspace, type), release=False)
+    item = workspace.canvas.patch_scene.nodes[type]
+    at = item.geometry.plot.center()
+    if pointed_at:
+        at.setY(item.port_place("in", pointed_at).y() - item.pos().y())
+    place = workspace.canvas.mapFromScene(item.mapToScene(at))
+    send(workspace.canvas.viewport(), QEvent.Type.MouseMove, place, Qt.MouseButton.LeftButton)
+    send(workspace.canvas.viewport(), QEvent.Type.MouseButtonRelease, place, Qt.MouseButton.LeftButton)
+    assert workspace.patch().wires == ((f"{source}.out", to),)
+
+
+def test_a_parameter_of_a_node_in_a_group_can_be_driven_and_shown_on_the_sub_patch(qtbot, workspace):
+    workspace.canvas.group()
+    workspace.canvas.patch_scene.select(["low-pass"])
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.label, editor.label.rect().center()), "Show on the sub-patch")
+    assert workspace.patch().groups[0].published == ("low-pass.cutoff",)
+    editor = workspace.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.label, editor.label.rect().center()), "LFO")
+    assert ("lfo.out", "low-pass.cutoff") in workspace.patch().wires
+
+
+def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, workspace):
+    workspace.set_patch(Patch().add("tile-force", REGISTRY))
+    scene = workspace.canvas.patch_scene
+    scene.select(["tile-force"])
+    workspace.canvas.setFocus()
+    for words in ("footfall", "impact"):
+        QTest.keyClick(workspace.canvas, Qt.Key.Key_C)
+        menu = QApplication.activePopupWidget()
+        chosen = scene.selected()
+        QTest.keyClick(menu, Qt.Key.Key_N)  # next node, on the canvas
+        assert scene.selected() == chosen
+        QTest.keyClick(menu, Qt.Key.Key_Return)
+        QTest.keyClicks(workspace.canvas.search.field, words)
+        QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
+    assert workspace.patch().wires == (("tile-force.force", "footfall.force"), ("footfall.onset", "impact.strike"))
+    assert scene.selected() == ["impact"]

@@ -38,8 +38,9 @@ def test_a_preset_is_opened_as_an_edit_that_undo_takes_back_with_its_file(window
     assert design.patch() == Patch.load(preset_files.patches()["material-ice"], REGISTRY)
     assert window.open_patch.path is None  # saving asks, and never writes over hiss.json
     assert window.open_patch.is_saved
-    design.undo_action.trigger()
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert design.patch() == noise_patch()
+    assert design.side.presets.field.text() == "ice"  # what was typed was used, and is not what undo is about
     assert window.open_patch.path == before
     design.redo_action.trigger()
     assert design.patch().title == "Ice"

@@ -17,7 +17,7 @@ from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.node import Port
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.preview_drawings import waveform
-from underfoot.widgets.design.preview_signal import PreviewSignal
+from underfoot.widgets.design.preview_signal import PreviewSignal, summary_text
 from underfoot.widgets.status_line import StatusLine
 
 
@@ -238,3 +238,11 @@ def test_in_a_narrow_panel_no_button_is_cut(shown, qtbot, width_px, beside):
         assert abs(shown.output.geometry().center().y() - getattr(shown, beside).geometry().center().y()) <= 2
 
     qtbot.waitUntil(is_arranged)
+
+
+@pytest.mark.parametrize(("headroom_db", "said"), [(6.0, "headroom 6 dB"), (0.0, "limited at full level")])
+def test_that_a_signal_is_limited_is_said_before_what_a_narrow_window_cuts(headroom_db, said):
+    values = np.sin(2.0 * np.pi * 250.0 / 48_000.0 * np.arange(4800))
+    signal = PreviewSignal(values, np.zeros(4800), 48_000.0, "m/s^2", measured=values, headroom_db=headroom_db)
+    text = summary_text(signal, None, "")
+    assert text.startswith(f"peak 1 m/s², RMS 0.707 m/s², {said}; tile 1 m/s²")

@@ -130,7 +130,7 @@ def drawings_of(found: CentroidAccuracy) -> tuple[Drawing, ...]:
     vectors = []
     for k, (name, colour, at_m) in enumerate(shown):
         title = name.capitalize() + (", each place left out of its own correction" if k else "")
-        vectors.append(error_vectors(title, found.at_m, (("", colour, at_m),), found.tile))
+        vectors.append(error_vectors(title, found.at_m, (("measured", colour, at_m),), found.tile))
     below = tuple(series(name, np.sort(one), share, "line", colour) for name, colour, one in errors)
     over_load = tuple(series(name, found.force_n, one, "dots", colour) for name, colour, one in errors)
     forms = ", ".join(name for name, _ in found.tried)

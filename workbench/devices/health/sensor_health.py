@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from underfoot.devices.health.sensor_order import CONTACT_N, LOADED_N, SensorOrder
 from underfoot.floor.layout import Floor
 from underfoot.kernels import kernel
+from underfoot.quantities import counted
 
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
 """Time for which a sensor must carry less than `DEAD_N` to be dead; `ALIVE_N` is a sign of life."""
@@ -142,7 +143,7 @@ class SensorHealth:
             for fault, what in (
                 (_DEAD, f"dead (reads {known['reading']} while its neighbours carry {others_n:.0f} N)"),
                 (_SATURATED, f"saturated (stays at {known['reading']} while the load on its tile changes)"),
-                (_LOOSE, f"loose (fell to nothing {known['falls']} times while its tile was loaded)"),
+                (_LOOSE, f"loose (fell to nothing {counted(known['falls'], 'time')} while its tile was loaded)"),
             ):
                 if new & fault and not (fault == _DEAD and self._order.is_swapped(row)):
                     self._notices.append(f"tile {self.floor.tiles[row].id}: sensor {sensor + 1} is {what}")

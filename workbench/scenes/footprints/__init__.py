@@ -16,6 +16,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.parameters import Choice, Number
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.quantities import counted
 from underfoot.scenes.cues import Cue, Play, Say
 from underfoot.scenes.moments import Moment
 from underfoot.scenes.scene import Scene
@@ -129,7 +130,7 @@ class Footprints(Scene):
     def state(self) -> str:
         lengths = self.lengths_mm
         mean = f", mean length {sum(lengths) / len(lengths):.0f} mm" if lengths else ""
-        return f"{self.steps} steps{mean}"
+        return f"{counted(self.steps, 'step')}{mean}"
 
     def _count(self, step: Step) -> Iterable[Cue]:
         self.steps += 1

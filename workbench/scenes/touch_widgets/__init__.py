@@ -7,6 +7,7 @@ import numpy as np
 
 from underfoot.floor.layout import Floor
 from underfoot.parameters import Number
+from underfoot.quantities import counted
 from underfoot.scenes.cues import Cue
 from underfoot.scenes.moments import Moment
 from underfoot.scenes.scene import Scene
@@ -61,4 +62,5 @@ class TouchWidgets(Scene):
     @property
     def state(self) -> str:
         toggle = "on" if self.toggle.is_on else "off"
-        return f"button pressed {self.button.presses} times, toggle {toggle}, slider {100.0 * self.slider.value:.0f} %"
+        presses = counted(self.button.presses, "time")
+        return f"button pressed {presses}, toggle {toggle}, slider {100.0 * self.slider.value:.0f} %"

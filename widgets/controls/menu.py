@@ -1,0 +1,17 @@
+"""A menu over a widget whose keys are letters."""
+
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QMenu
+
+
+class Menu(QMenu):
+    """A menu that keeps typed letters to itself; Qt would hand them on to the shortcuts of the widget below."""
+
+    def event(self, event: QEvent) -> bool:
+        # Keys without text, such as F12, stay shortcuts.
+        is_typed = isinstance(event, QKeyEvent) and event.text() != "" and event.text().isprintable()
+        if is_typed and event.type() == QEvent.Type.ShortcutOverride:
+            event.accept()
+            return True
+        return super().event(event)
