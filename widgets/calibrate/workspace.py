@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from datetime import date
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
@@ -66,9 +66,9 @@ class CalibrateWorkspace(Workspace):
         """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
-        self.overview, self.wizard, self.plates = Overview(), Wizard(), PlatePage()
+        self.overview, self.wizard = Overview(), Wizard()
         self._stack = QStackedWidget()
-        for view in (self.overview, self.wizard, self.plates):
+        for view in (self.overview, self.wizard):
             self._stack.addWidget(view)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -182,6 +182,15 @@ class CalibrateWorkspace(Workspace):
         self._stack.setCurrentWidget(self.overview)
         self._show()
 
+    @cached_property
+    def plates(self) -> PlatePage:
+        """The page that searches plates; it takes a third of the workspace's time to make, and few open it."""
+        page = PlatePage()
+        page.closed.connect(self.leave)
+        page.report_requested.connect(self._ask_plate_report)
+        self._stack.addWidget(page)
+        return page
+
     def seek_plates(self) -> None:
         """Show the page that searches plates for the chosen tile."""
         if self._target is not None and not self.is_measuring:
@@ -191,7 +200,7 @@ class CalibrateWorkspace(Workspace):
 
     def _choose_tile(self) -> None:
         self._show()
-        if self._stack.currentWidget() is self.plates:
+        if isinstance(self._stack.currentWidget(), PlatePage):
             self.seek_plates()
 
     # --- measurement ---
@@ -336,8 +345,6 @@ class CalibrateWorkspace(Workspace):
     def _connect(self) -> None:
         self.choice.tile_chosen.connect(self._choose_tile)
         self.choice.plate_search_requested.connect(self.seek_plates)
-        self.plates.closed.connect(self.leave)
-        self.plates.report_requested.connect(self._ask_plate_report)
         self.choice.kind_chosen.connect(self._choose_kind)
         self.choice.earlier_chosen.connect(self._compare)
         self.choice.restore_requested.connect(lambda index: self.profiles.restore(self.tile.id, index))
