@@ -125,8 +125,10 @@ def worked_out(text: str) -> str:
         value = float(digits.replace(",", "."))
         if sign == "/" and value == 0.0:
             return text
-        if sign in ("*", "/"):
-            terms[-1] *= value if sign == "*" else 1.0 / value
+        if sign == "*":
+            terms[-1] *= value
+        elif sign == "/":
+            terms[-1] /= value
         else:
             terms.append(-value if sign == "-" else value)
     return f"{sum(terms)!r}{compact[match.end() :]}"
