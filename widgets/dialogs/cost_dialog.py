@@ -47,19 +47,21 @@ class CostDialog(QDialog):
         self.table.setHeaderLabels(_COLUMNS)
         self.table.setRootIsDecorated(False)
         self.table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table.header().setSectionResizeMode(len(_COLUMNS) - 1, QHeaderView.ResizeMode.Stretch)
         top = QHBoxLayout()
         for widget in (theme.label("A foot steps on"), self.feet, self.start_button):
             top.addWidget(widget)
-        top.addWidget(self.summary, 1)
+        top.addStretch(1)
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
         column.addLayout(top)
+        column.addWidget(self.summary)
         column.addWidget(self.table)
         self._timer = QTimer(self)
         self._timer.setInterval(_POLL_MS)
         self._timer.timeout.connect(self._poll)
         room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
-        self.resize(QSize(112 * theme.GRID, 72 * theme.GRID).boundedTo(room))
+        self.resize(QSize(128 * theme.GRID, 72 * theme.GRID).boundedTo(room))
         self._start_or_stop()
 
     def done(self, result: int) -> None:
@@ -123,6 +125,7 @@ class CostDialog(QDialog):
     def _row(self, name: str, ms: float, whole_ms: float, text: str) -> None:
         share = f"{100.0 * ms / whole_ms:.1f} %" if whole_ms else ""
         item = QTreeWidgetItem([name, f"{ms:.3f}", share, text])
+        item.setToolTip(len(_COLUMNS) - 1, text)
         for column in (1, 2):
             item.setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
         self.table.addTopLevelItem(item)
