@@ -69,10 +69,7 @@ class NumberEditor(ParameterEditor):
         self.set_value(parameter.initial)
 
     def _add_inversion(self) -> None:
-        """Add a button for the sign: the slider sets the magnitude, so a drag cannot cross zero.
-
-        An empty `by` removes the button.
-        """
+        """Add a button for the sign: the slider sets the magnitude, so a drag cannot cross zero."""
         self.inverted.setText(INVERTED)
         self.inverted.setCheckable(True)
         self.inverted.setProperty("role", "chip")

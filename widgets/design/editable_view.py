@@ -11,6 +11,7 @@ from underfoot.patch.grouping import grouped, put_into, ungrouped
 from underfoot.patch.groups import Note
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.inline_edit import InlineEdit
@@ -117,9 +118,7 @@ class EditableView(PatchView):
             self.document.edit(after, f"Replace {before} by {self.registry[type].label}")
             self.patch_scene.select([id])
             if lost:
-                self.show_message(
-                    f"{count_text(lost, 'wire')} did not fit {self.registry[type].label}; undo restores all"
-                )
+                self.show_message(f"{counted(lost, 'wire')} did not fit {self.registry[type].label}; undo restores all")
 
     def add_note(self, place: QPointF) -> None:
         """Add an empty note, and ask for its text."""
@@ -215,7 +214,7 @@ class EditableView(PatchView):
         scene = self.patch_scene
         places = {id: (item.pos().x(), item.pos().y()) for id, item in scene.movable().items() if item.isSelected()}
         moved = aligned(places, side, scene.sizes())
-        self.document.edit(self.document.patch.move(moved), f"Align {count_text(len(places), 'node')}")
+        self.document.edit(self.document.patch.move(moved), f"Align {counted(len(places), 'node')}")
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move the selected items by steps of the grid; consecutive steps are one undo step."""
@@ -240,7 +239,7 @@ class EditableView(PatchView):
         boxes = [(left + x, top + y, *items[id].size) for id, (x, y) in places.items()]
         dx, dy = shift_to_free_place(boxes, scene.boxes(without=items))
         moved = {id: snapped(left + x + dx, top + y + dy) for id, (x, y) in places.items()}
-        self.document.edit(self.document.patch.move(moved), f"Tidy up {count_text(len(items), 'node')}")
+        self.document.edit(self.document.patch.move(moved), f"Tidy up {counted(len(items), 'node')}")
 
     # --- names and groups ---
 
@@ -396,13 +395,4 @@ class EditableView(PatchView):
         nodes = [node for node in patch.nodes if node.id in set(ids)]
         if len(nodes) == 1:
             return nodes[0].label or self.registry[nodes[0].type].label
-        return count_text(len(nodes), "node") if nodes else count_text(len(ids), "note")
-
-
-def count_text(number: int, what: str) -> str:
-    """Return a number with a noun, in singular or plural.
-
-    >>> count_text(1, "node"), count_text(3, "node")
-    ('1 node', '3 nodes')
-    """
-    return f"{number} {what}{'' if number == 1 else 's'}"
+        return counted(len(nodes), "node") if nodes else counted(len(ids), "note")

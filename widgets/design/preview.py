@@ -24,7 +24,7 @@ from underfoot.engine.reports import Distributions, Preview
 from underfoot.floor.layout import Tile
 from underfoot.models.sole import band_levels
 from underfoot.patch.node import NodeType, Port
-from underfoot.quantities import pretty_unit, quantity
+from underfoot.quantities import counted, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
@@ -347,7 +347,7 @@ class PreviewPanel(QWidget):
         self.waveform.show_drawing(preview_drawings.events(times_ms, rows[:, 1], now, self._why_silent))
         self._show_no_levels("events have no spectrum", now.view_ms)
         came = port.name in preview.events or f"{self.node}.{port.name}" in preview.events
-        count = f"{len(rows)} event{'' if len(rows) == 1 else 's'}"
+        count = counted(len(rows), "event")
         self.note.set_full_text(count if came else "the preview holds no events")
 
     def _draw_signal(self, port: Port, now: PreviewSignal, other: PreviewSignal | None) -> None:

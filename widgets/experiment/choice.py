@@ -161,7 +161,7 @@ class StudyOverview(QWidget):
         self.title.setText(study.protocol.title or study.name)
         self.about.setText(study.protocol.about)
         self.facts.setText(facts_of(study.protocol))
-        self.analyse.setText(f"Analyse {sessions} {'session' if sessions == 1 else 'sessions'}")
+        self.analyse.setText(f"Analyse {counted(sessions, 'session')}")
         self.analyse.setToolTip(f"The sessions of this study lie in {folder}")
         self._can_analyse = sessions > 0
         self.analyse.setEnabled(self._can_analyse)

@@ -12,6 +12,7 @@ from underfoot.experiments.observers import truths_of
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings
 from underfoot.parameters import Count, Parameter
+from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.experiment.field_rows import FieldRows
 
@@ -95,4 +96,4 @@ def people_text(people: SimulatedPeople) -> str:
     'Simulate 40 people, with your settings'
     """
     own = ", with your settings" if people.conditions.truth else ""
-    return f"Simulate {people.count} {'person' if people.count == 1 else 'people'}{own}"
+    return f"Simulate {counted(people.count, 'person', 'people')}{own}"

@@ -337,7 +337,7 @@ class ExperimentWorkspace(Workspace):
         self._analyse_files(sessions_of(self.root, self._study), self._study.protocol)
 
     def _analyse_files(self, paths: Sequence[Path], protocol: Protocol | None = None) -> None:
-        count = f"{len(paths)} {'file' if protocol is None else 'session'}{'' if len(paths) == 1 else 's'}"
+        count = counted(len(paths), "file" if protocol is None else "session")
         self._compute(f"Analysing {count}…", lambda task: analysed_in_process(paths, protocol, task))
 
     def _write(self, form: str, where: Path) -> None:

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from underfoot.quantities import counted
+
 if TYPE_CHECKING:
     from underfoot.engine.child_process import ChildProcess
     from underfoot.engine.requests import CompileRequest
@@ -80,6 +82,6 @@ class _CompileReporter:
         self._line(again, "\n")
 
     def _line(self, begin: str, end: str) -> None:
-        kernels = "1 kernel" if self.count == 1 else f"{self.count} kernels"
+        kernels = counted(self.count, "kernel")
         text = f"underfoot: {kernels} compiled in {time.monotonic() - self._began:.0f} s"
         print(f"{begin}{text}", end=end, file=sys.stderr, flush=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from underfoot.bench.stress.null_sinks import is_possible, null_sinks
+from underfoot.bench.stress.null_sinks import is_possible, playing_on_null_sinks
 from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.clock import RATE_HZ
 from underfoot.engine.commands import Level, Play
@@ -39,14 +39,8 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
 def _outcome(count: int, seconds: float) -> Outcome:
     with tempfile.TemporaryDirectory() as made:
         path = Path(made) / "session.underfoot"
-        with null_sinks(Path(made), {"busy": 4}) as (_, environment):
-            before = dict(os.environ)
-            os.environ.update(environment)
-            try:
-                late, played_s = _played(path, count, seconds)
-            finally:
-                os.environ.clear()
-                os.environ.update(before)
+        with playing_on_null_sinks(Path(made), {"busy": 4}):
+            late, played_s = _played(path, count, seconds)
         with Recording(path) as recording:
             gaps = recording.gaps()
     cores = os.cpu_count()

@@ -3,7 +3,6 @@
 The card is a PulseAudio null sink, whose monitor is the input. On a busy machine PulseAudio drops frames silently.
 """
 
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.bench.stress.null_sinks import is_possible, null_sinks
+from underfoot.bench.stress.null_sinks import is_possible, playing_on_null_sinks
 from underfoot.bench.stress.outcome import Effort, Outcome, Progress
 from underfoot.clock import RATE_HZ
 from underfoot.devices.accelerometers import Accelerometer
@@ -41,14 +40,8 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
         return
     with tempfile.TemporaryDirectory() as made:
         path = Path(made) / "session.underfoot"
-        with null_sinks(Path(made), {"duplex": 4}) as (_, environment):
-            before = dict(os.environ)
-            os.environ.update(environment)
-            try:
-                health = _played(path, effort.length_s(USUAL_S), progress)
-            finally:
-                os.environ.clear()
-                os.environ.update(before)
+        with playing_on_null_sinks(Path(made), {"duplex": 4}):
+            health = _played(path, effort.length_s(USUAL_S), progress)
         with Recording(path) as recording:
             yield _judged(recording, health)
 

@@ -101,3 +101,16 @@ def served(folder: Path, sinks: Sequence[NullSink]) -> Iterator[dict[str, str]]:
     finally:
         for sink in sinks:
             sink.stop()
+
+
+@contextmanager
+def playing_on_null_sinks(folder: Path, channels: Mapping[str, int]) -> Iterator[None]:
+    """Run null sinks for the programs that this one starts, through its environment."""
+    with null_sinks(folder, channels) as (_, environment):
+        before = dict(os.environ)
+        os.environ.update(environment)
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)

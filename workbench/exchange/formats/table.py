@@ -7,6 +7,7 @@ import numpy as np
 from underfoot.clock import RATE_HZ
 from underfoot.exchange.format import Export, Format
 from underfoot.files import write_file
+from underfoot.quantities import counted
 
 
 def write(export: Export, path: Path) -> tuple[str, ...]:
@@ -17,7 +18,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     head = ",".join(["time_s", *(f"{tile}_m_s2" for tile in played)])
     lines = [head, *(",".join([f"{row[0]:.6f}", *(f"{value:.7g}" for value in row[1:])]) for row in rows.tolist())]
     write_file(path, ("\n".join(lines) + "\n").encode())
-    return (f"{frames / RATE_HZ:.3f} s, {len(played)} tile{'' if len(played) == 1 else 's'}, seven digits",)
+    return (f"{frames / RATE_HZ:.3f} s, {counted(len(played), 'tile')}, seven digits",)
 
 
 FORMAT = Format(

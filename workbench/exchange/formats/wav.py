@@ -6,6 +6,7 @@ from underfoot.errors import BadFile
 from underfoot.exchange.format import Export, Format, Imported
 from underfoot.exchange.patches import player_of
 from underfoot.files import read_file
+from underfoot.quantities import counted
 from underfoot.records.wav import write_wav
 
 
@@ -14,7 +15,7 @@ def write(export: Export, path: Path) -> tuple[str, ...]:
     samples = export.samples
     write_wav(path, samples, export.rendered.rate_hz)
     seconds, channels = len(samples) / export.rendered.rate_hz, samples.shape[1]
-    return (f"{seconds:.3f} s, {channels} channel{'' if channels == 1 else 's'}, exact to 32-bit floats",)
+    return (f"{seconds:.3f} s, {counted(channels, 'channel')}, exact to 32-bit floats",)
 
 
 def read(path: Path) -> Imported:

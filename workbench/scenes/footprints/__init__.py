@@ -112,7 +112,7 @@ class Footprints(Scene):
         yield from self._lengths()
         corners = np.concatenate([tile.corners_m() for tile in self.floor.tiles])
         x, y = 0.5 * (corners[:, 0].min() + corners[:, 0].max()), corners[:, 1].max() - 0.035
-        yield Text(x, y, f"{self.steps} step{'' if self.steps == 1 else 's'}", 0.03, WORDS)
+        yield Text(x, y, counted(self.steps, "step"), 0.03, WORDS)
 
     def _lengths(self) -> Iterable[Shape]:
         """Return texts with the length of each step; of two that overlap, only the later one."""
