@@ -166,7 +166,7 @@ def test_render_of_several_patches_gives_the_files_of_each_alone(underfoot, fold
     said = underfoot("render", *paths, "-o", "all", "--seconds", "0.5")
     assert said.status == 0
     lines = said.out.splitlines()
-    assert [line.partition(": ")[0] for line in lines] == [str(path) for path in paths]
+    assert [line.partition(": ")[0] for line in lines] == [path.stem for path in paths]  # presets by their names
     assert all("times real time" in line for line in lines)
     assert [line.split(":")[1] for line in said.error.splitlines()] == [f" {k} of 3" for k in (1, 2, 3)]
     for path in paths:
@@ -180,7 +180,7 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
     said = underfoot("render", "bad.json", SINE, "missing.json", "--seconds", "0.5", "-o", "all", "--json")
     assert said.status == 1
     told = json.loads(said.out)
-    assert [one["patch"] for one in told] == ["bad.json", str(SINE), "missing.json"]
+    assert [one["patch"] for one in told] == ["bad.json", SINE.stem, "missing.json"]
     assert "is not JSON" in told[0]["error"]
     assert told[1]["peak"] > 0.0
     errors = said.error.splitlines()

@@ -76,6 +76,11 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["force/time_s"], recorded[0])
         np.testing.assert_array_equal(file["force/corners_n"], recorded[1])
         assert file["force/corners_n"].attrs["unit"] == "N"
+        units = {name: file[f"steps/{name}"].attrs["unit"] for name in ("peak1_n", "impulse_ns", "path_mm", "person")}
+        assert units == {"peak1_n": "N", "impulse_ns": "N s", "path_mm": "mm", "person": ""}
+        assert {
+            file[name].attrs["unit"] for name in ("steps/start_s", "marks/time_s", "commands/time_s", "gaps_s")
+        } == {"s"}
         for source in ("commanded", "measured"):
             np.testing.assert_array_equal(file[f"vibration/{source}"], recording.acceleration(source)[1])
         np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
