@@ -234,6 +234,15 @@ def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, wa
     assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
 
 
+@pytest.mark.parametrize(("factor", "said"), [(-1.0, "are these of the other sign?"), (1e-3, "no steps found: the ")])
+def test_monitor_says_when_forces_are_none_that_a_walk_has(underfoot, folder, walk, factor, said):
+    header, *rows = walk.read_text().splitlines()
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    table[:, 1:] *= factor
+    np.savetxt(walk, table, delimiter=",", header=header, comments="", fmt="%.6f")
+    assert said in underfoot("monitor", "walk.csv").error
+
+
 def test_monitor_says_the_same_in_lines_for_people_and_stops_when_told(underfoot, folder, walk):
     assert [line.split()[3] for line in underfoot("monitor", "walk.csv").out.splitlines()] == ["t1", "t2"]
     assert len(underfoot("monitor", "walk.csv", "--seconds", "1.2").out.splitlines()) < 3
