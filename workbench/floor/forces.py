@@ -60,7 +60,10 @@ def load_floor_beside(path: str | Path) -> Floor:
     """Load the floor of a force CSV; `BadFile` if it is not there or cannot be read."""
     beside = floor_beside(path)
     if not beside.is_file():
-        raise BadFile(f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there")
+        raise BadFile(
+            f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there: "
+            f'underfoot.default_floor(1, 2).save("{beside.name}") makes one of two tiles in a row'
+        )
     return Floor.load(beside)
 
 
