@@ -153,7 +153,9 @@ def test_a_floor_of_other_tiles_does_not_fit(refused, folder, walk):
 def test_a_floor_that_is_not_there(refused, folder, walk):
     walk.with_suffix(".floor.json").unlink()
     assert "has no floor beside it (walk.floor.json); say --floor FILE" in refused("monitor", "walk.csv")
-    assert "has no floor beside it" in refused("render", SINE, "--force", "walk.csv")
+    told = refused("render", SINE, "--force", "walk.csv")
+    assert "has no floor beside it" in told
+    assert 'underfoot.default_floor(1, 2).save("walk.floor.json")' in told
     assert "missing.json cannot be read" in refused("monitor", "walk.csv", "--floor", "missing.json")
     assert "missing.json cannot be read" in refused("render", SINE, "--floor", "missing.json")
 

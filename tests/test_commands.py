@@ -166,7 +166,7 @@ def test_render_of_several_patches_gives_the_files_of_each_alone(underfoot, fold
     said = underfoot("render", *paths, "-o", "all", "--seconds", "0.5")
     assert said.status == 0
     lines = said.out.splitlines()
-    assert [line.partition(": ")[0] for line in lines] == [str(path) for path in paths]
+    assert [line.partition(": ")[0] for line in lines] == [path.stem for path in paths]  # presets by their names
     assert all("times real time" in line for line in lines)
     assert [line.split(":")[1] for line in said.error.splitlines()] == [f" {k} of 3" for k in (1, 2, 3)]
     for path in paths:
@@ -180,7 +180,7 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
     said = underfoot("render", "bad.json", SINE, "missing.json", "--seconds", "0.5", "-o", "all", "--json")
     assert said.status == 1
     told = json.loads(said.out)
-    assert [one["patch"] for one in told] == ["bad.json", str(SINE), "missing.json"]
+    assert [one["patch"] for one in told] == ["bad.json", SINE.stem, "missing.json"]
     assert "is not JSON" in told[0]["error"]
     assert told[1]["peak"] > 0.0
     errors = said.error.splitlines()
@@ -232,6 +232,15 @@ def test_monitor_prints_and_writes_the_footsteps_of_a_file(underfoot, folder, wa
     header, *rows = (folder / "contacts.csv").read_text().splitlines()
     assert header == "time_s,contact,x_m,y_m,force_n,tiles"
     assert max(float(row.split(",")[4]) for row in rows) == pytest.approx(800.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("factor", "said"), [(-1.0, "are these of the other sign?"), (1e-3, "no steps found: the ")])
+def test_monitor_says_when_forces_are_none_that_a_walk_has(underfoot, folder, walk, factor, said):
+    header, *rows = walk.read_text().splitlines()
+    table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    table[:, 1:] *= factor
+    np.savetxt(walk, table, delimiter=",", header=header, comments="", fmt="%.6f")
+    assert said in underfoot("monitor", "walk.csv").error
 
 
 def test_monitor_says_the_same_in_lines_for_people_and_stops_when_told(underfoot, folder, walk):

@@ -119,6 +119,20 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
     (lambda patch: uf.render(patch, "w"), """forces is 'w'; allowed: Forces, such as read_forces("walk.csv")"""),
     (lambda patch: uf.render(patch, floor=4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
     (lambda patch: uf.render(patch, plates="foot"), "plates is 'foot'; allowed: a tuple of accelerometer, foot"),
+    (lambda patch: uf.render(patch, np.zeros((9, 9))),
+     "forces is array([[0., 0., 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0.,...; "
+     """allowed: Forces, such as read_forces("walk.csv")"""),
+    (lambda patch: uf.render(patch, seconds="1"), "seconds is '1'; allowed: above 0, up to a day"),
+    (lambda patch: uf.render(patch, rate_hz="48000"), "rate_hz is '48000'; allowed: 8000 to 192000 Hz"),
+    (lambda patch: uf.render(patch, rate_hz=48), "rate_hz is 48; allowed: 8000 to 192000 Hz"),
+    (lambda patch: uf.render(patch, seed=1.5), "seed is 1.5; allowed: a whole number, -2^63 to 2^63 - 1"),
+    (lambda patch: uf.walk(2.0, people=1.5), "people is 1.5; allowed: a whole number, 1 to 8"),
+    (lambda patch: uf.default_floor("1", 2), "rows is '1'; allowed: a whole number, 1 to 32"),
+    (lambda patch: patch.remove("knock"), """ids is 'knock'; allowed: a list of ids, such as ["tone"]"""),
+    (lambda patch: patch.disconnect(("knock.out", "out.level")),
+     """wires is ('knock.out', 'out.level'); allowed: a list, such as [("tone.out", "gain.signal")]"""),
+    (lambda patch: uf.Patch(seed="one").add("tone"), "seed is 'one'; allowed: a whole number"),
+    (lambda patch: uf.Patch(title=3).add("tone"), "title is 3; allowed: text"),
     (lambda patch: uf.walk("10"), "seconds is '10'; allowed: above 0, up to 600 s"),
     (lambda patch: uf.walk(2.0, 4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
 ])  # fmt: skip
@@ -126,6 +140,51 @@ def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said):
     with pytest.raises(uf.UnderfootError) as error:
         make(uf.open_patch("tacton-impact"))
     assert str(error.value) == said
+
+
+TIME_S, FORCE_N, TWO = np.arange(100) / 1000.0, np.zeros((100, 2, 4)), uf.default_floor(1, 2)
+
+
+@pytest.mark.parametrize(("make", "said"), [
+    (lambda: uf.Forces(TIME_S, FORCE_N, 1000.0, None), "floor is None; allowed: a Floor, such as default_floor(1, 8)"),
+    (lambda: uf.Forces(TIME_S, FORCE_N.reshape(100, 8), 1000.0, TWO), "(100, 8); allowed: (100, 2, 4)"),
+    (lambda: uf.Forces(TIME_S[:9], FORCE_N, 1000.0, TWO), "(100, 2, 4); allowed: (9, 2, 4), as of the floor"),
+    (lambda: uf.Forces(0.0, FORCE_N, 1000.0, TWO), "the shape of time_s is (); allowed: (n,)"),
+    (lambda: uf.Forces(TIME_S[::-1], FORCE_N, 1000.0, TWO), "allowed: ascending seconds"),
+    (lambda: uf.Forces(TIME_S, "forces", 1000.0, TWO), "force_n is no array of numbers"),
+    (lambda: uf.Forces(1e3 * TIME_S, FORCE_N, 1000.0, TWO), "rate_hz is 1000.0; allowed: 1, by time_s in seconds"),
+    (lambda: uf.Forces(TIME_S, FORCE_N, 1.0, TWO), "rate_hz is 1.0; allowed: 20 to 100000 Hz"),
+])  # fmt: skip
+def test_arrays_that_are_no_forces_are_said_at_once(make, said):
+    """Times in milliseconds, say, would come out as a walk without steps."""
+    with pytest.raises(uf.UnderfootError) as error:
+        make()
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_forces_are_made_of_lists_and_of_whole_numbers():
+    walked = uf.walk(2.0, TWO, path="straight")
+    force_n = walked.force_n.round().astype(int)
+    listed = uf.Forces(walked.time_s.tolist(), force_n.tolist(), 1000, TWO)
+    np.testing.assert_array_equal(listed.force_n, force_n)
+    assert listed.steps().rows == walked.steps().rows > 0
+
+
+def test_values_from_arrays_are_values():
+    patch = uf.open_patch("tacton-impact")
+    for value in (np.float32(2e5), np.int64(200_000), np.linspace(1e5, 2e5, 3)[2]):
+        assert patch.set("knock", "stiffness", value) == patch.set("knock", "stiffness", 2e5)
+    assert uf.Patch().add("tone", frequency=np.int32(80)) == uf.Patch().add("tone", frequency=80)
+
+
+@pytest.mark.parametrize("name", ["knock.mp3", "knock.flac"])
+def test_a_sound_file_of_another_format_is_not_a_wav_by_that_name(name, folder, refused):
+    made = uf.render(uf.Patch().add("tile-output"), seconds=0.1)
+    with pytest.raises(uf.UnderfootError, match=r"sound files are WAV; allowed: a name that ends in \.wav"):
+        made.save(name)
+    assert "sound files are WAV" in refused("render", "gravel", "--seconds", "0.1", "-o", name)
+    assert not list(folder.iterdir())
 
 
 @pytest.mark.parametrize("make", [

@@ -67,6 +67,15 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def plain(value: object) -> object:
+    """Return a scalar of NumPy as Python's own number or text, and anything else as it is.
+
+    >>> plain(np.float32(0.5)), plain(np.int64(3)), plain([1, 2])
+    (0.5, 3, [1, 2])
+    """
+    return value.item() if isinstance(value, np.generic) else value
+
+
 def seed_of(value: object) -> int:
     """Return a seed: a whole number from 0 to 2^63.
 

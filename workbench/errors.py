@@ -29,5 +29,5 @@ def require(good: bool, name: str, given: object, allowed: str) -> None:
     underfoot.errors.BadValue: mass_kg is -1.0; allowed: above 0
     """
     if not good:
-        text = repr(given)
+        text = " ".join(repr(given).split())
         raise BadValue(f"{name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {allowed}")

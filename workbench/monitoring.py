@@ -28,6 +28,8 @@ from underfoot.records.recording import is_recording
 
 _WAIT_S = 0.02
 _SILENT_S = 0.5
+_TURNED_N = 100.0
+"""Below minus this load, and with a fifth of it above 0, forces are probably those on the foot."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +67,18 @@ class FileStream:
         self._time_s, self._force_n = forces.time_s[:end], forces.force_n[:end]
         self._finder = StepFinder(floor, forces.rate_hz)
         self._stopped = False
+        self._steps = 0
 
     def __iter__(self) -> Iterator[Detections]:
         for at in range(0, len(self._time_s), CHUNK):
             if self._stopped:
                 break
-            yield self._finder.feed(self._time_s[at : at + CHUNK], self._force_n[at : at + CHUNK])
-        yield self._finder.finish()
+            yield self._counted(self._finder.feed(self._time_s[at : at + CHUNK], self._force_n[at : at + CHUNK]))
+        yield self._counted(self._finder.finish())
+
+    def _counted(self, found: Detections) -> Detections:
+        self._steps += len(found.steps)
+        return found
 
     def stop(self) -> None:
         """Stop after the present chunk."""
@@ -82,7 +89,20 @@ class FileStream:
 
     def warnings(self) -> list[str]:
         """Return warnings about the data."""
-        return self._finder.warnings()
+        return [*self._finder.warnings(), *self._doubts()]
+
+    def _doubts(self) -> Iterator[str]:
+        """Yield what speaks for another unit or the other sign: forces that no walk has."""
+        if self._stopped or not len(self._time_s):
+            return
+        loads = self._force_n.sum(axis=2)
+        known = loads[np.isfinite(loads)]
+        least, most = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+        loaded = f"the tiles' loads are {least:.4g} to {most:.4g} N"
+        if -least > _TURNED_N and -least > 5.0 * most:
+            yield f"{loaded}: a press is positive; are these of the other sign?"
+        elif not self._steps:
+            yield f"no steps found: {loaded}"
 
 
 class SessionStream:

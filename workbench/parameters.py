@@ -51,7 +51,7 @@ class Parameter:
         raise AssertionError(f"{type(self).__name__} checks nothing")
 
     def refuse(self, value: Any) -> BadValue:
-        text = repr(value)
+        text = " ".join(repr(value).split())
         return BadValue(f"{self.name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {self.allowed}")
 
 

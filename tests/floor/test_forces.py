@@ -64,10 +64,19 @@ def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
         ([HEADER, *(row + ",9" for row in ROWS)], "line 2 has 10 columns; allowed: 9 as in the first"),
         ([HEADER, ROWS[1], ROWS[2], ROWS[0]], "line 4, time_s is 0.0 after 0.002; allowed: a later time"),
         ([HEADER, ROWS[0], ROWS[0]], "line 3, time_s is 0.0 after 0.0; allowed: a later time"),
+        ([HEADER, *(row.replace(",", ";") for row in ROWS)], "line 2 has 1 columns; allowed: 9 as in the first"),
+        ([HEADER, *(f"0,{n:03}{',1,5' * 8}" for n in range(3))],
+         "line 2 has 18 columns; allowed: 9 as in the first (with decimal commas, semicolons or tabs between cells)"),
+        ([HEADER.replace(",", " "), *(row.replace(",", " ") for row in ROWS)],
+         "line 1 is a single cell; allowed: commas, semicolons or tabs between cells"),
+        ([HEADER, *(f"{n},1,2,3,4,5,6,7,8" for n in range(3))],
+         "time_s rises by 1 from line to line, 1 samples a second; allowed: 20 to 100000 a second, with time_s in"),
+        (b"PK\x03\x04 a workbook", "is a workbook or another archive; save its sheet as CSV"),
+        (b"\xff\xfea", "is not a text file"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\xff", "is not a text file"),
         (b"time_s,t1.1\0\n", "is not a text file"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_file_names_the_place_in_one_line(tmp_path, lines, line):
     with pytest.raises(BadFile) as error:
         read(tmp_path, lines)
@@ -106,3 +115,34 @@ def test_files_as_people_have_them_say_the_same(tmp_path, part):
     plain, theirs = (read_forces(tmp_path / name, FLOOR) for name in ("plain.csv", "theirs.csv"))
     np.testing.assert_array_equal(plain.time_s, theirs.time_s)
     np.testing.assert_array_equal(plain.force_n, theirs.force_n)
+
+
+def decimal_commas(row, part):
+    return part.join(cell.replace(".", ",") for cell in row.split(","))
+
+
+THEIRS = {
+    "Excel's first line": "\r\n".join(["sep=;", HEADER.replace(",", ";"), *(decimal_commas(row, ";") for row in ROWS)]),
+    "a mark of their own": "\n".join(["sep=|", *(line.replace(",", "|") for line in [HEADER, *ROWS])]),
+    "R's quotes": "\n".join([",".join(f'"{name}"' for name in HEADER.split(",")), *ROWS]),
+    "decimal commas in quotes": "\n".join(
+        [HEADER, *(",".join(f'"{cell.replace(".", ",")}"' for cell in row.split(",")) for row in ROWS)]
+    ),
+    "commas in names": "\n".join([f"{HEADER},who", *(f'{row},"Doe, Jane\t("' for row in ROWS)]),
+    "a quote that does not end": "\n".join([f"{HEADER},who", *(f'{row},"Doe' for row in ROWS)]),
+}
+
+
+@pytest.mark.parametrize("name", THEIRS)
+def test_files_of_spreadsheets_and_statistics_say_the_same(tmp_path, name):
+    expected = read(tmp_path, [HEADER, *ROWS])
+    found = read(tmp_path, THEIRS[name].encode())
+    np.testing.assert_array_equal(found.time_s, expected.time_s)
+    np.testing.assert_array_equal(found.force_n, expected.force_n)
+
+
+@pytest.mark.parametrize("coding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_files_in_codes_of_other_programs_say_the_same(tmp_path, coding):
+    text = "\n".join(["# gr\u00f6\u00dfer", f"{HEADER},Gr\u00f6\u00dfe", *(f"{row},1" for row in ROWS)])
+    expected = read(tmp_path, [HEADER, *ROWS])
+    np.testing.assert_array_equal(read(tmp_path, text.encode(coding)).force_n, expected.force_n)

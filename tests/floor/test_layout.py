@@ -26,7 +26,7 @@ def test_default_floor_has_the_tiles_of_the_thesis():
 
 @pytest.mark.parametrize("rows", [0, 33])
 def test_default_floor_refuses_sizes(rows):
-    with pytest.raises(BadValue, match=f"rows is {rows}; allowed: 1 to 32"):
+    with pytest.raises(BadValue, match=f"rows is {rows}; allowed: a whole number, 1 to 32"):
         default_floor(rows)
 
 

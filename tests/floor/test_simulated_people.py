@@ -114,7 +114,7 @@ def test_people_of_a_target_are_described_in_a_line():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("people=9", "people is 9; allowed: 1 to 8"),
+        ("people=9", "people is 9; allowed: a whole number, 1 to 8"),
         ("people=two", "people is 'two'; allowed: a whole number"),
         ("walkers=2", "simulator option is 'walkers=2'; allowed: people=1 to 8"),
     ],

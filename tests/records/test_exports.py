@@ -2,6 +2,7 @@
 
 import csv
 import json
+from functools import partial
 
 import ezc3d
 import h5py
@@ -75,6 +76,11 @@ def test_hdf5_has_all_of_it(path, recorded, tmp_path):
         np.testing.assert_array_equal(file["force/time_s"], recorded[0])
         np.testing.assert_array_equal(file["force/corners_n"], recorded[1])
         assert file["force/corners_n"].attrs["unit"] == "N"
+        units = {name: file[f"steps/{name}"].attrs["unit"] for name in ("peak1_n", "impulse_ns", "path_mm", "person")}
+        assert units == {"peak1_n": "N", "impulse_ns": "N s", "path_mm": "mm", "person": ""}
+        assert {
+            file[name].attrs["unit"] for name in ("steps/start_s", "marks/time_s", "commands/time_s", "gaps_s")
+        } == {"s"}
         for source in ("commanded", "measured"):
             np.testing.assert_array_equal(file[f"vibration/{source}"], recording.acceleration(source)[1])
         np.testing.assert_array_equal(file["vibration/vibration"], recording.vibration()[1])
@@ -143,13 +149,14 @@ def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
     np.testing.assert_array_equal(forces.force_n, corners.astype(np.float32))
 
 
-def plates_of(path, kind, corners_mm, origin_mm, channels, rate=1000.0, calibration=None):
+def plates_of(path, kind, corners_mm, origin_mm, channels, rate=1000.0, calibration=None, units=()):
     """A C3D file with one plate, as a laboratory's system would write it."""
     made = ezc3d.c3d()
     made["parameters"]["POINT"]["RATE"]["value"] = [rate / 10]
     made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
     made["parameters"]["ANALOG"]["RATE"]["value"] = [rate]
     made["parameters"]["ANALOG"]["LABELS"]["value"] = [f"c{k}" for k in range(len(channels))]
+    made["parameters"]["ANALOG"]["UNITS"]["value"] = list(units)
     made["data"]["points"] = np.zeros((4, 0, channels.shape[1] // 10))
     made["data"]["analogs"] = channels[None]
     group = made["parameters"]["FORCE_PLATFORM"]
@@ -169,16 +176,20 @@ DOWN = [(500, 0, 0), (0, 0, 0), (0, 400, 0), (500, 400, 0)]
 
 @pytest.mark.parametrize("kind", [2, 4])
 @pytest.mark.parametrize("corners", [DOWN, DOWN[::-1]], ids=["z down", "turned"])
-def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kind, corners):
+@pytest.mark.parametrize("moment", ["", "Nmm", "N.m"])
+def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kind, corners, moment):
     rng = np.random.default_rng(kind)
     channels = np.zeros((6, 100))
     channels[2] = rng.uniform(200.0, 900.0, 100)
     channels[:2] = rng.uniform(-50.0, 50.0, (2, 100))
     channels[3:5] = rng.uniform(-80.0, 80.0, (2, 100)) * 1000.0
     calibration = np.diag([2.0, 2.0, 2.0, 1.0, 1.0, 1.0]) if kind == 4 else None
-    path = plates_of(tmp_path / "lab.c3d", kind, corners, (1.0, -2.0, -40.0), channels, calibration=calibration)
+    lab = partial(plates_of, kind=kind, corners_mm=corners, origin_mm=(1.0, -2.0, -40.0), calibration=calibration)
+    in_nmm = lab(tmp_path / "nmm.c3d", channels=channels)
+    channels[3:] *= 1e-3 if moment == "N.m" else 1.0
+    path = lab(tmp_path / "lab.c3d", channels=channels, units=["N"] * 3 + [moment] * 3 if moment else ())
     forces, floor = read_force_file(path)
-    theirs = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"][0]
+    theirs = ezc3d.c3d(str(in_nmm), extract_forceplat_data=True)["data"]["platform"][0]
     tile, loads = floor.tiles[0], forces.force_n[:, 0].sum(axis=1)
     np.testing.assert_allclose(loads, np.abs(theirs["force"][2]), rtol=1e-5)
     centroid = tile.to_floor(forces.force_n[:, 0] @ np.array(tile.sensors_m) / loads[:, None])
@@ -205,6 +216,17 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
     ):
         with pytest.raises(BadFile, match=words):
             read_force_file(path)
+
+
+@pytest.mark.parametrize("name", ["TYPE", "CORNERS", "ORIGIN", "CHANNEL"])
+def test_a_plate_that_is_not_described_is_said_in_a_line(tmp_path, name):
+    path = plates_of(tmp_path / "lab.c3d", 2, DOWN, (0, 0, 0), np.zeros((6, 20)))
+    made = ezc3d.c3d(str(path))
+    made["parameters"]["FORCE_PLATFORM"][name]["value"] = made["parameters"]["FORCE_PLATFORM"][name]["value"][..., :0]
+    made.write(str(path))
+    with pytest.raises(BadFile, match="allowed: TYPE, CORNERS, ORIGIN and CHANNEL") as refused:
+        read_force_file(path)
+    assert "\n" not in str(refused.value)
 
 
 def test_an_export_that_is_stopped_leaves_nothing(path, tmp_path):

@@ -113,10 +113,13 @@ def render(options: RenderOptions) -> None:
 def _render_one(options: RenderOptions, values: "Values") -> None:
     """Render the one patch, write what is to be written, and say the figures."""
     from underfoot.records.recording import is_recording
-    from underfoot.records.wav import write_wav
+    from underfoot.records.wav import require_wav, write_wav
 
     inputs = (options.patch, options.force, options.floor, options.simulation)
-    require_outputs_writable(options.output, *options.plates.values(), inputs=inputs)
+    outputs = [path for path in (options.output, *options.plates.values()) if path is not None]
+    require_outputs_writable(*outputs, inputs=inputs)
+    for path in outputs:
+        require_wav(path)
     with report_compiling(None if is_recording(options.patch) else partial(compile_request, options.patch)):
         rendered = _jobs_of(options, options.patch, [values])[0].run()
         if options.output is not None:
@@ -161,12 +164,13 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             jobs = _jobs_of(options, path, grid)
         except UnderfootError as error:
             found |= dict.fromkeys(places, error)
-            _tell_failure(path, error)
+            _tell_failure(_shown(path), path, error)
             continue
         items |= {
             at: Item(job, str(path), values, outputs[at]) for at, job, values in zip(places, jobs, grid, strict=True)
         }
-    told = [f"{path}{''.join(f' {name}={value}' for name, value in v.items())}" for path in patches for v in grid]
+    settings = ["".join(f" {name}={value}" for name, value in values.items()) for values in grid]
+    told = [f"{_shown(path)}{setting}" for path in patches for setting in settings]
     order, began = list(items), time.monotonic()
     folder = options.output
     manifest = Manifest(folder / MANIFEST, list(items.values())) if folder is not None else None
@@ -177,7 +181,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
             if manifest is not None:
                 manifest.add(number, answer)
             if isinstance(answer, UnderfootError):
-                _tell_failure(told[at], answer)
+                _tell_failure(told[at], patches[at // len(grid)], answer)
             else:
                 print(
                     f"underfoot: {len(found)} of {len(told)}: {told[at]}{_time_left(found, told, began)}",
@@ -195,8 +199,15 @@ def _time_left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began
     return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
 
 
-def _tell_failure(what: object, error: UnderfootError) -> None:
-    reason = str(error).removeprefix(f"{what}: ").removeprefix(f"{what} ")
+def _shown(path: Path) -> str:
+    """Return the name of a preset, or the path of any other file."""
+    from underfoot.patch import preset_files
+
+    return path.stem if preset_files.patches().get(path.stem) == path else str(path)
+
+
+def _tell_failure(what: str, path: Path, error: UnderfootError) -> None:
+    reason = str(error).removeprefix(f"{path}: ").removeprefix(f"{path} ")
     print(f"underfoot: {what}: {reason}", file=sys.stderr)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import get_args
 
+from underfoot.arguments import TINY, integer, number
 from underfoot.clock import RATE_HZ
 from underfoot.devices.offline import offline_source
 from underfoot.engine.commands import equalisers_of
@@ -103,9 +104,9 @@ def render(
         patch,
         forces,
         floor,
-        seconds=seconds,
-        rate_hz=rate_hz,
-        seed=seed,
+        seconds=None if seconds is None else number("seconds", seconds, TINY, 24 * 3600.0, "above 0, up to a day"),
+        rate_hz=number("rate_hz", rate_hz, 8000.0, 192_000.0, "8000 to 192000 Hz"),
+        seed=None if seed is None else integer("seed", seed, -(2**63), 2**63 - 1, "-2^63 to 2^63 - 1"),
         plates=plates,
         folder=None if folder is None else Path(folder),
     ).run()

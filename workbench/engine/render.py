@@ -17,7 +17,7 @@ from underfoot.errors import BadValue, require
 from underfoot.models import sole
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.records.wav import write_wav
+from underfoot.records.wav import require_wav, write_wav
 
 _POINTS = 600
 """Points across a plot."""
@@ -48,6 +48,7 @@ class Rendered:
 
     def save(self, path: str | Path) -> None:
         """Write a WAV file of float samples, one channel per tile; raise `BadFile` if that fails."""
+        require_wav(path)
         write_wav(path, self.samples, self.rate_hz)
 
     def plot(self) -> Picture:

@@ -1,9 +1,10 @@
 """Force CSV: `time_s`, then one column per sensor, `<tile>.<1 to 4>`, in newtons.
 
-Cells are parted by commas, semicolons or tabs; between semicolons and tabs a number may have a decimal comma. Lines
-that begin with # are left alone, and so are further columns.
+Cells are parted by commas, semicolons or tabs; between semicolons and tabs, and in quotes, a number may have a decimal
+comma. Lines that begin with # are left alone, and so are further columns, and the line `sep=;` of Excel.
 """
 
+import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,9 @@ GAP_PERIODS = 1.5
 
 LARGEST = 1e12
 """Largest allowed force in newtons or time in seconds, so that all results are finite."""
+
+LEAST_HZ, MOST_HZ = 20.0, 100_000.0
+"""Range of sample rates."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,10 @@ def load_floor_beside(path: str | Path) -> Floor:
     """Load the floor of a force CSV; `BadFile` if it is not there or cannot be read."""
     beside = floor_beside(path)
     if not beside.is_file():
-        raise BadFile(f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there")
+        raise BadFile(
+            f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there: "
+            f'underfoot.default_floor(1, 2).save("{beside.name}") makes one of two tiles in a row'
+        )
     return Floor.load(beside)
 
 
@@ -68,22 +75,11 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     a number (nor may it be inf or nan), a line with a cell too many or too few, and a time that is not later than the
     one before.
     """
-    data = read_file(path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
-        raise BadFile(f"{path} is not a text file; a force CSV is UTF-8 text")
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    lines = _lines(path, read_file(path))
     if not lines:
         raise BadFile(f"{path} is empty; its first line must name the columns: time_s,{floor.ids[0]}.1,...")
+    part, lines = _parted(lines)
     (_, head), *rows = lines
-    part = next((one for one in (";", "\t") if one in head), ",")
     if part != ",":
         rows = [(number, line.replace(",", ".")) for number, line in rows]
     names = [name.strip() for name in head.split(part)]
@@ -98,13 +94,62 @@ def read_forces(path: str | Path, floor: Floor) -> ForceSeries:
     if not even or not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0.0).any():
         raise _fault(path, names, order, part, rows) or BadFile(f"{path} is no force CSV that can be read")
     time_s = np.ascontiguousarray(table[:, 0])
+    rate_hz = float(1.0 / np.median(np.diff(time_s)))
+    if not LEAST_HZ <= rate_hz <= MOST_HZ:
+        raise BadFile(
+            f"{path}: time_s rises by {1.0 / rate_hz:.6g} from line to line, {rate_hz:.6g} samples a second; "
+            f"allowed: {LEAST_HZ:g} to {MOST_HZ:g} a second, with time_s in seconds"
+        )
     force_n = np.ascontiguousarray(table[:, 1:]).reshape(len(table), len(floor.tiles), 4)
-    return ForceSeries(time_s, force_n, float(1.0 / np.median(np.diff(time_s))))
+    return ForceSeries(time_s, force_n, rate_hz)
+
+
+def _lines(path: str | Path, data: bytes) -> list[tuple[int, str]]:
+    """Return the numbered lines of a text, without empty ones and remarks."""
+    if data.startswith(b"PK\x03\x04"):
+        raise BadFile(f"{path} is a workbook or another archive; save its sheet as CSV")
+    coding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = data.decode(coding)
+    except UnicodeDecodeError:  # what is read is ASCII: further columns and remarks may be in any older code
+        text = data.decode("latin-1") if coding == "utf-8-sig" else "\0"
+    if "\0" in text:
+        raise BadFile(f"{path} is not a text file; a force CSV is UTF-8 text")
+    return [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+
+
+def _parted(lines: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
+    """Return the mark between cells, and the lines without quotes and Excel's line `sep=;`."""
+    told = re.fullmatch(r'\s*"?sep=(.)"?\s*', lines[0][1], re.IGNORECASE)
+    if told and len(lines) > 1:
+        lines = lines[1:]
+    head = lines[0][1]
+    part = told[1] if told else next((one for one in (";", "\t") if one in head), ",")
+    if not any('"' in line for _, line in lines):
+        return part, lines
+    return "\t", [(number, "\t".join(_unquoted(line, part))) for number, line in lines]
+
+
+def _unquoted(line: str, part: str) -> list[str]:
+    """Return the cells of a line without their quotes; a quote ends with its line."""
+    try:
+        return [cell.replace("\t", " ") for cell in next(csv.reader([line], delimiter=part))]
+    except csv.Error:  # a cell of 128 KiB
+        return [line]
+
+
+_DECIMAL_COMMAS = " (with decimal commas, semicolons or tabs between cells)"
 
 
 def _columns(path: str | Path, names: list[str], floor: Floor, line: int) -> list[int]:
     """Return the columns of time and of each sensor of the floor, from the header line."""
     expected = ["time_s", *(f"{id}.{sensor}" for id in floor.ids for sensor in range(1, 5))]
+    if len(names) == 1 and re.search(r"time_s\s", names[0]):
+        raise BadFile(f"{path}: line {line} is a single cell; allowed: commas, semicolons or tabs between cells")
     for column, name in enumerate(names, start=1):
         id, dot, sensor = name.rpartition(".")
         if not dot or name in expected:
@@ -133,7 +178,10 @@ def _fault(
     for number, line in rows:
         cells = line.split(part)
         if len(cells) != len(names):
-            return BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in the first")
+            hint = _DECIMAL_COMMAS if part == "," and len(cells) > len(names) else ""
+            return BadFile(
+                f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in the first{hint}"
+            )
         for column in sorted(order):
             if not _is_number(cells[column]):
                 given = cells[column].strip()[:60]

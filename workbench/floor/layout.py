@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import integer
 from underfoot.documents import read_document
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file, write_file
@@ -201,8 +202,7 @@ def default_floor(rows: int = 2, columns: int = 2) -> Floor:
     >>> default_floor(1, 2).tiles[1].centre_m
     (0.4625, 0.1525)
     """
-    for name, count in (("rows", rows), ("columns", columns)):
-        require(1 <= count <= 32, name, count, "1 to 32")
+    rows, columns = integer("rows", rows, 1, 32, "1 to 32"), integer("columns", columns, 1, 32, "1 to 32")
     side, apart = 0.305, 0.310
     inset = side / 2.0 - 0.019
     return Floor(

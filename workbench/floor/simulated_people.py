@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.arguments import integer
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor, Point
 from underfoot.models import gait
@@ -67,7 +68,7 @@ def drawn_people(count: int, path: str, seed: int = 1) -> tuple[Person, ...]:
     >>> [round(person.walker.weight_n) for person in drawn_people(3, "random")]
     [700, 388, 866]
     """
-    require(1 <= count <= MOST_PEOPLE, "people", count, f"1 to {MOST_PEOPLE}")
+    count = integer("people", count, 1, MOST_PEOPLE, f"1 to {MOST_PEOPLE}")
     key = stream_key(seed, "people")
     usual = gait.Walker()
     people = [Person(msgspec.structs.replace(usual, foot_breadth_m=BREADTH * usual.foot_length_m), path)]

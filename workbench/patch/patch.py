@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from underfoot.arguments import plain
 from underfoot.documents import parse, refusals
 from underfoot.errors import BadValue, require
 from underfoot.files import read_file, write_file
@@ -137,11 +138,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: Any
     ) -> "Patch":
         """Add a node of `type`; its id is the type's name with the first free number."""
-        made = PlacedNode(self.free_id(type), type, at, parameters)
+        made = PlacedNode(self.free_id(type), type, at, {name: plain(value) for name, value in parameters.items()})
         return msgspec.structs.replace(self, nodes=(*self.nodes, made)).check(registry)
 
     def remove(self, ids: Iterable[str]) -> "Patch":
         """Remove these nodes and notes, and the wires at them; of a group, only the frame."""
+        require(not isinstance(ids, str), "ids", ids, 'a list of ids, such as ["tone"]')
         gone = set(ids)
         return msgspec.structs.replace(
             self,
@@ -159,12 +161,14 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
         """Remove these wires."""
         gone = set(wires)
+        named = any(isinstance(wire, str) for wire in gone)
+        require(not named, "wires", wires, 'a list, such as [("tone.out", "gain.signal")]')
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: Any, registry: Registry | None = None) -> "Patch":
         """Change one parameter of one node."""
         node = self.node(id)
-        changed = msgspec.structs.replace(node, parameters={**node.parameters, name: value})
+        changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
         return self._with(changed).check(registry)
 
     def mark(self, ids: Iterable[str], name: str, on: bool) -> "Patch":
@@ -252,6 +256,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             registry = installed_nodes()
         require(self.format == FORMAT, "format", self.format, FORMAT)
         require(self.version == VERSION, "version", self.version, str(VERSION))
+        require(isinstance(self.title, str), "title", self.title, "text")
+        require(isinstance(self.seed, int), "seed", self.seed, "a whole number")
         scale = self.error_scale
         require(LEAST_SCALE <= scale <= MOST_SCALE, "error_scale", scale, f"{LEAST_SCALE:g} to {MOST_SCALE:g}")
         seen: set[str] = set()

@@ -20,6 +20,8 @@ PLATE_SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Corners and sensors of a plate in its own frame, in the manual's order."""
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 _LENGTHS_M = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+_MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0}
+"""Units of moments: a file in millimetres may have its moments in N m. Without a unit it is that of lengths."""
 _LEVEL = 1e-3
 """Corners of a plate are level when their heights differ by less, in metres."""
 _LEAST_N = 1.0
@@ -51,10 +53,16 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
     if samples.shape[1] < 2 or not np.isfinite(samples).all():
         raise BadFile(f"{path} has no force samples, or some that are not finite")
     scale = _LENGTHS_M.get(_text(parameters["POINT"].get("UNITS")).lower(), 1e-3)
-    names = _tile_names(parameters, count)
+    names, units = _tile_names(parameters, count), _units(parameters["ANALOG"])
     tiles, forces = [], []
     for number in range(count):
-        plate = _Plate(path, number, plates, parameters["FORCE_PLATFORM"], scale)
+        try:
+            plate = _Plate(path, number, plates, parameters["FORCE_PLATFORM"], scale, units)
+        except (IndexError, KeyError, ValueError):
+            raise BadFile(
+                f"{path}: plate {number + 1} is not described; allowed: TYPE, CORNERS, ORIGIN and CHANNEL (and "
+                f"CAL_MATRIX for type 4) for each of the {count} plates of USED"
+            ) from None
         tiles.append(plate.tile(names[number]))
         forces.append(plate.corner_forces(samples))
     force_n = np.stack(forces, axis=1)
@@ -68,7 +76,9 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
 class _Plate:
     """One plate: where it lies, and what its channels say."""
 
-    def __init__(self, path: str | Path, number: int, plates: dict[str, Any], group: Any, scale: float) -> None:
+    def __init__(
+        self, path: str | Path, number: int, plates: dict[str, Any], group: Any, scale: float, units: list[str]
+    ) -> None:
         self._where, self._scale = f"{path}: plate {number + 1}", scale
         self.type = int(np.ravel(plates["TYPE"])[number])
         if self.type not in _CHANNELS:
@@ -76,13 +86,15 @@ class _Plate:
         self.corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")[:, :, number].T
         self.origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
         self.channels = np.asarray(plates["CHANNEL"], np.intp)[: _CHANNELS[self.type], number] - 1
+        moment = units[self.channels[3]] if 0 <= self.channels[3] < len(units) else ""
+        self._moment_scale = _MOMENTS_NM.get(re.sub(r"[^a-z]", "", moment.lower()), scale)
         if self.type == 4:
             self._calibration = np.asarray(group["CAL_MATRIX"]["value"], np.float64)[:, :, number]
         if np.ptp(self.corners_m[:, 2]) > _LEVEL:
             raise BadFile(f"{self._where} does not lie level; allowed: corners of one height, z upwards")
         along = self.corners_m[[0, 3]].mean(axis=0) - self.corners_m[[1, 2]].mean(axis=0)
         across = self.corners_m[[0, 1]].mean(axis=0) - self.corners_m[[3, 2]].mean(axis=0)
-        self._size_m = float(np.hypot(*along[:2])), float(np.hypot(*across[:2]))
+        self._size_m = round(float(np.hypot(*along[:2])), 6), round(float(np.hypot(*across[:2])), 6)
         self._rotation_deg = float(np.degrees(np.arctan2(along[1], along[0])))
         self._down = float(along[0] * across[1] - along[1] * across[0]) < 0.0
         """Whether the plate's z points into the floor: then its y is against the tile's."""
@@ -131,7 +143,7 @@ class _Plate:
             x_m, y_m = self._scale * values[3], self._scale * values[4]
             pressed = np.abs(f_z) > _LEAST_N
             return f_z, np.where(pressed, y_m * f_z, 0.0), np.where(pressed, -x_m * f_z, 0.0)
-        m_x, m_y = self._scale * values[3], self._scale * values[4]
+        m_x, m_y = self._moment_scale * values[3], self._moment_scale * values[4]
         x, y, z = self.origin_m
         return f_z, m_x - (y * f_z - z * f_y), m_y - (z * f_x - x * f_z)
 
@@ -151,6 +163,12 @@ def _tile_names(parameters: Any, count: int) -> list[str]:
     if len(given) == count == len(set(given)) and all(re.fullmatch(IDENTIFIER, name) for name in given):
         return given
     return [f"p{number + 1}" for number in range(count)]
+
+
+def _units(analog: Any) -> list[str]:
+    """Return the unit of each analog channel; those from the 256th on are in UNITS2, UNITS3, ..."""
+    parts = [analog[name]["value"] for name in ("UNITS", *(f"UNITS{k}" for k in range(2, 10))) if name in analog]
+    return [str(unit) for part in parts for unit in part]
 
 
 def _text(parameter: Any) -> str:

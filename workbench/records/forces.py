@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.arguments import TINY, number
 from underfoot.clock import RATE_HZ
@@ -15,10 +16,10 @@ from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
 from underfoot.drawing import Drawing, Series, series
 from underfoot.drawing.picture import Picture
 from underfoot.drawing.thinning import thinned
-from underfoot.errors import require
+from underfoot.errors import BadValue, require
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
-from underfoot.floor.forces import ForceSeries, floor_beside
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, floor_beside
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.simulated_people import drawn_people
 from underfoot.floor.step_finder import Detections, find_steps
@@ -39,6 +40,20 @@ class Forces(ForceSeries):
     """
 
     floor: Floor
+
+    def __post_init__(self) -> None:
+        require(isinstance(self.floor, Floor), "floor", self.floor, "a Floor, such as default_floor(1, 8)")
+        for name in ("time_s", "force_n"):
+            object.__setattr__(self, name, _array(name, getattr(self, name)))
+        require(self.time_s.ndim == 1, "the shape of time_s", self.time_s.shape, "(n,)")
+        given, allowed = self.force_n.shape, (len(self.time_s), len(self.floor.tiles), 4)
+        require(given == allowed, "the shape of force_n", given, f"{allowed}, as of the floor")
+        rate_hz = number("rate_hz", self.rate_hz, LEAST_HZ, MOST_HZ, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
+        object.__setattr__(self, "rate_hz", rate_hz)
+        apart_s = np.diff(self.time_s)
+        require(bool((apart_s >= 0.0).all()), "time_s", self.time_s, "ascending seconds")
+        found_hz = 1.0 / max(float(np.median(apart_s)), 1e-9) if len(apart_s) else rate_hz
+        require(0.05 < found_hz / rate_hz < 20.0, "rate_hz", rate_hz, f"{found_hz:.6g}, by time_s in seconds")
 
     def __repr__(self) -> str:
         tiles = len(self.floor.tiles)
@@ -75,7 +90,7 @@ class Forces(ForceSeries):
         parts = [part.rows for part in self._found()]
         columns = {name: np.concatenate([getattr(rows, name) for rows in parts]) for name in _CONTACT_COLUMNS}
         tiles = [name for rows in parts for name in rows.tiles(self.floor)]
-        return Table("contacts", {**columns, "tiles": np.array(tiles, dtype=np.str_)})
+        return Table("contact samples", {**columns, "tiles": np.array(tiles, dtype=np.str_)})
 
     def plot(self) -> Picture:
         """Plot the load of each tile over time, and the paths of the contacts' centroids on the floor."""
@@ -120,6 +135,14 @@ class Forces(ForceSeries):
             rows = rows[:: max(1, len(rows) // 100)]
             ways.append(series("", contacts["x_m"][rows], contacts["y_m"][rows], colour=_colour(place)))
         return Drawing("Ways of the contacts' centroids", "x, m", "y, m", (*outlines, *ways), equal=True)
+
+
+def _array(name: str, values: Any) -> NDArray[np.float64]:
+    """Return an array of numbers; `BadValue` if there is none in `values`."""
+    try:
+        return np.asarray(values, np.float64, order="C")
+    except (TypeError, ValueError):
+        raise BadValue(f"{name} is no array of numbers; allowed: time_s (n,) and force_n (n, tiles, 4)") from None
 
 
 _CONTACT_COLUMNS = tuple(name for name in ContactRows.__dataclass_fields__ if name != "on_tile")

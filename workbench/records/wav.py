@@ -7,12 +7,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.errors import BadFile
 from underfoot.files import replaced, write_file, written
 
 _FLOAT = 3
 """The format's number for float samples (WAVE_FORMAT_IEEE_FLOAT)."""
 _MOST = 2**32 - 1
 """Bytes that WAV can count. Beyond, a file is RF64 (EBU Tech 3306), which counts in 64 bits."""
+
+
+def require_wav(path: str | Path) -> None:
+    """Raise `BadFile` for the name of another format: `song.mp3` would be a WAV that players refuse.
+
+    >>> require_wav("song.mp3")
+    Traceback (most recent call last):
+    underfoot.errors.BadFile: song.mp3 cannot be written: sound files are WAV; allowed: a name that ends in .wav
+    """
+    if Path(path).suffix.lower() not in ("", ".wav"):
+        raise BadFile(f"{path} cannot be written: sound files are WAV; allowed: a name that ends in .wav")
 
 
 def write_wav(path: str | Path, samples: NDArray[np.float32], rate_hz: float) -> None:

@@ -13,6 +13,18 @@ from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
 from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
 
+_UNITS = {
+    "_per_min": "1/min",
+    "_kn_s": "kN/s",
+    "_deg": "deg",
+    "_ms": "ms",
+    "_mm": "mm",
+    "_ns": "N s",
+    "_m": "m",
+    "_n": "N",
+    "_s": "s",
+}
+"""Units by the ends of names, longer ones first."""
 CHUNK_FRAMES, CHUNK_ROWS = 48_000, 1024
 """Of vibration, and of tables: as much is read from a file at once."""
 
@@ -28,7 +40,7 @@ def _write(export: ExportSource, path: Path) -> None:
         file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
         pieces = export.pieces("Writing forces")
-        table = _Growing(file.create_group("force"), {"time_s": "s", "corners_n": "N"})
+        table = _Growing(file.create_group("force"), ("time_s", "corners_n"))
         for time_s, force_n in pieces:
             table.append(time_s=time_s, corners_n=force_n)
         for source in VIBRATION:
@@ -37,10 +49,7 @@ def _write(export: ExportSource, path: Path) -> None:
             for rows in export.frames(source, f"Writing {source}"):
                 frames.append(rows)
             frames.flush()
-        contacts = _Growing(
-            file.create_group("contacts"),
-            {"time_s": "s", "contact": "", "x_m": "m", "y_m": "m", "force_n": "N", "on_tile": ""},
-        )
+        contacts = _Growing(file.create_group("contacts"), ("time_s", "contact", "x_m", "y_m", "force_n", "on_tile"))
         steps: list[Step] = []
         for found in export.found("Writing steps and contacts"):
             steps += found.steps
@@ -102,16 +111,15 @@ class _Frames:
 class _Growing:
     """Datasets of a group that grow together, piece by piece."""
 
-    def __init__(self, group: Any, units: dict[str, str]) -> None:
-        self._group, self._units = group, units
-        self.names = tuple(units)
+    def __init__(self, group: Any, names: tuple[str, ...]) -> None:
+        self._group, self.names = group, names
 
     def append(self, **rows: NDArray) -> None:
         for name, new in rows.items():
             if name not in self._group:
                 chunks, most = (CHUNK_ROWS, *new.shape[1:]), (None, *new.shape[1:])
                 made = self._group.create_dataset(name, data=new, maxshape=most, chunks=chunks)
-                made.attrs["unit"] = self._units[name]
+                made.attrs["unit"] = unit_of(name)
             elif len(new):
                 data = self._group[name]
                 data.resize(len(data) + len(new), axis=0)
@@ -124,7 +132,16 @@ def _put(group: Any, name: str, values: NDArray | list[str]) -> None:
     if isinstance(values, list):
         group.create_dataset(name, data=np.array(values, object), dtype=h5py.string_dtype())
     else:
-        group.create_dataset(name, data=values)
+        group.create_dataset(name, data=values).attrs["unit"] = unit_of(name)
+
+
+def unit_of(name: str) -> str:
+    """Return the unit at the end of a column's name; "" for counts, ids and truth values.
+
+    >>> unit_of("impulse_ns"), unit_of("loading_kn_s"), unit_of("person")
+    ('N s', 'kN/s', '')
+    """
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "")
 
 
 FORMAT = ExportFormat(
