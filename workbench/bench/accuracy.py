@@ -369,7 +369,7 @@ def frictions(quick: bool) -> Iterable[Task]:
         at, cdf = result
         return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
-    def law(error_limit: float) -> tuple[Floats, Floats]:
+    def solved(error_limit: float) -> tuple[Floats, Floats]:
         found = distribution.first_passage(block, t_end, error=error_limit)
         return found.points, found.cdf
 
@@ -384,12 +384,15 @@ def frictions(quick: bool) -> Iterable[Task]:
 
     yield Task(
         "friction",
-        "law of the slip duration, thesis figure 8.6",
-        "largest CDF difference against the law at 1e-6; paths add about 1/sqrt(their number)",
+        "distribution of the slip duration, thesis figure 8.6",
+        "largest CDF difference against the distribution at 1e-6; paths add about 1/sqrt(their number)",
         error,
         [
             Method(
-                "friction.first_passage", "error asked", (1e-2, 1e-3, 1e-4) if quick else (1e-2, 1e-3, 1e-4, 1e-5), law
+                "friction.first_passage",
+                "error asked",
+                (1e-2, 1e-3, 1e-4) if quick else (1e-2, 1e-3, 1e-4, 1e-5),
+                solved,
             ),
             Method(
                 "friction.paths",
