@@ -83,7 +83,7 @@ class Task:
 
 
 def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> list[Comparison]:
-    """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs per point."""
+    """Measure every task. With `quick`, signals are shorter, values fewer, and each point has one or two runs."""
     found = []
     for make in TASKS:
         for task in make(quick):
@@ -129,7 +129,7 @@ def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np
 
 
 def impacts(quick: bool) -> Iterable[Task]:
-    """The hammer of docs/models.md#impacts on ten modes."""
+    """Yield the comparison of methods for the hammer of docs/models.md#impacts on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
     modes = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
@@ -273,7 +273,10 @@ def tones(quick: bool) -> Iterable[Task]:
 
 
 def bundles(quick: bool) -> Iterable[Task]:
-    """A slow ramp to 95 % of the critical load; for endless bundles, load / N = x exp(-(x / scale)^shape)."""
+    """Yield the comparison of methods for a bundle under a slow ramp to 95 % of its critical load.
+
+    An infinite bundle follows load / N = x exp(-(x / scale)^shape).
+    """
     shape, scale = 4.0, 2.5
     share = np.linspace(0.0, 0.95, RATE)
     critical = FibreBundle(1, shape, scale).critical_stress

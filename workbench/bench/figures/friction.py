@@ -30,7 +30,7 @@ _COLOUR_S = 0.3
 
 
 def trajectories(quick: bool) -> Figure:
-    """Figure 8.4: two slips in the phase plane, one that ends within a period and one that lasts two."""
+    """Draw figure 8.4: two slips in the phase plane, one that ends within a period and one that lasts two."""
     found: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
     for seed in range(400):
         x, v = _slip(np.random.default_rng(seed))
@@ -69,7 +69,7 @@ def _slip(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.flo
 
 
 def upcrossings(quick: bool) -> Figure:
-    """Figure 8.5: the density of upcrossings without absorption, formula and simulation."""
+    """Draw figure 8.5: the density of upcrossings without absorption, formula and simulation."""
     paths = 2_000 if quick else 20_000
     drawings, ends = [], []
     for name, values, t_end in (("left", _LEFT_8_5, 20.0), ("right", _RIGHT_8_5, 40.0)):
@@ -105,7 +105,7 @@ def upcrossings(quick: bool) -> Figure:
 
 
 def durations(quick: bool) -> Figure:
-    """Figure 8.6: the distribution of slip durations, and two approximations of it."""
+    """Draw figure 8.6: the distribution of slip durations, and two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
     distribution = first_passage(_8_6, t_end=20.0)
     drawn = paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
@@ -166,7 +166,7 @@ def durations(quick: bool) -> Figure:
 
 
 def regimes(quick: bool) -> Figure:
-    """Figure 8.7: the decoupled distribution at weak and strong noise."""
+    """Draw figure 8.7: the decoupled distribution at weak and strong noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
         distribution = first_passage(values, t_end=4.0 * t_end)
@@ -206,7 +206,7 @@ def regimes(quick: bool) -> Figure:
 
 
 def periods(quick: bool) -> Figure:
-    """Figure 8.8: the distribution of stick-slip periods."""
+    """Draw figure 8.8: the distribution of stick-slip periods."""
     drawings, rows = [], []
     for name, values in (("left", _LEFT_8_8), ("right", _RIGHT_8_8)):
         distribution, lines = _periods(values, 40.0, 20_000 if quick else 200_000)
@@ -225,7 +225,7 @@ def periods(quick: bool) -> Figure:
 
 
 def resonance(quick: bool) -> Figure:
-    """Figure 8.9: periods that exist only because of noise."""
+    """Draw figure 8.9: periods that exist only because of noise."""
     lines, rows = [], []
     for noise, colour in ((0.01, "muted"), (0.02, "vibration"), (0.04, "events"), (0.08, "contact"), (0.16, "force")):
         distribution = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
@@ -245,7 +245,7 @@ def resonance(quick: bool) -> Figure:
 
 
 def distances(quick: bool) -> Figure:
-    """Figure 8.10: the distribution of slip distances."""
+    """Draw figure 8.10: the distribution of slip distances."""
     distribution = SlipDistribution.solve(_8_10, t_end=40.0, error=1e-4)
     drawn = paths(_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
     far = _8_10.x0 - drawn.position[np.isfinite(drawn.position)]

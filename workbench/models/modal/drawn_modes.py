@@ -10,7 +10,7 @@ from underfoot.models.signals.random import stream_key, uniform
 
 
 def draws(count: int, draw: int) -> Floats:
-    """`count` rising numbers in (0, 1), uniform: the same for the same `draw`.
+    """Return `count` uniform random numbers in (0, 1), ascending; equal for equal `draw`.
 
     >>> draws(3, 1).shape
     (3,)
