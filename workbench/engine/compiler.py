@@ -63,7 +63,7 @@ def _compiled(request: CompileRequest, progress: Callable[[object], None]) -> Co
     options = LoopOptions(request.target.rate, folder=folder, plates=request.plates)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
-        KernelParts(patch, request.target, options, request.from_end).load(progress)
+        KernelParts(patch, request.target, options, from_end=request.from_end).load(progress)
     except UnderfootError as error:
         return Compiled(request.ticket, str(error))
     return Compiled(request.ticket)

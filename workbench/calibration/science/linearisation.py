@@ -107,7 +107,7 @@ class Linearisation:
         return tuple((j, end_n) for j, end_n in ends if end_n < 0.9 * self.full_scale_n)
 
 
-def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: bool = True) -> Linearisation:
+def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis: bool = True) -> Linearisation:
     """Fit the four sensors of a tile; without `hysteresis` only the static curves, which is fast.
 
     `BadValue` with reasons if no sensor can be calibrated, and for implausible forces
