@@ -32,10 +32,10 @@ def write_file(path: str | Path, *data: bytes | memoryview) -> None:
 
 @contextmanager
 def replaced(path: str | Path) -> Iterator[Path]:
-    """Context with an empty file beside `path` to write; it replaces `path` at the end of the block.
+    """Yield an empty file beside `path` to be written, and let it replace `path` at the end of the block.
 
-    If the block raises, the file is removed and `path` is unchanged. `BadFile` if the file cannot be made or moved;
-    exceptions of the block itself pass through (see `written`).
+    If the block raises, the file is removed and `path` is unchanged. Raise `BadFile` if the file cannot be created or
+    moved; exceptions of the block itself pass through (see `written`).
 
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with replaced(Path(folder, "a.txt")) as part:
@@ -61,7 +61,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
 
 @contextmanager
 def written(path: str | Path) -> Iterator[None]:
-    """Turn the system's error in a block that writes `path`, a file or folder, into `BadFile`.
+    """Convert an operating-system error in a block that writes `path`, a file or folder, to `BadFile`.
 
     >>> with written("report"):
     ...     raise PermissionError(13, "Permission denied")

@@ -202,7 +202,7 @@ _IS_PART: ContextVar[bool] = ContextVar("is_part", default=False)
 
 @contextmanager
 def of_part(is_part: bool) -> Iterator[None]:
-    """Say whether what is compiled meanwhile exists only within its callers."""
+    """Declare whether functions compiled in this block exist only inlined in their callers."""
     before = _IS_PART.set(is_part)
     try:
         yield

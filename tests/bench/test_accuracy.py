@@ -79,5 +79,5 @@ def test_pure_diffusion_passes_its_level_in_levy_s_time():
     durations = np.empty(4000)
     block = BlockOnBelt(1e-9, 0.0, 0.5, 1.0, 0.0, 0.0)
     naive.slips_by_euler_maruyama(block, 50.0, 1e-3, np.random.default_rng(2), durations)
-    law = stats.levy(scale=1.0)
-    assert np.mean(durations < 5.0) == pytest.approx(law.cdf(5.0), abs=0.04)
+    levy = stats.levy(scale=1.0)
+    assert np.mean(durations < 5.0) == pytest.approx(levy.cdf(5.0), abs=0.04)

@@ -82,9 +82,9 @@ def test_the_slope_of_figure_7_13_takes_stiffness_that_compounds(drawn):
 
 def test_friction_has_the_corrected_numbers(drawn):
     assert ours(drawn["8.5"], "n1 at the end, left") == pytest.approx(1.45, abs=0.2)
-    assert ours(drawn["8.6"], "of the decoupled law, variance 2D/h") == pytest.approx(0.44, abs=0.01)
+    assert ours(drawn["8.6"], "of the decoupled distribution, variance 2D/h") == pytest.approx(0.44, abs=0.01)
     assert ours(drawn["8.6"], "largest CDF difference of exact paths") < 0.02
-    (printed,) = (row for row in drawn["8.6"].compared if row.what == "of the decoupled law, variance 2D")
+    (printed,) = (row for row in drawn["8.6"].compared if row.what == "of the decoupled distribution, variance 2D")
     assert float(printed.ours) == pytest.approx(0.50, abs=0.01)
     assert ours(drawn["8.10"], "share of slips") == pytest.approx(1.1, abs=0.1)
 

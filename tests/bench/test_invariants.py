@@ -1,4 +1,4 @@
-"""Laws that honest nodes keep and made-up breakers break."""
+"""Invariants that honest nodes keep and made-up breakers break."""
 
 import numpy as np
 import pytest
@@ -109,7 +109,7 @@ def test_a_hammer_may_give_twice_its_momentum_and_no_more():
     assert "pulls" in broken_invariant("impact", seen(values, outputs={"force": force}, events_in=blow))
 
 
-def test_a_law_is_silent_where_a_wire_drives_what_it_needs():
+def test_an_invariant_is_silent_where_a_wire_drives_what_it_needs():
     moving = seen({"q": 1.0}, {"signal": QUIET}, {"out": LOUD})
     assert broken_invariant("low-pass", moving) == ""
     assert broken_invariant("no-such-node", moving) == ""

@@ -16,7 +16,7 @@ TILE = default_floor(1, 1).tiles[0]
 
 @pytest.fixture
 def measured(folder):
-    """Tables of one tile: pairs of sensors with a straight law, and presses read through them."""
+    """Tables of one tile: pairs of sensors with a straight curve, and presses read through them."""
     default_floor(1, 1).save("floor.json")
     rows = made_sensors.pairs_rows("straight, with an offset", gains=(1.0,) * 4)
     rows[:, 1] += 1.0

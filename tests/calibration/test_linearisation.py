@@ -1,4 +1,4 @@
-"""From pairs to newtons: sensors of many laws, held to loadings that the fit has not seen."""
+"""From pairs to newtons: sensors of many curves, held to loadings that the fit has not seen."""
 
 from functools import cache
 
@@ -18,9 +18,9 @@ def pairs(rows):
 
 
 @cache
-def fitted(law):
-    """Four sensors of a law and of different gains, and their fit."""
-    return linearise(pairs(made_sensors.pairs_rows(law)))
+def fitted(curve):
+    """Four sensors of a curve and of different gains, and their fit."""
+    return linearise(pairs(made_sensors.pairs_rows(curve)))
 
 
 def four_alike(rows):
@@ -32,31 +32,31 @@ def profile_of(found):
     return Profile(tile="t1").with_part(part_of(found, "made"))
 
 
-def unseen_error_percent(profile, law, width=0.0, over_time=False, gain=1.0, sensor=1):
+def unseen_error_percent(profile, curve, width=0.0, over_time=False, gain=1.0, sensor=1):
     time_s, force = made_sensors.loadings(100.0, 77)
-    reading = made_sensors.read(law, made_sensors.lagging(force, width), 78, gain)
+    reading = made_sensors.read(curve, made_sensors.lagging(force, width), 78, gain)
     four = np.repeat(reading[:, None], 4, axis=1)
     newtons = profile.force_over_time(four, time_s) if over_time else profile.force(four)
     loaded = force > 2.0
     return 100.0 * np.sqrt(np.mean((newtons[loaded, sensor] - force[loaded]) ** 2)) / made_sensors.FULL_N
 
 
-@pytest.mark.parametrize("law", made_sensors.LAWS)
-def test_every_law_is_found_to_half_a_percent_on_loadings_not_seen(law):
-    found = fitted(law)
+@pytest.mark.parametrize("curve", made_sensors.CURVES)
+def test_every_curve_is_found_to_half_a_percent_on_loadings_not_seen(curve):
+    found = fitted(curve)
     assert found.calibrated == (0, 1, 2, 3)
     assert found.error_percent < 0.5
-    assert unseen_error_percent(profile_of(found), law) < 0.5
+    assert unseen_error_percent(profile_of(found), curve) < 0.5
     assert found.good
 
 
-def test_the_law_that_made_the_readings_is_chosen_where_it_is_simple():
-    for law, name in (("logarithm", "exponential"), ("divider that falls", "rational"), ("power", "power")):
-        found = fitted(law)
+def test_the_curve_that_made_the_readings_is_chosen_where_it_is_simple():
+    for curve, name in (("logarithm", "exponential"), ("divider that falls", "rational"), ("power", "power")):
+        found = fitted(curve)
         assert [sensor.curve.family for sensor in found.sensors] == [name] * 4
 
 
-def test_a_known_divider_gives_the_resistance_law_its_constants():
+def test_a_known_divider_gives_the_resistance_curve_its_constants():
     time_s, force = made_sensors.loadings(100.0, 0)
     with np.errstate(divide="ignore"):
         resistance = 1e5 / force + 300.0
@@ -100,8 +100,8 @@ def test_creep_is_measured_and_repeated_loads_repeat():
 
 
 def test_rest_is_nought_and_nothing_is_wild_beyond_the_pairs():
-    for law in made_sensors.LAWS:
-        found = fitted(law)
+    for curve in made_sensors.CURVES:
+        found = fitted(curve)
         profile = profile_of(found)
         rest = [sensor.curve.unloaded_reading for sensor in found.sensors]
         assert profile.force(rest) == pytest.approx(np.zeros(4), abs=1e-6)
@@ -127,7 +127,7 @@ def test_a_few_known_weights_are_enough_for_a_curve():
     rows = np.concatenate(
         [
             np.stack(
-                [np.arange(15.0), np.full(15, j), made_sensors.LAWS["soft conductance"](up_and_down), up_and_down], 1
+                [np.arange(15.0), np.full(15, j), made_sensors.CURVES["soft conductance"](up_and_down), up_and_down], 1
             )
             for j in range(4)
         ]
@@ -186,7 +186,7 @@ def weighed(order_n=UP_AND_DOWN_N, width=0.1, typed=lambda f: f):
     """Weights put on one by one, 10 s apart; on sensor 1 other ones are `typed`."""
     rows = []
     for j in range(4):
-        reading = made_sensors.LAWS["soft conductance"](made_sensors.lagging(order_n, width))
+        reading = made_sensors.CURVES["soft conductance"](made_sensors.lagging(order_n, width))
         force = typed(order_n.copy()) if j == 0 else order_n
         rows.append(np.stack([10.0 * np.arange(order_n.size), np.full(order_n.size, j), reading, force], axis=1))
     return np.concatenate(rows)

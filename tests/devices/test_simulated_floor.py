@@ -65,7 +65,7 @@ def test_what_an_engine_that_takes_over_reads_is_what_it_would_have_read():
 def test_nobody_walks_where_the_walker_stands_aside():
     source = SimulatedFloor(FLOOR, walking=False)
     assert not pulled(source, 96_000)[1].any()
-    source.walk(True)
+    source.walk(on=True)
     assert pulled(source, 3 * 96_000, begin=96_000)[1].any()
 
 

@@ -14,7 +14,7 @@ HUGE = 1e6
 
 @pytest.mark.parametrize(("low", "high"), [(0.3, 41.0), (-3e-5, 2e-4), (0.0, 65535.0), (1e5, 1e5 + 1.0)])
 def test_even_ticks_enclose_the_range_at_round_values(low, high):
-    values = np.array(tick_values(low, high, False, 6.0))
+    values = np.array(tick_values(low, high, 6.0, log=False))
     step = values[1] - values[0]
     assert values[0] <= low + 1e-6 * step
     assert values[-1] >= high - 1e-6 * step
@@ -24,7 +24,7 @@ def test_even_ticks_enclose_the_range_at_round_values(low, high):
 
 @pytest.mark.parametrize(("low", "high"), [(20.0, 2000.0), (1e-3, 1e4), (50.0, 80.0), (100.0, 200.0), (130.0, 145.0)])
 def test_ticks_of_a_log_axis_enclose_the_range(low, high):
-    values = tick_values(low, high, True, 6.0)
+    values = tick_values(low, high, 6.0, log=True)
     assert 0.0 < values[0] <= low * (1 + 1e-6)
     assert values[-1] >= high * (1 - 1e-6)
     assert 2 <= len(values) <= 12
@@ -32,7 +32,7 @@ def test_ticks_of_a_log_axis_enclose_the_range(low, high):
 
 @given(st.floats(-HUGE, HUGE), st.floats(1e-6, HUGE), st.floats(30.0, 2000.0))
 def test_ticks_are_apart_within_the_axis_and_told_apart(low, length, pixels):
-    axis = round_axis((low, low + length), False, 0.0, pixels, 26.0)
+    axis = round_axis((low, low + length), 0.0, pixels, 26.0, log=False)
     assert axis.low <= low
     assert axis.high >= low + length
     places = axis.place([value for value, _ in axis.ticks])
@@ -45,12 +45,12 @@ def test_ticks_are_apart_within_the_axis_and_told_apart(low, length, pixels):
 
 
 def test_a_narrow_log_axis_has_ticks_too():
-    axis = round_axis((140.0, 145.0), True, 0.0, 400.0, 50.0)
+    axis = round_axis((140.0, 145.0), 0.0, 400.0, 50.0, log=True)
     assert len(axis.ticks) >= 3
 
 
 def test_a_given_range_is_shown_exactly():
-    axis = fixed_axis((-1.3, 7.7), False, 100.0, 0.0, 26.0)
+    axis = fixed_axis((-1.3, 7.7), 100.0, 0.0, 26.0, log=False)
     assert (axis.low, axis.high) == (-1.3, 7.7)
     assert all(axis.low <= value <= axis.high for value, _ in axis.ticks)
     np.testing.assert_allclose(axis.place([-1.3, 7.7]), [100.0, 0.0])

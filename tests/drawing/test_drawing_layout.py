@@ -19,8 +19,8 @@ LIVE = Drawing(
 )
 
 
-def measure(words, size_px, bold):
-    return 6.0 * len(words)
+def measure(text, size_px, *, bold=False):
+    return 6.0 * len(text)
 
 
 def texts(frame):
@@ -40,14 +40,14 @@ def test_a_drawing_has_its_title_labels_and_legend_around_the_axes():
     assert words["time, s →"].y > words["0"].y > frame.area.bottom
     keys = [shape for shape in frame.shapes if isinstance(shape, Polyline)]
     assert len(keys) == 2
-    assert keys[1].points[:, 0].min() > words["first"].x + measure("first", 11, False)
+    assert keys[1].points[:, 0].min() > words["first"].x + measure("first", 11)
 
 
 def test_a_long_title_and_a_long_legend_go_on_in_the_next_line():
     lines = tuple(series(f"series of number {k}", [0, 1], [0, 1]) for k in range(9))
     frame = framed(Drawing("words " * 40, "x", "y", lines))
     shown = [shape for shape in frame.shapes if isinstance(shape, Text)]
-    assert all(shape.x + measure(shape.text, 11, False) <= 640 for shape in shown if shape.anchor == "start")
+    assert all(shape.x + measure(shape.text, 11) <= 640 for shape in shown if shape.anchor == "start")
     title = [shape for shape in shown if shape.bold]
     assert len(title) > 1
     assert " ".join(shape.text for shape in title).split() == ["words"] * 40
@@ -58,7 +58,7 @@ def test_the_name_of_an_axis_without_room_loses_its_end_not_its_beginning():
     drawing = Drawing("", "energy of an event, of the bundle's units", "y", (series("", [0, 1], [0, 1]),))
     name = next(shape for words, shape in texts(framed(drawing, 160, 200)).items() if words.endswith("→"))
     assert name.text.startswith("energy")
-    assert name.x - measure(name.text, 11, False) >= 0.0
+    assert name.x - measure(name.text, 11) >= 0.0
 
 
 def test_a_compact_plot_has_the_unit_behind_the_last_tick_and_no_title():
@@ -151,9 +151,7 @@ def compact(names, width):
     frame = framed(drawing, width, margins=Margins())
     shapes = list(content_of(drawing, frame, measure))
     words = [shape for shape in shapes if isinstance(shape, Text)]
-    assert all(
-        frame.area.left <= word.x and word.x + measure(word.text, 11, False) <= frame.area.right for word in words
-    )
+    assert all(frame.area.left <= word.x and word.x + measure(word.text, 11) <= frame.area.right for word in words)
     assert not words or shapes.index(words[0]) > len(names)
     return [word.text for word in words]
 

@@ -29,7 +29,7 @@ def test_words_are_written_as_they_are():
 
 def test_dots_are_where_the_axes_say():
     drawing = Drawing("a", "x", "y", (series("", [1.0, 10.0, 100.0], [1.0, 2.0, 3.0], "dots"),), x_log=True)
-    frame = frame_of(drawing, WIDTH, HEIGHT, lambda words, size, bold: 0.0)
+    frame = frame_of(drawing, WIDTH, HEIGHT, lambda text, size_px, *, bold=False: 0.0)
     found = [(float(one.get("cx")), float(one.get("cy"))) for one in parsed(drawing).iter(f"{SVG}circle")]
     expected = np.column_stack([frame.x.place([1.0, 10.0, 100.0]), frame.y.place([1.0, 2.0, 3.0])])
     np.testing.assert_allclose(found, expected, atol=0.05)
@@ -39,7 +39,7 @@ def test_what_is_beyond_a_given_range_is_cut_off():
     line = (series("", [0.0, 10.0], [0.0, 10.0]),)
     assert parsed(Drawing("a", "x", "y", line)).find(f"{SVG}defs") is None
     drawing = Drawing("a", "x", "y", line, x_range=(0.0, 5.0), y_range=(0.0, 5.0))
-    root, area = parsed(drawing), frame_of(drawing, WIDTH, HEIGHT, lambda words, size, bold: 0.0).area
+    root, area = parsed(drawing), frame_of(drawing, WIDTH, HEIGHT, lambda text, size_px, *, bold=False: 0.0).area
     clip = root.find(f"{SVG}defs/{SVG}clipPath")  # elsewhere, readers that cannot clip paint it
     bounds = clip.find(f"{SVG}rect")
     inside = root.find(f"{SVG}g")

@@ -47,7 +47,7 @@ def answers():
     signal.signal(signal.SIGINT, before)
 
 
-def test_laws_that_were_asked_for_come_whatever_is_asked_besides(answers):
+def test_distributions_that_were_asked_for_come_whatever_is_asked_besides(answers):
     found = answers(
         PreviewRequest(1, *POISSON, distributions=True),
         CompileRequest(2, b"no patch", Target(FLOOR)),

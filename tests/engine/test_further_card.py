@@ -36,7 +36,7 @@ def test_an_engine_that_stood_still_is_found_again():
 def test_a_panic_is_silence_in_a_millisecond():
     simulated = SimulatedCards(0.0, seconds=4.0)
     simulated.run(until_s=3.0)
-    simulated.card.silence(True)
+    simulated.card.silence(on=True)
     played = simulated.run()[:, 1]
     np.testing.assert_allclose(played[:48], 0.5 * np.linspace(1.0, 0.0, 49)[1:], atol=1e-6)
     assert not played[48:].any()

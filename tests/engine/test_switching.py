@@ -183,7 +183,7 @@ def test_an_output_is_heard_without_the_others_and_a_muted_node_in_spite_of_it()
     patch = hum().add("noise", REGISTRY).add("tile-output", REGISTRY)
     patch = patch.connect("noise.out", "tile-output1.acceleration", REGISTRY)
     np.testing.assert_array_equal(heard(auditioned(patch, REGISTRY, "tile-output").patch), heard(hum()))
-    muted = hum().mark(["tone"], "muted", True)
+    muted = hum().mark(["tone"], "muted", on=True)
     assert heard(auditioned(muted, REGISTRY, "tone").patch).any()
 
 

@@ -33,7 +33,7 @@ def test_x_is_drawn_evenly_and_again_the_same_for_seed_and_participant():
     assert stats.binomtest(every.count("A"), len(every)).pvalue > 1e-3
 
 
-def test_p_is_that_of_the_binomial_law():
+def test_p_is_that_of_the_binomial_distribution():
     for right, of in ((12, 16), (16, 16), (5, 10), (0, 4)):
         assert chance_p(right, of) == pytest.approx(float(stats.binom.sf(right - 1, of, 0.5)))
 

@@ -113,3 +113,11 @@ def test_a_load_that_falls_and_rises_elsewhere_is_the_next_foots(last_n, places)
     least_s, moved = found
     assert least_s == pytest.approx(0.3, abs=0.005)
     assert moved == (places[1] > 0.1)
+
+
+def test_the_valley_between_the_two_peaks_of_a_foot_is_no_relief():
+    """Walking presses the ground with peaks of 1.1 body weights and 0.7 between (Winter 1991)."""
+    time_s = np.arange(150) * 0.004
+    force_n = 700.0 * np.interp(time_s, (0.0, 0.15, 0.3, 0.45, 0.6), (0.0, 1.1, 0.7, 1.1, 0.0))
+    track = np.column_stack([time_s, 0.4 * time_s, np.zeros(150), force_n])
+    assert relief_time_s(track[: int(0.45 / 0.004)], 0.2) is None

@@ -1,4 +1,4 @@
-"""Sensors and presses independent of the program: laws in closed form, hysteresis, a press robot."""
+"""Sensors and presses independent of the program: curves in closed form, hysteresis, a press robot."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 FULL_N = 200.0
 
-LAWS = {
+CURVES = {
     "soft conductance": lambda f: 60000.0 * f * f / (f * f + 120.0 * (f + 15.0)),
     "logarithm": lambda f: 8000.0 * np.log1p(f / 8.0),
     "divider that falls": lambda f: 65535.0 / (1.0 + f / 60.0),
@@ -38,17 +38,17 @@ def lagging(force_n, width=0.08):
     return felt
 
 
-def read(law, felt_n, seed, gain=1.0, noise=3.0):
-    counts = LAWS[law](gain * felt_n) + noise * np.random.default_rng(seed).standard_normal(felt_n.size)
+def read(curve, felt_n, seed, gain=1.0, noise=3.0):
+    counts = CURVES[curve](gain * felt_n) + noise * np.random.default_rng(seed).standard_normal(felt_n.size)
     return np.clip(np.round(counts), 0.0, 65535.0)
 
 
-def pairs_rows(law, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count=4):
+def pairs_rows(curve, rate_hz=100.0, width=0.0, gains=(0.85, 1.0, 1.1, 1.2), count=4):
     """Return the columns of a table of pairs: time, sensor from 0, reading, force."""
     found = []
     for j, gain in enumerate(gains):
         time_s, force = loadings(rate_hz, j, count)
-        reading = read(law, lagging(force, width), 10 + j, gain)
+        reading = read(curve, lagging(force, width), 10 + j, gain)
         found.append(np.stack([time_s + 100.0 * j, np.full(force.size, j), reading, force], axis=1))
     return np.concatenate(found)
 

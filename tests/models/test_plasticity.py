@@ -1,4 +1,4 @@
-"""Elasto-plastic slip: its linear motion, the law and the bookkeeping of its energies, and its life in real time."""
+"""Elasto-plastic slip: its linear motion, the distribution and sum of its energies, and its life in real time."""
 
 import math
 from itertools import pairwise
@@ -123,16 +123,16 @@ def test_the_power_law_has_its_closed_form(gamma):
 @pytest.mark.parametrize("gamma", [1.2, 1.5, 2.0])
 def test_the_energies_of_slips_follow_the_truncated_power_law(gamma):
     force = np.linspace(0.0, 10_000.0, 960_000)  # slow, so that nearly no two slips share a frame
-    law_j = {"gamma": gamma, "least_j": 1e-4, "most_j": 1e-2}
-    energies = slip(force, **law_j, stiffness_n_m=1e6, threshold_n=200.0, seed=3).energy_j
+    limits_j = {"gamma": gamma, "least_j": 1e-4, "most_j": 1e-2}
+    energies = slip(force, **limits_j, stiffness_n_m=1e6, threshold_n=200.0, seed=3).energy_j
     power = 1.0 - gamma
 
-    def law(energy):
+    def cdf(energy):
         return (energy**power - 1e-4**power) / (1e-2**power - 1e-4**power)
 
     assert energies.size > 300
     assert energies.min() >= 1e-4
-    assert stats.kstest(energies[energies <= 1e-2], law).pvalue > 0.01
+    assert stats.kstest(energies[energies <= 1e-2], cdf).pvalue > 0.01
     edges = np.geomspace(1e-4, 1e-2, 9)
     density = np.histogram(energies, edges)[0] / np.diff(edges)
     centres = np.sqrt(edges[1:] * edges[:-1])

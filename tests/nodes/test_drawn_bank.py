@@ -1,4 +1,4 @@
-"""Drawn modal banks: the laws they are drawn by, and that they ring as the sum of their modes."""
+"""Drawn modal banks: the distributions they are drawn from, and that they ring as the sum of their modes."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def ring(tiles=("t1",), frames=4_800, **parameters):
 
 
 @pytest.mark.parametrize("alpha", [-3.0, -1.0, -0.5, 0.0, 2.0])
-def test_frequencies_are_drawn_by_their_power_law(alpha):
+def test_frequencies_are_drawn_from_their_power_law(alpha):
     frequencies = np.concatenate([drawn(draw, alpha=alpha)[0] for draw in range(10)])
 
     def share_below(f):

@@ -27,7 +27,7 @@ def two_tones(*, marks=()):
         scale={"out_low": 2.0, "out_high": 2.0},
     )
     for id, mark in marks:
-        patch = patch.mark([id], mark, True)
+        patch = patch.mark([id], mark, on=True)
     return patch
 
 
@@ -67,11 +67,11 @@ def test_past_a_bypassed_node_goes_what_came_to_it():
 
 def test_what_fits_nowhere_is_silent_past_a_bypassed_node():
     struck = patch_of(("strike.out", "modal-bank.strike"), ("modal-bank.out", "tile-output.acceleration"))
-    assert effective_patch(struck.mark(["modal-bank"], "bypassed", True), REGISTRY).wires == (
+    assert effective_patch(struck.mark(["modal-bank"], "bypassed", on=True), REGISTRY).wires == (
         ("strike.out", "modal-bank.strike"),
     )
     forced = patch_of(("tile-force.force", "gain.signal"), ("gain.out", "tile-output.acceleration"))
-    assert effective_patch(forced.mark(["gain"], "bypassed", True), REGISTRY).wires == (
+    assert effective_patch(forced.mark(["gain"], "bypassed", on=True), REGISTRY).wires == (
         ("tile-force.force", "gain.signal"),
     )
 
@@ -88,15 +88,15 @@ def test_a_soloed_branch_is_heard_alone_with_what_shapes_it():
 def test_of_several_outputs_the_one_that_plays_what_is_soloed_is_heard():
     patch = two_tones().add("tone", REGISTRY).add("tile-output", REGISTRY)
     patch = patch.connect("tone1.out", "tile-output1.acceleration", REGISTRY)
-    first = effective_patch(patch.mark(["tone"], "soloed", True), REGISTRY)
+    first = effective_patch(patch.mark(["tone"], "soloed", on=True), REGISTRY)
     assert ("tone1.out", "tile-output1.acceleration") not in first.wires
-    second = effective_patch(patch.mark(["tile-output1"], "soloed", True), REGISTRY)
+    second = effective_patch(patch.mark(["tile-output1"], "soloed", on=True), REGISTRY)
     assert [target for _, target in second.wires if target.startswith("tile-output")] == ["tile-output1.acceleration"]
 
 
 def test_a_mark_needs_a_new_program_and_a_number_that_nobody_hears_does_not():
     patch = two_tones()
-    muted = patch.mark(["scale"], "muted", True)
+    muted = patch.mark(["scale"], "muted", on=True)
     assert moved_numbers(patch, muted, REGISTRY) is None
     assert moved_numbers(muted, muted.set("noise", "amplitude", 3.0, REGISTRY), REGISTRY) == []
 
@@ -104,10 +104,10 @@ def test_a_mark_needs_a_new_program_and_a_number_that_nobody_hears_does_not():
 def test_marks_are_in_the_file_only_where_they_were_set():
     patch = two_tones()
     assert b"muted" not in patch.dumps()
-    marked = patch.mark(["tone", "mix"], "soloed", True)
+    marked = patch.mark(["tone", "mix"], "soloed", on=True)
     assert marked.dumps().count(b'"soloed": true') == 2
     assert Patch.loads(marked.dumps(), REGISTRY) == marked
-    assert marked.mark(["tone", "mix"], "soloed", False).dumps() == patch.dumps()
+    assert marked.mark(["tone", "mix"], "soloed", on=False).dumps() == patch.dumps()
     assert Patch.loads(marked.part(["tone"]).dumps(), REGISTRY).node("tone").marks == ("soloed",)
 
 
@@ -117,4 +117,4 @@ def test_a_mark_that_is_no_mark_is_refused():
     with pytest.raises(BadFile, match=r"nodes\[0\]\.muted"):
         Patch.loads(msgspec.json.encode(raw), REGISTRY)
     with pytest.raises(BadValue, match="muted, bypassed, soloed"):
-        two_tones().mark(["tone"], "quiet", True)
+        two_tones().mark(["tone"], "quiet", on=True)

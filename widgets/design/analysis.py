@@ -55,7 +55,7 @@ class Scale:
 
     def _at(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the frequencies at shares of the axis' length, in Hz."""
-        low, high = scaled(self.range_hz, self.log)
+        low, high = scaled(self.range_hz, log=self.log)
         places = low + shares * (high - low)
         return 10.0**places if self.log else places
 

@@ -226,7 +226,7 @@ class Canvas(EditableView):
             return
         node = self.patch_scene.node_at(place, 6.0)
         if node is not None and node.more_at(place):
-            node.set_ports(node.driven, True)
+            node.set_ports(node.driven, shows_all=True)
             return
         if node is not None and self.transform().m11() >= MIN_LEGIBLE_SCALE and node.button_at(place):
             self.audition_requested.emit(node.node.id)
@@ -433,7 +433,7 @@ class Canvas(EditableView):
             self._cancel_drag()
         elif any(node.shows_all_ports for node in self.patch_scene.nodes.values()):
             for node in self.patch_scene.nodes.values():
-                node.set_ports(node.driven, False)
+                node.set_ports(node.driven, shows_all=False)
         else:
             self.patch_scene.choose(None)
             self.patch_scene.select([])
@@ -467,7 +467,7 @@ class Canvas(EditableView):
         self._nudges += 1
         for id, node in self.patch_scene.nodes.items():
             if node.shows_all_ports and id not in ids:
-                node.set_ports(node.driven, False)
+                node.set_ports(node.driven, shows_all=False)
         self.map.update()
         self.selected.emit(ids)
 

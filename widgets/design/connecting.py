@@ -25,7 +25,7 @@ class WireDrag:
             # A wire pulled off an input stays connected to its source.
             self.old, item = drawn.wire, drawn.source
             placed = next(p for p in item.geometry.ports if p.side == "out" and item.end(p) == drawn.wire[0])
-            scene.show_wire(drawn, False)
+            scene.show_wire(drawn, shown=False)
         self.item, self.placed = item, placed
         self.target: str = ""
         self.reason = ""
@@ -97,7 +97,7 @@ class WireDrag:
         self._open(None)
         self._scene.removeItem(self._line)
         if self.old in self._scene.wires:
-            self._scene.show_wire(self._scene.wires[self.old], True)
+            self._scene.show_wire(self._scene.wires[self.old], shown=True)
         for node in self._scene.nodes_and_group_nodes():
             node.set_dimmed("")
 
@@ -152,10 +152,10 @@ class WireDrag:
         if over is self._opened:
             return
         if self._opened is not None:
-            self._opened.set_ports(self._opened.driven, False)
+            self._opened.set_ports(self._opened.driven, shows_all=False)
         self._opened = None
         drives = self.placed.side == "out" and self.placed.port.kind == "signal"
         if drives and over is not None and over is not self.item and not over.shows_all_ports:
-            over.set_ports(over.driven, True)
+            over.set_ports(over.driven, shows_all=True)
             over.set_dimmed(self.placed.side)
             self._opened = over

@@ -25,8 +25,8 @@ from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
 from underfoot.widgets.controls.parameter_editor import FileEditor, editor_for
+from underfoot.widgets.design.distribution_view import DistributionView
 from underfoot.widgets.design.error_view import ErrorView
-from underfoot.widgets.design.law_view import LawView
 from underfoot.widgets.design.node_geometry import accent, display_name
 from underfoot.widgets.design.node_pictures import PICTURES, TIPS, NodePicture
 from underfoot.widgets.design.patch_editing import drivers, with_wired_unit
@@ -36,7 +36,7 @@ from underfoot.widgets.design.shared_parameters import shared_parameters, shown_
 
 INTERVAL_NODES = ("poisson", "texture")
 """Nodes with random intervals, whose distribution the inspector shows. Other nodes' distributions take too long."""
-LAW_PX = 200
+DISTRIBUTION_PX = 200
 TITLE = Text("", doc="what the patch is called", label="Title")
 COMMENT = Text("", doc="what to know about it", label="Comment")
 SEED = Count(0, 0, 2**31 - 1, doc="the same seed gives the same random draws", label="Seed")
@@ -95,8 +95,8 @@ class Inspector(QScrollArea):
         self._signal_ranges: Mapping[str, tuple[float, float]] = {}
         self.editors: dict[str, ParameterEditor] = {}
         self.picture: NodePicture | None = None
-        self.law: LawView | None = None
-        self._laws: Distributions | None = None
+        self.distribution: DistributionView | None = None
+        self._distributions: Distributions | None = None
         self.errors: ErrorView | None = None
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -128,11 +128,11 @@ class Inspector(QScrollArea):
 
     def update_colours(self) -> None:
         """Rebuild the page in the current colours."""
-        laws = self._laws
+        distributions = self._distributions
         self._shape = None
         self.show_selection(self._patch, self._ids, self._group.id if self._group is not None else "")
-        if laws is not None:
-            self.show_laws(laws)
+        if distributions is not None:
+            self.show_distributions(distributions)
 
     def set_tiles(self, ids: Sequence[str]) -> None:
         """Set the ids of the tiles to choose from."""
@@ -160,15 +160,15 @@ class Inspector(QScrollArea):
             self._refresh(drivers(self._patch).get(self._ids[0], {}))
 
     @property
-    def wants_laws(self) -> bool:
+    def wants_distributions(self) -> bool:
         """Whether the distribution of the node's intervals is visible."""
-        return self.law is not None
+        return self.distribution is not None
 
-    def show_laws(self, laws: Distributions) -> None:
+    def show_distributions(self, distributions: Distributions) -> None:
         """Show the distribution of the node's intervals, the last of its distributions."""
-        self._laws = laws
-        if self.law is not None:
-            self.law.show_laws(replace(laws, drawings=laws.drawings[-1:]))
+        self._distributions = distributions
+        if self.distribution is not None:
+            self.distribution.show_distributions(replace(distributions, drawings=distributions.drawings[-1:]))
 
     def show_errors(self, curve: ErrorCurveDrawn) -> None:
         """Show the node's run time as a function of error, as far as it has been measured."""
@@ -178,7 +178,7 @@ class Inspector(QScrollArea):
     # --- building ---
 
     def _build(self) -> None:
-        self.editors, self.picture, self.law, self.errors, self._laws = {}, None, None, None, None
+        self.editors, self.picture, self.distribution, self.errors, self._distributions = {}, None, None, None, None
         page = QWidget()
         page.setProperty("role", "panel")
         column = QVBoxLayout(page)
@@ -246,10 +246,10 @@ class Inspector(QScrollArea):
                 )
             self._offer_publishing(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
-            self.law = LawView(most=1)
-            self.law.setFixedHeight(LAW_PX)
-            self.law.expect()
-            column.addWidget(self.law)
+            self.distribution = DistributionView(most=1)
+            self.distribution.setFixedHeight(DISTRIBUTION_PX)
+            self.distribution.expect()
+            column.addWidget(self.distribution)
         if type.requested_error is not None:
             self.errors = ErrorView()
             self.errors.toggled.connect(self.errors_toggled)

@@ -76,10 +76,10 @@ class NodeItem(QGraphicsItem):
             self.description = description
             self._reshape()
 
-    def set_ports(self, driven: tuple[str, ...], shows_all_ports: bool) -> None:
-        """Show these parameters as ports; `shows_all_ports` shows all that a wire can drive."""
-        if (driven, shows_all_ports) != (self.driven, self.shows_all_ports):
-            self.driven, self.shows_all_ports = driven, shows_all_ports
+    def set_ports(self, driven: tuple[str, ...], *, shows_all: bool) -> None:
+        """Show these parameters as ports; `shows_all` shows all that a wire can drive."""
+        if (driven, shows_all) != (self.driven, self.shows_all_ports):
+            self.driven, self.shows_all_ports = driven, shows_all
             self._reshape()
 
     def show_port(self, name: str, wanted: bool) -> None:

@@ -69,7 +69,7 @@ def toggled(patch: Patch, registry: Registry, ids: Sequence[str], mark: str) -> 
             return patch, f"{label} cannot be bypassed: nothing that comes in could go out in its place; mute it"
         ids = can_bypass
     on = not all(mark in patch.node(id).marks for id in ids)
-    return patch.mark(ids, mark, on), MARK_NAMES[mark][0 if on else 1]
+    return patch.mark(ids, mark, on=on), MARK_NAMES[mark][0 if on else 1]
 
 
 def _action(widget: QWidget, text: str, key: str, do: Callable[[], object]) -> QAction:

@@ -29,7 +29,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.design import preview_drawings
 from underfoot.widgets.design.analysis import HEARD_HZ, Scale, quantised_levels, spectrogram_db, spectrum_db
-from underfoot.widgets.design.law_view import LATE_AFTER_MS, LawView
+from underfoot.widgets.design.distribution_view import LATE_AFTER_MS, DistributionView
 from underfoot.widgets.design.preview_drawings import FREQUENCIES, NO_FREQUENCIES, NO_TIMES, TIMES
 from underfoot.widgets.design.preview_signal import (
     SHORTEST_MS,
@@ -57,8 +57,8 @@ class PreviewPanel(QWidget):
 
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
-    laws_requested = Signal()
-    """The person wants to see the laws of the node, which come with the next preview."""
+    distributions_requested = Signal()
+    """The person wants to see the distributions of the node, which come with the next preview."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -91,13 +91,13 @@ class PreviewPanel(QWidget):
         self.shows = {
             name: self._toggle(name, f"Show the {name.lower()}") for name in ("Waveform", "Spectrogram", "Spectrum")
         }
-        self.laws = self._toggle(
-            "Laws", "The distributions that the node draws from, instead of what it does in a step"
+        self.distributions = self._toggle(
+            "Distributions", "The distributions that the node draws from, instead of what it does in a step"
         )
-        self.laws.setChecked(False)
-        self.laws.hide()
-        self.law_view = LawView()
-        self.law_view.setContentsMargins(8, 0, 8, 8)
+        self.distributions.setChecked(False)
+        self.distributions.hide()
+        self.distribution_view = DistributionView()
+        self.distribution_view.setContentsMargins(8, 0, 8, 8)
         self.tiles = QComboBox(self)
         self.tiles.setAccessibleName("Tile")
         self.tiles.hide()
@@ -119,7 +119,7 @@ class PreviewPanel(QWidget):
         self.log.toggled.connect(self._draw)
         for button in self.shows.values():
             button.toggled.connect(self._arrange_plots)
-        self.laws.toggled.connect(self._choose_page)
+        self.distributions.toggled.connect(self._choose_page)
         self.tiles.currentTextChanged.connect(self.pad.set_tile)
         self.pad.struck.connect(self.struck)
         self.pad.pressed.connect(self.pressed)
@@ -148,7 +148,7 @@ class PreviewPanel(QWidget):
         for box in (self.output, self.range, self.tiles):
             box.setProperty("role", "chip")
         head.addWidget(self.title, 1)
-        in_line = (self.output, self.laws, *self.shows.values(), self.log, self.range, self.tiles)
+        in_line = (self.output, self.distributions, *self.shows.values(), self.log, self.range, self.tiles)
         for widget in in_line:
             head.addWidget(widget)
         self._plots = QGridLayout()
@@ -165,7 +165,7 @@ class PreviewPanel(QWidget):
         self._step_page.setLayout(self._plots)
         self._pages = QStackedWidget(self)
         self._pages.addWidget(self._step_page)
-        self._pages.addWidget(self.law_view)
+        self._pages.addWidget(self.distribution_view)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -188,7 +188,7 @@ class PreviewPanel(QWidget):
         self._name("Preview")
         self.note.set_full_text("select a node")
         self.output.hide()
-        self.laws.hide()
+        self.distributions.hide()
         self._choose_page()
         self._late.stop()
         self._other = self._view_ms = None
@@ -200,8 +200,8 @@ class PreviewPanel(QWidget):
         With `is_heard`, for a node that is heard and not felt, the frequency range is the audible one.
         """
         self._late.start()
-        if self.wants_laws:
-            self.law_view.expect()
+        if self.wants_distributions:
+            self.distribution_view.expect()
         self._why_silent, self._is_heard = why_silent, is_heard
         self._name(label or type.label)
         if node == self.node and list(self._ports) == [port.name for port in type.outputs]:
@@ -211,7 +211,7 @@ class PreviewPanel(QWidget):
         self._preview = self._other = self._view_ms = None
         self._is_late = False
         self.note.set_full_text("")
-        self.laws.setVisible(type.distributions is not None)
+        self.distributions.setVisible(type.distributions is not None)
         self._choose_page()
         self.output.clear()
         self.output.addItems(list(self._ports))
@@ -250,24 +250,24 @@ class PreviewPanel(QWidget):
         self._draw()
 
     @property
-    def wants_laws(self) -> bool:
+    def wants_distributions(self) -> bool:
         """Whether the distributions of the node are visible."""
-        return self.laws.isChecked() and not self.laws.isHidden()
+        return self.distributions.isChecked() and not self.distributions.isHidden()
 
-    def show_laws(self, laws: Distributions) -> None:
+    def show_distributions(self, distributions: Distributions) -> None:
         """Show the requested distributions."""
-        self.law_view.show_laws(laws)
+        self.distribution_view.show_distributions(distributions)
 
     def _choose_page(self) -> None:
         """Show the page of the step's response, or of the distributions."""
-        wanted = self.wants_laws
-        self._pages.setCurrentWidget(self.law_view if wanted else self._step_page)
+        wanted = self.wants_distributions
+        self._pages.setCurrentWidget(self.distribution_view if wanted else self._step_page)
         for widget in (*self.shows.values(), self.log, self.range):
             widget.setEnabled(not wanted)
         self.note.setVisible(not wanted)  # it describes the step
         if wanted:
-            self.law_view.wait()
-            self.laws_requested.emit()
+            self.distribution_view.wait()
+            self.distributions_requested.emit()
 
     def set_tiles(self, tiles: Sequence[Tile]) -> None:
         """Set the tiles that can be struck and pressed."""

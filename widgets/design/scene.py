@@ -91,7 +91,8 @@ class PatchScene(QGraphicsScene):
             self.nodes = {id: self.nodes[id] for id in placed}
         wired = drivers(self.patch)
         for id, item in self.nodes.items():
-            item.set_ports(driven_parameters(self.registry, item.node.type, wired.get(id, ())), item.shows_all_ports)
+            driven = driven_parameters(self.registry, item.node.type, wired.get(id, ()))
+            item.set_ports(driven, shows_all=item.shows_all_ports)
 
     def update_colours(self) -> None:
         """Redraw everything in the current colours."""
@@ -285,7 +286,7 @@ class PatchScene(QGraphicsScene):
             if item.chosen != (item is wire):
                 item.set_chosen(item is wire)
 
-    def show_wire(self, wire: WireItem, shown: bool) -> None:
+    def show_wire(self, wire: WireItem, *, shown: bool) -> None:
         """Hide a wire while it is dragged, or show it again."""
         wire.setVisible(shown)
         self.wire_picture.redraw(wire.boundingRect())

@@ -88,7 +88,7 @@ class SlotListening(QObject):
         node = self._counterpart(previewed)
         return OTHER_PREFIX + node if node and self._overlaid != previewed else ""
 
-    def request(self, name: str, tile: str, laws: bool) -> None:
+    def request(self, name: str, tile: str, distributions: bool) -> None:
         """Request a preview of a node on a tile; a prefix of the name selects the other slot."""
         patch, node = self._patch_of(name), name.removeprefix(OTHER_PREFIX)
         if patch is None:
@@ -97,7 +97,9 @@ class SlotListening(QObject):
         if name != node and self._open_patch.other is not None:
             patch = with_files_kept(patch, self._context.registry, self._open_patch.other.folder, None)
         seconds = self._bar.seconds
-        self._context.controller.previews.request_preview(patch, node, tile, seconds, laws=laws, name=name)
+        self._context.controller.previews.request_preview(
+            patch, node, tile, seconds, distributions=distributions, name=name
+        )
 
     def use_preview(self, preview: Preview, name: str, is_shown: bool) -> None:
         """Store the loudness of a preview; the other slot's is drawn over the visible one."""

@@ -51,8 +51,8 @@ class DesignWorkspace(Workspace):
     """The patch after every edit, undo and redo; not after `set_patch`."""
 
     preview_requested = Signal(str, str, bool)
-    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`; and whether its
-    laws should be drawn for `show_laws`. With `OTHER_PREFIX`, a node of the patch in the other slot."""
+    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`, and whether its
+    distributions should be drawn. With `OTHER_PREFIX`, a node of the patch in the other slot."""
 
     errors_requested = Signal(str)
     """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
@@ -72,7 +72,7 @@ class DesignWorkspace(Workspace):
         self.document = Document(Patch(), self)
         self._last_patch = self.document.patch
         self._loading = False
-        self._previewed = self._requested = self._laws_of = self._said = ""
+        self._previewed = self._requested = self._distributions_of = self._said = ""
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
@@ -121,7 +121,7 @@ class DesignWorkspace(Workspace):
         controller.bridge.faulted.connect(self.show_fault)
         controller.previews.preview_computed.connect(self.show_preview)
         controller.previews.outlines_computed.connect(self.show_outlines)
-        controller.previews.laws_computed.connect(self.show_laws)
+        controller.previews.distributions_computed.connect(self.show_distributions)
         controller.previews.errors_measured.connect(self.inspector.show_errors)
         controller.equaliser_changed.connect(lambda tile: self._preview_timer.start())
         self.small_plots.outlines_requested.connect(
@@ -230,12 +230,12 @@ class DesignWorkspace(Workspace):
             self.slots.use_outlines(outlines, shown)
         self._idle_timer.start()
 
-    def show_laws(self, laws: Distributions) -> None:
+    def show_distributions(self, distributions: Distributions) -> None:
         """Show the distributions of the previewed node."""
-        if self._laws_of != self._previewed:
+        if self._distributions_of != self._previewed:
             return
-        self.preview.show_laws(laws)
-        self.inspector.show_laws(laws)
+        self.preview.show_distributions(distributions)
+        self.inspector.show_distributions(distributions)
 
     def show_costs(self, costs: Costs | None) -> None:
         """Show each node's cost, and the nodes that are asleep; None if the engine is stopped."""
@@ -342,7 +342,7 @@ class DesignWorkspace(Workspace):
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
         self.preview.tiles.activated.connect(self._tile_changed)
-        self.preview.laws_requested.connect(self._tile_changed)
+        self.preview.distributions_requested.connect(self._tile_changed)
         self.small_plots.timed_out.connect(self._idle_timer.start)
         self.small_plots.signal_ranges_changed.connect(self.inspector.show_signal_ranges)
         self.inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
@@ -450,9 +450,10 @@ class DesignWorkspace(Workspace):
         self._requested = id
         self._timeout_timer.start()
         self.small_plots.forget_request()
-        wants_laws = id == self._previewed and (self.preview.wants_laws or self.inspector.wants_laws)
-        self._laws_of = id if wants_laws else self._laws_of
-        self.preview_requested.emit(id, self.preview_tile(), wants_laws)
+        shows = self.preview.wants_distributions or self.inspector.wants_distributions
+        wanted = shows and id == self._previewed
+        self._distributions_of = id if wanted else self._distributions_of
+        self.preview_requested.emit(id, self.preview_tile(), wanted)
 
     def _request_again(self) -> None:
         if self._requested and any(node.id == self._requested for node in self.patch().nodes):

@@ -47,7 +47,7 @@ def paint(painter: QPainter, shape: Shape) -> None:
             _paint_text(painter, shape)
 
 
-def width_px(text: str, size_px: int, bold: bool) -> float:
+def width_px(text: str, size_px: int, *, bold: bool = False) -> float:
     """Return the width of a text in the font of the window."""
     return _metrics(size_px, bold).horizontalAdvance(text)
 
@@ -106,4 +106,5 @@ def _paint_text(painter: QPainter, shape: Text) -> None:
     painter.setFont(theme.font(shape.size_px, shape.bold))
     painter.setPen(QColor(theme.PALETTE[shape.colour]))
     share = {"start": 0.0, "middle": 0.5, "end": 1.0}[shape.anchor]
-    painter.drawText(QPointF(shape.x - share * width_px(shape.text, shape.size_px, shape.bold), shape.y), shape.text)
+    left_px = shape.x - share * width_px(shape.text, shape.size_px, bold=shape.bold)
+    painter.drawText(QPointF(left_px, shape.y), shape.text)

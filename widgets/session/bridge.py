@@ -52,7 +52,7 @@ class Bridge(QObject):
     """`Preview`, as requested."""
     outlines_computed = Signal(object)
     """`Outlines`, as requested."""
-    laws_computed = Signal(object)
+    distributions_computed = Signal(object)
     """`Distributions` of the node that was previewed."""
     errors_measured = Signal(object)
     """`ErrorCurveDrawn`, as far as the curve is known."""
@@ -174,7 +174,7 @@ class Bridge(QObject):
             case Outlines():
                 self.outlines_computed.emit(report)
             case Distributions():
-                self.laws_computed.emit(report)
+                self.distributions_computed.emit(report)
             case ErrorCurveDrawn():
                 self.errors_measured.emit(report)
             case Notice(text):

@@ -66,7 +66,7 @@ class NetworkLink(QObject):
     def close(self, wait: bool = True) -> None:
         """Stop serving; `wait` until all has ended."""
         if self._server is not None:
-            self._server.close(wait)
+            self._server.close(wait=wait)
             self._counts, self._server = self._server.counts, None
 
     def _open(self) -> None:

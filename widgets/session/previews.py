@@ -20,8 +20,8 @@ class Previews(QObject):
 
     preview_computed = Signal(object, str)
     """The last `Preview` requested, and its node."""
-    laws_computed = Signal(object)
-    """`Distributions` of the node whose laws were requested last."""
+    distributions_computed = Signal(object)
+    """`Distributions` of the node whose distributions were requested last."""
     outlines_computed = Signal(object)
     """The last `Outlines` requested."""
     errors_measured = Signal(object)
@@ -33,25 +33,26 @@ class Previews(QObject):
         super().__init__(parent)
         self._session, self._registry = session, registry
         self._preview_ticket, self._preview_node = 0, ""
-        self._laws_ticket = self._errors_ticket = self._outlines_ticket = 0
+        self._distributions_ticket = self._errors_ticket = self._outlines_ticket = 0
         bridge.preview_computed.connect(self._emit_preview)
-        bridge.laws_computed.connect(self._emit_laws)
+        bridge.distributions_computed.connect(self._emit_distributions)
         bridge.outlines_computed.connect(self._emit_outlines)
         bridge.errors_measured.connect(self._emit_errors)
 
     def request_preview(
-        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, laws: bool = False, name: str = ""
+        self, patch: Patch, node: str, tile: str, seconds: float = 0.0, *, distributions: bool = False, name: str = ""
     ) -> None:
         """Request the response of a patch's node to one step on a tile: `preview_computed` delivers it.
 
-        `seconds` as in `Session.preview`. With `laws`, `laws_computed` delivers the node's laws after it.
+        `seconds` as in `Session.preview`. With `distributions`, `distributions_computed` delivers them after it.
         `preview_computed` uses `name`, by default the node's id.
         """
         session = self._session()
         if session is not None:
-            self._preview_ticket = session.preview(without_missing(patch, self._registry), node, seconds, tile, laws)
+            known = without_missing(patch, self._registry)
+            self._preview_ticket = session.preview(known, node, seconds, tile, distributions=distributions)
             self._preview_node = name or node
-            self._laws_ticket = self._preview_ticket if laws else self._laws_ticket
+            self._distributions_ticket = self._preview_ticket if distributions else self._distributions_ticket
 
     def request_outlines(self, patch: Patch, nodes: Sequence[str], tile: str, seconds: float) -> None:
         """Request thumbnails of nodes' responses to one step on a tile: `outlines_computed` delivers them."""
@@ -69,9 +70,9 @@ class Previews(QObject):
         if preview.ticket == self._preview_ticket:
             self.preview_computed.emit(preview, self._preview_node)
 
-    def _emit_laws(self, laws: Distributions) -> None:
-        if laws.ticket == self._laws_ticket:
-            self.laws_computed.emit(laws)
+    def _emit_distributions(self, distributions: Distributions) -> None:
+        if distributions.ticket == self._distributions_ticket:
+            self.distributions_computed.emit(distributions)
 
     def _emit_outlines(self, outlines: Outlines) -> None:
         if outlines.ticket == self._outlines_ticket:

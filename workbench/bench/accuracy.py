@@ -83,7 +83,7 @@ class Task:
 
 
 def run(quick: bool = False, progress: Callable[[str], None] = lambda line: None) -> list[Comparison]:
-    """Measure every task. Quick: shorter signals, fewer paths and values, one or two runs per point."""
+    """Measure every task. With `quick`, signals are shorter, values fewer, and each point has one or two runs."""
     found = []
     for make in TASKS:
         for task in make(quick):
@@ -129,7 +129,7 @@ def _end_from_truth(truths: dict[float, NDArray[np.float64]], result: NDArray[np
 
 
 def impacts(quick: bool) -> Iterable[Task]:
-    """The hammer of docs/models.md#impacts on ten modes."""
+    """Yield the comparison of methods for the hammer of docs/models.md#impacts on ten modes."""
     draw = np.random.default_rng(3)
     frequencies, decays = np.sort(draw.uniform(50.0, 5_000.0, 10)), draw.uniform(5.0, 80.0, 10)
     modes = ModalObject(frequencies, decays, 0.1 * draw.uniform(0.3, 2.0, 10), draw.uniform(0.3, 1.0, 10))
@@ -273,7 +273,10 @@ def tones(quick: bool) -> Iterable[Task]:
 
 
 def bundles(quick: bool) -> Iterable[Task]:
-    """A slow ramp to 95 % of the critical load; for endless bundles, load / N = x exp(-(x / scale)^shape)."""
+    """Yield the comparison of methods for a bundle under a slow ramp to 95 % of its critical load.
+
+    An infinite bundle follows load / N = x exp(-(x / scale)^shape).
+    """
     shape, scale = 4.0, 2.5
     share = np.linspace(0.0, 0.95, RATE)
     critical = FibreBundle(1, shape, scale).critical_stress
@@ -369,7 +372,7 @@ def frictions(quick: bool) -> Iterable[Task]:
         at, cdf = result
         return float(np.abs(cdf - np.interp(at, reference.points, reference.cdf)).max())
 
-    def law(error_limit: float) -> tuple[Floats, Floats]:
+    def solved(error_limit: float) -> tuple[Floats, Floats]:
         found = distribution.first_passage(block, t_end, error=error_limit)
         return found.points, found.cdf
 
@@ -384,12 +387,15 @@ def frictions(quick: bool) -> Iterable[Task]:
 
     yield Task(
         "friction",
-        "law of the slip duration, thesis figure 8.6",
-        "largest CDF difference against the law at 1e-6; paths add about 1/sqrt(their number)",
+        "distribution of the slip duration, thesis figure 8.6",
+        "largest CDF difference against the distribution at 1e-6; paths add about 1/sqrt(their number)",
         error,
         [
             Method(
-                "friction.first_passage", "error asked", (1e-2, 1e-3, 1e-4) if quick else (1e-2, 1e-3, 1e-4, 1e-5), law
+                "friction.first_passage",
+                "error asked",
+                (1e-2, 1e-3, 1e-4) if quick else (1e-2, 1e-3, 1e-4, 1e-5),
+                solved,
             ),
             Method(
                 "friction.paths",

@@ -1,6 +1,6 @@
 """Invariants of nodes for any input: no energy from nothing, no tension in contacts, no output beyond declared bounds.
 
-Each law checks one node of a patch that ran, and returns the violation, or "". A law that needs a parameter that a
+Each function checks one node of a patch that ran, and returns the violation, or "". One that needs a parameter that a
 wire drives, or an absent signal, returns "".
 """
 
@@ -36,7 +36,7 @@ class NodeSignals:
 
 
 def broken_invariant(type: str, seen: NodeSignals) -> str:
-    """Return the law that a node of `type` broke, with figures; "" if none is known or none was broken.
+    """Return the invariant that a node of `type` broke, with figures; "" if none is known or none was broken.
 
     >>> loud, quiet = {"signal": np.ones(8)}, {"signal": np.full(8, 0.1)}
     >>> seen = NodeSignals(48e3, {"depth": 0.5}, quiet, {"out": loud["signal"]}, {}, {})
@@ -63,7 +63,7 @@ def _energy_bounded(given: NDArray[np.float64], got: NDArray[np.float64], gain: 
 
 
 def _require_constant(seen: NodeSignals, *names: str) -> None:
-    """Only a constant filter keeps the law: a state carried into another band may ring louder."""
+    """Only a constant filter keeps the invariant: a state carried into another band may ring louder."""
     for name in names:
         seen.values[name]
 
@@ -190,8 +190,8 @@ def _bundle(seen: NodeSignals) -> str:
     values, events = seen.values, seen.events_out["events"]
     if values["model"] != "exact" or values["softness"] < 0.1 or values["loudness"] < 1e-3:
         return ""
-    law, n, k, scale = values["thresholds"], values["fibres"], values["shape"], values["scale"]
-    share = 0.25 if law == "uniform" else k ** (-1.0 / k) * math.exp(-1.0 / k)
+    thresholds, n, k, scale = values["thresholds"], values["fibres"], values["shape"], values["scale"]
+    share = 0.25 if thresholds == "uniform" else k ** (-1.0 / k) * math.exp(-1.0 / k)
     stress = seen.inputs["force"] * (n * values["stiffness"] * scale * share / values["strength"])
     unit = 0.5 * values["stiffness"] * scale**2
     energy = unit * (events[:, 1] / values["loudness"]) ** (1.0 / values["softness"])
@@ -214,4 +214,4 @@ INVARIANTS: Mapping[str, Callable[[NodeSignals], str]] = {
     "slip": _slip,
     "fibre-bundle": _bundle,
 }
-"""The laws by node type."""
+"""The invariants by node type."""

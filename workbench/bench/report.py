@@ -40,7 +40,7 @@ class Bench:
     cores: int = 1
 
     def times(self) -> list[Time]:
-        """Every row that is a time, or a speed as the time of a second."""
+        """Return every row that is a time; a speed counts as the time of one second of signal."""
         return [_time(requirement) for requirement in self.requirements if requirement.spread is not None]
 
     def data(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 A patch is stressed on one tile for each of `ROWS`, all in one program: each tile has another kind of input, and each
 is struck. Requirements: every signal is finite; no fault except that of the NaN input, at the node that read it; the
-output of `Safety` is within its limits; no node breaks its law (`invariants`).
+output of `Safety` is within its limits; no node breaks its invariant (`invariants`).
 """
 
 import time
@@ -256,7 +256,7 @@ def minimal_patch(patch: Patch, fails: Callable[[Patch], bool]) -> Patch:
 
 
 def _broken_event_invariant(patch: Patch, registry: Registry, rate: int, scopes: list[str], events: list[str]) -> str:
-    """Check the laws that need events, on a single tile: the program keeps the events of its last one."""
+    """Check the invariants that need events, on a single tile: the program keeps the events of its last one."""
     row = ROWS.index("constant")
     program = Program(patch, registry, ROWS[row : row + 1], rate=rate, block=max(_BLOCKS), scopes=scopes + events)
     program.strike("", ROWS[row], _STRIKES[0], _STRENGTHS[row])
@@ -285,7 +285,7 @@ def _broken_invariant(
     signals: dict[str, NDArray[np.float64]],
     events: dict[str, NDArray[np.float64]],
 ) -> str:
-    """Return the first law that a node broke on one tile, from all its outputs there."""
+    """Return the first invariant that a node broke on one tile, from all its outputs there."""
     sources = {target: source for source, target in patch.wires}
     for node in patch.nodes:
         type = registry[node.type]

@@ -83,7 +83,7 @@ class Calibration(ABC):
 
     @classmethod
     def command(cls) -> str:
-        """Name of its command."""
+        """Return the name of its command."""
         return cls.name.lower()
 
     def check(self, target: str) -> None:

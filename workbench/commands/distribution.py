@@ -1,4 +1,4 @@
-"""`underfoot distribution`: the laws of a node of a patch, printed and drawn."""
+"""`underfoot distribution`: the distributions of a node of a patch, printed and drawn."""
 
 import json
 import math
@@ -35,8 +35,8 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     with_distributions = [node for node in loaded.nodes if REGISTRY[node.type].distributions is not None]
     chosen = [one for one in with_distributions if node is None or one.id == node]
     if not chosen:
-        known = ", ".join(one.id for one in with_distributions) or "none: no node of this patch has laws"
-        raise BadValue(f"node is {node}; allowed: {known}" if node else f"{patch} has no node with laws")
+        known = ", ".join(one.id for one in with_distributions) or "none: no node of this patch has distributions"
+        raise BadValue(f"node is {node}; allowed: {known}" if node else f"{patch} has no node with distributions")
     found = {}
     with report_compiling():
         for one in chosen:

@@ -46,7 +46,7 @@ def run_on_person(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
 
 def go_on_as_begun(options: "ExperimentOptions") -> None:
-    """Go on with the session that is named in the place of a protocol, with the protocol that is in it."""
+    """Continue the session file that is named in place of a protocol, with the protocol stored in it."""
     from underfoot.experiments.store import SessionFile
 
     path = Path(options.protocol)

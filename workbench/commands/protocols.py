@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
 
 def opened_protocol(named: str, conditions: Path | None = None) -> "tuple[Protocol, Path]":
-    """The protocol of a preset's name or in a file, and the folder where its patches lie; `BadFile` for none.
+    """Return the protocol of a preset or of a file, and the folder of its patches; raise `BadFile` if there is none.
 
-    With a table of `conditions` these are presented, and patches lie beside it.
+    With a table `conditions`, the protocol presents these, and its patches are beside the table.
     """
     from underfoot.experiments.protocol import Protocol
     from underfoot.nodes import REGISTRY

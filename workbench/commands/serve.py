@@ -73,7 +73,7 @@ class ServeOptions:
 @click.option("--seconds", type=float, help="Stop after this long.")
 @takes_options(ServeOptions)
 def serve(options: ServeOptions) -> None:
-    """Tell other programs of contacts and steps, and play what they ask for."""
+    """Send contacts and steps to other programs, and play what they request."""
     from underfoot.engine.session import Session
     from underfoot.engine.target import require_source
     from underfoot.network.plan import NetworkPlan

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 def session_target(
     name: str, floor: Path | None, profiles: Path | None, sound: str | None, *, walker: bool
 ) -> "Target":
-    """The target `name` on a floor, with a sound device ("default" for the system's, None for none).
+    """Return the target `name` on a floor, with a sound device ("default" for the system's, None for none).
 
-    `walker` says whether somebody walks on a simulator. `BadValue` for what is no session's target.
+    `walker` says whether somebody walks on a simulated floor. Raise `BadValue` if a session cannot have this target.
     """
     from underfoot.devices.transports import split_target
     from underfoot.engine.target import Target, require_source, simulation_of

@@ -99,7 +99,7 @@ class PlateServo:
         self._due = 0.0
 
     def request_position(self, position: float) -> None:
-        """Go to a position, 0 to 1; takes as long if the servo is there already."""
+        """Request a position, 0 to 1. Takes the same time if the servo is already there."""
         self._position, self._is_requested = position, True
 
     def poll(self, is_loaded: bool) -> bool:
@@ -156,7 +156,7 @@ class Plate(PlateServo):
         self.calibration = calibration
 
     def request_stiffness(self, stiffness_n_mm: float) -> None:
-        """Go to a stiffness; takes as long if the plate has it already. Raises `BadValue` outside the range."""
+        """Request a stiffness. Takes the same time if the plate already has it. Raise `BadValue` outside the range."""
         self.request_position(self.calibration.position(stiffness_n_mm))
 
 

@@ -12,7 +12,9 @@ from underfoot.kernels import kernel
 class Replay:
     """Samples of a force table, the first of them at session frame `start`; looped if `repeats`."""
 
-    def __init__(self, forces: ForceSeries, floor: Floor, rate: float, start: int = 0, repeats: bool = False) -> None:
+    def __init__(
+        self, forces: ForceSeries, floor: Floor, rate: float, start: int = 0, *, repeats: bool = False
+    ) -> None:
         self.floor, self.rate_hz = floor, forces.rate_hz
         self.stamps, _, self.forces = sample_buffers(floor)
         self.arrivals = self.stamps  # the future is known

@@ -71,7 +71,7 @@ class SimulatedFloor:
         """Start at session frame `frame`, with sensors at rest until then."""
         self._sample = math.ceil(frame / self._period)
 
-    def walk(self, on: bool) -> None:
+    def walk(self, *, on: bool) -> None:
         """Start or stop the walker."""
         self._is_walking = on
 
@@ -99,7 +99,7 @@ class SimulatedFloor:
                     )  # fmt: skip
             simulated_loads.press(self.forces, count, self._plates, self._hands)
             if self.sensors is not None:
-                self.sensors.read(self.forces, self._sample, count, len(self._recorded) > 0)
+                self.sensors.read(self.forces, self._sample, count, is_split=len(self._recorded) > 0)
             self._sample += count
         return count
 

@@ -38,8 +38,8 @@ class Axis:
         >>> Axis(1.0, 100.0, True, 0.0, 200.0).place([1.0, 10.0, 100.0])
         array([  0., 100., 200.])
         """
-        low, high = scaled(np.array([self.low, self.high]), self.log)
-        return self.start + (scaled(values, self.log) - low) * ((self.end - self.start) / (high - low))
+        low, high = scaled(np.array([self.low, self.high]), log=self.log)
+        return self.start + (scaled(values, log=self.log) - low) * ((self.end - self.start) / (high - low))
 
     def value(self, place_px: float) -> float:
         """Return the value at a pixel.
@@ -47,22 +47,24 @@ class Axis:
         >>> round(Axis(1.0, 100.0, True, 0.0, 200.0).value(100.0), 9)
         10.0
         """
-        low, high = scaled(np.array([self.low, self.high]), self.log)
+        low, high = scaled(np.array([self.low, self.high]), log=self.log)
         at = float(low + (place_px - self.start) / (self.end - self.start) * (high - low))
         return 10.0**at if self.log else at
 
 
-def scaled(values: ArrayLike, log: bool) -> NDArray[np.float64]:
+def scaled(values: ArrayLike, *, log: bool) -> NDArray[np.float64]:
     """Return `values` as spaced by an axis: log10 on a logarithmic one, NaN where undefined."""
     as_floats = np.asarray(values, np.float64)
     return np.log10(np.where(as_floats > 0.0, as_floats, np.nan)) if log else as_floats
 
 
-def span(values: NDArray[np.float64], log: bool) -> Range:
+def span(values: NDArray[np.float64], *, log: bool) -> Range:
     """Return the smallest and largest value that an axis can show, never equal.
 
-    >>> span(np.array([2.0, np.nan, 5.0, -1.0]), True), span(np.array([2.0]), False), span(np.zeros(0), False)
-    ((2.0, 5.0), (1.0, 3.0), (0.0, 1.0))
+    >>> span(np.array([2.0, np.nan, 5.0, -1.0]), log=True), span(np.array([2.0]), log=False)
+    ((2.0, 5.0), (1.0, 3.0))
+    >>> span(np.zeros(0), log=False)
+    (0.0, 1.0)
     """
     shown = values[np.isfinite(values) & ((values > 0.0) | (not log))]
     if not shown.size:
@@ -76,29 +78,29 @@ def span(values: NDArray[np.float64], log: bool) -> Range:
     return low - room, high + room
 
 
-def round_axis(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+def round_axis(shown: Range, start: float, end: float, least_px: float, *, log: bool) -> Axis:
     """Return an axis for data over `shown` that ends at round ticks or slightly beyond the data; ticks at least
     `least_px` apart."""
-    low, high = scaled(np.array(shown), log)
-    places = _ticks(shown, log, start, end, least_px)
-    first, last = scaled(np.array([places[0], places[-1]]), log)
+    low, high = scaled(np.array(shown), log=log)
+    places = _ticks(shown, start, end, least_px, log=log)
+    first, last = scaled(np.array([places[0], places[-1]]), log=log)
     room, near = _BEYOND * (high - low), _NEAR_TICK * (last - first) / max(len(places) - 1, 1)
     begin = first if 0.0 <= low - first <= near else low - room
     finish = last if 0.0 <= last - high <= near else high + room
     ends = (10.0**begin, 10.0**finish) if log else (begin, finish)
-    return _axis((float(ends[0]), float(ends[1])), log, start, end, places)
+    return _axis((float(ends[0]), float(ends[1])), start, end, places, log=log)
 
 
-def fixed_axis(shown: Range, log: bool, start: float, end: float, least_px: float) -> Axis:
+def fixed_axis(shown: Range, start: float, end: float, least_px: float, *, log: bool) -> Axis:
     """Return an axis with exactly this range; ticks at least `least_px` apart."""
-    return _axis(shown, log, start, end, _ticks(shown, log, start, end, least_px))
+    return _axis(shown, start, end, _ticks(shown, start, end, least_px, log=log), log=log)
 
 
-def _ticks(shown: Range, log: bool, start: float, end: float, least_px: float) -> list[float]:
-    return tick_values(*shown, log, min(abs(end - start) / least_px, _MOST_TICKS))
+def _ticks(shown: Range, start: float, end: float, least_px: float, *, log: bool) -> list[float]:
+    return tick_values(*shown, min(abs(end - start) / least_px, _MOST_TICKS), log=log)
 
 
-def _axis(ends: Range, log: bool, start: float, end: float, places: Sequence[float]) -> Axis:
+def _axis(ends: Range, start: float, end: float, places: Sequence[float], *, log: bool) -> Axis:
     slack = 1e-6 * (ends[1] - ends[0])
     inside = [
         at for at in places if ends[0] - min(slack, 1e-6 * abs(ends[0]) if log else slack) <= at <= ends[1] + slack
@@ -106,15 +108,15 @@ def _axis(ends: Range, log: bool, start: float, end: float, places: Sequence[flo
     return Axis(*ends, log, start, end, tuple(zip(inside, tick_texts(inside), strict=True)))
 
 
-def tick_values(low: float, high: float, log: bool, room: float) -> list[float]:
+def tick_values(low: float, high: float, room: float, *, log: bool) -> list[float]:
     """Return round values from `low` or below to `high` or above, about as many as there is `room` for.
 
     A logarithmic axis has 1, 2 and 5 of each decade, or decades alone; one that spans less than a factor of 4 has even
     steps.
 
-    >>> tick_values(0.3, 41.0, False, 5.0)
+    >>> tick_values(0.3, 41.0, 5.0, log=False)
     [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
-    >>> tick_values(1.0, 100.0, True, 3.0), tick_values(55.0, 800.0, True, 6.0)
+    >>> tick_values(1.0, 100.0, 3.0, log=True), tick_values(55.0, 800.0, 6.0, log=True)
     ([1.0, 10.0, 100.0], [50.0, 100.0, 200.0, 500.0, 1000.0])
     """
     room = max(room, 2.0)

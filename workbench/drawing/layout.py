@@ -8,6 +8,7 @@ pixels.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,13 @@ from underfoot.drawing.look import SMALL_PX, TITLE_PX
 from underfoot.drawing.shapes import Backdrop, Box, HeatImage, Segments, Shape, Text, key_of, shapes_of
 from underfoot.quantities import pretty_text, pretty_unit
 
-Measure = Callable[[str, int, bool], float]
+
+class Measure(Protocol):
+    """Returns the width in pixels of a text in the display's font."""
+
+    def __call__(self, text: str, size_px: int, *, bold: bool = False) -> float: ...
+
+
 """Width of a text in pixels, from the text, its size in pixels and whether it is bold."""
 
 AXIS_PX = 56
@@ -95,7 +102,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
     for line in marks:
         if line.name:
             top = float(y.place(line.at)) if line.axis == "y" else area.top
-            wide = measure(line.name, SMALL_PX, False) + 8.0
+            wide = measure(line.name, SMALL_PX) + 8.0
             right = area.right if line.axis == "y" else min(float(x.place(line.at)) + wide + 2.0, area.right)
             yield Backdrop(Box(right - wide, top + 2.0, right, top + 2.0 + _LINE_PX))
             yield Text(line.name, right - 4.0, top + 14.0, "muted", "end")
@@ -103,7 +110,7 @@ def content_of(drawing: Drawing, frame: Frame, measure: Measure) -> Iterator[Sha
         yield from frame.above
     else:
         x_px, y_px = (area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0
-        half = measure(drawing.note, SMALL_PX + 2, False) / 2.0 + 4.0
+        half = measure(drawing.note, SMALL_PX + 2) / 2.0 + 4.0
         yield Backdrop(Box(x_px - half, y_px - 9.0, x_px + half, y_px + 9.0))
         yield Text(drawing.note, x_px, y_px + 4.0, "muted", "middle", SMALL_PX + 2)
 
@@ -118,7 +125,7 @@ def _legend_inside(drawing: Drawing, area: Box, measure: Measure) -> Iterator[Sh
     if len(named) < 2 or len(rows) != 1:
         return
     left, last = rows[0][-1]
-    wide = left + _KEY_PX + _KEY_GAP_PX + measure(pretty_text(last.name), SMALL_PX, False) + _PAD
+    wide = left + _KEY_PX + _KEY_GAP_PX + measure(pretty_text(last.name), SMALL_PX) + _PAD
     if wide > area.width / 2.0:
         return
     begin = area.right - wide
@@ -141,8 +148,8 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     """Return title, legend and labels, and the area that they leave for the axes."""
     shapes: list[Shape] = []
     room, top = width - 2.0 * _PAD, 0.0
-    for line in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, True)):
-        shapes.append(Text(line, _PAD, top + 16.0, "text", "start", TITLE_PX, True))
+    for line in _wrapped(pretty_text(drawing.title), room, lambda text: measure(text, TITLE_PX, bold=True)):
+        shapes.append(Text(line, _PAD, top + 16.0, "text", "start", TITLE_PX, bold=True))
         top += _TITLE_LINE_PX
     for row in _legend_rows([series for series in drawing.series if series.name], room, measure):
         for left, one in row:
@@ -151,7 +158,7 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
     right_margin = AXIS_PX if drawing.right else _RIGHT
     area = _within(AXIS_PX, top + _LINE_PX + _PAD, width - right_margin, height - BELOW_PX - _LINE_PX)
     shapes.append(Text(f"↑ {pretty_text(drawing.y)}", _PAD, top + 12.0, "muted"))
-    along = _cut(pretty_text(drawing.x), area.right - _PAD - measure(" →", SMALL_PX, False), measure)
+    along = _cut(pretty_text(drawing.x), area.right - _PAD - measure(" →", SMALL_PX), measure)
     shapes.append(Text(f"{along} →", area.right, height - 5.0, "muted", "end"))
     if drawing.right:
         label = f"{pretty_text(drawing.right)} ↑"
@@ -161,9 +168,9 @@ def _head(drawing: Drawing, width: float, height: float, measure: Measure) -> tu
 
 def _cut(text: str, room: float, measure: Measure) -> str:
     """Return as much of a text as there is room for."""
-    if measure(text, SMALL_PX, False) <= room:
+    if measure(text, SMALL_PX) <= room:
         return text
-    while text and measure(f"{text}…", SMALL_PX, False) > room:
+    while text and measure(f"{text}…", SMALL_PX) > room:
         text = text[:-1]
     return f"{text}…"
 
@@ -184,7 +191,7 @@ def _legend_rows(named: Sequence[Series], room: float, measure: Measure) -> list
     rows: list[list[tuple[float, Series]]] = []
     left = 0.0
     for one in named:
-        wide = _KEY_PX + _KEY_GAP_PX + measure(pretty_text(one.name), SMALL_PX, False)
+        wide = _KEY_PX + _KEY_GAP_PX + measure(pretty_text(one.name), SMALL_PX)
         if not rows or left + wide > room + _PAD:
             rows.append([])
             left = _PAD
@@ -203,9 +210,9 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
     ends = [series.to for series in drawing.series if series.to is not None]
     mine = [series for series in drawing.series if not series.right]
     x_shown = drawing.x_range or span(
-        _joined([series.x for series in drawing.series] + [to[:, 0] for to in ends]), drawing.x_log
+        _joined([series.x for series in drawing.series] + [to[:, 0] for to in ends]), log=drawing.x_log
     )
-    y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), drawing.y_log)
+    y_shown = drawing.y_range or span(_joined([one.y for one in mine] + [to[:, 1] for to in ends]), log=drawing.y_log)
     x_make = y_make = fixed_axis
     if drawing.equal and not (drawing.x_log or drawing.y_log):
         per_px = max((x_shown[1] - x_shown[0]) / area.width, (y_shown[1] - y_shown[0]) / area.height)
@@ -213,13 +220,15 @@ def _axes(drawing: Drawing, area: Box, tick_px: tuple[float, float]) -> tuple[Ax
     else:
         x_make = fixed_axis if drawing.x_range else round_axis
         y_make = fixed_axis if drawing.y_range else round_axis
-    x = x_make(x_shown, drawing.x_log, area.left, area.right, across)
-    y = y_make(y_shown, drawing.y_log, area.bottom, area.top, up)
+    x = x_make(x_shown, area.left, area.right, across, log=drawing.x_log)
+    y = y_make(y_shown, area.bottom, area.top, up, log=drawing.y_log)
     if not drawing.right:
         return x, y, None
-    right_shown = drawing.right_range or span(_joined([series.y for series in drawing.series if series.right]), False)
+    right_shown = drawing.right_range or span(
+        _joined([series.y for series in drawing.series if series.right]), log=False
+    )
     right_make = fixed_axis if drawing.right_range else round_axis
-    return x, y, right_make(right_shown, False, area.bottom, area.top, up)
+    return x, y, right_make(right_shown, area.bottom, area.top, up, log=False)
 
 
 def _joined(values: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -246,7 +255,7 @@ def _tick_texts(
 ) -> Iterator[Shape]:
     if margins is None or margins.bottom >= _ROOM_PX:
         for at, text in _with_unit(x, drawing.x if margins else ""):
-            half = measure(text, SMALL_PX, False) / 2.0 + 1.0
+            half = measure(text, SMALL_PX) / 2.0 + 1.0
             middle = min(max(float(x.place(at)), half), width - half)
             yield Text(text, middle, area.bottom + 15.0, "muted", "middle")
     if margins is None or margins.left >= _ROOM_PX:

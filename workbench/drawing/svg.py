@@ -64,7 +64,7 @@ def _name(kind: str, what: str) -> str:
     return f"{kind}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 
-def _width_px(text: str, size_px: int, bold: bool) -> float:
+def _width_px(text: str, size_px: int, *, bold: bool = False) -> float:
     return _EM_SHARE * size_px * len(text) * (1.1 if bold else 1.0)
 
 
@@ -76,7 +76,7 @@ def _elements(shape: Shape, colours: str) -> Iterator[str]:
 
 @_elements.register
 def _(shape: Polyline, colours: str) -> Iterator[str]:
-    stroke = _stroke(palette(colours)[shape.colour], _CURVE_PX, shape.dashed)
+    stroke = _stroke(palette(colours)[shape.colour], _CURVE_PX, dashed=shape.dashed)
     yield f'<polyline points="{_pairs(shape.points)}" fill="none"{stroke}/>'
 
 
@@ -84,7 +84,7 @@ def _(shape: Polyline, colours: str) -> Iterator[str]:
 def _(shape: Segments, colours: str) -> Iterator[str]:
     if len(shape.ends):
         path = "".join(f"M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}" for (x, y), (to_x, to_y) in shape.ends)
-        yield f'<path d="{path}" fill="none"{_stroke(palette(colours)[shape.colour], 1.0, shape.dashed)}/>'
+        yield f'<path d="{path}" fill="none"{_stroke(palette(colours)[shape.colour], 1.0, dashed=shape.dashed)}/>'
 
 
 @_elements.register
@@ -144,7 +144,7 @@ def _pairs(points: NDArray[np.float64]) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 
-def _stroke(colour: str, width_px: float, dashed: bool) -> str:
+def _stroke(colour: str, width_px: float, *, dashed: bool) -> str:
     dash = f' stroke-dasharray="{DASH_PX[0]:g} {DASH_PX[1]:g}"' if dashed else ""
     return f' stroke="{colour}" stroke-width="{width_px:g}"{dash}'
 

@@ -26,8 +26,8 @@ def csv(drawing: Drawing) -> str:
     heat = drawing.heat
     if heat is not None:
         rows, columns = heat.levels.shape
-        across = _middles(heat.x, columns, drawing.x_log)
-        up = _middles(heat.y, rows, drawing.y_log)
+        across = _middles(heat.x, columns, log=drawing.x_log)
+        up = _middles(heat.y, rows, log=drawing.y_log)
         lines.append(f"{_quoted(drawing.x)},{_quoted(drawing.y)},level of 255")
         lines += [
             f"{x:.9g},{y:.9g},{level}"
@@ -37,7 +37,7 @@ def csv(drawing: Drawing) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _middles(ends: tuple[float, float], count: int, log: bool) -> list[float]:
+def _middles(ends: tuple[float, float], count: int, *, log: bool) -> list[float]:
     share = (np.arange(count) + 0.5) / count
     low, high = ends
     return [float(low * (high / low) ** s if log else low + (high - low) * s) for s in share]

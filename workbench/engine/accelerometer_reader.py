@@ -108,7 +108,7 @@ class CardReader:
         tile = max(self._tiles, key=lambda tile: float(np.dot(recorded[:, tile], recorded[:, tile])))
         played = np.ascontiguousarray(_rows_of(self._played, begin - self._most, end)[:, tile])
         recorded_there = np.ascontiguousarray(recorded[:, tile])
-        return delay_of(played, recorded_there, self.delay_frames, self._near, self._is_new), tile
+        return delay_of(played, recorded_there, self.delay_frames, self._near, is_new=self._is_new), tile
 
     def _kept(self, begin: int, end: int) -> NDArray[np.float32]:
         return np.take(self._rows, np.arange(begin, end) - self._origin, axis=0, mode="wrap")

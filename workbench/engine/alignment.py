@@ -18,7 +18,7 @@ NEAR_S = 0.0005
 
 
 def delay_of(
-    played: NDArray[np.float32], recorded: NDArray[np.float32], expected: int, near: int, is_new: bool = False
+    played: NDArray[np.float32], recorded: NDArray[np.float32], expected: int, near: int, *, is_new: bool = False
 ) -> int | None:
     """Return the delay in frames of `recorded` (n,) behind `played`: `expected` or another; None if undetermined.
 

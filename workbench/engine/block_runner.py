@@ -50,7 +50,7 @@ class BlockRunner:
             loop.panic()
         if panic != self._panicked:
             for card in self.further_cards:
-                card.silence(panic)
+                card.silence(on=panic)
         self._panicked = panic
         while self.inbox:
             action = self.inbox.popleft()

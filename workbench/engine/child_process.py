@@ -84,7 +84,7 @@ class ChildProcess:
         self._process.kill()
 
     def end(self, within_s: float) -> str:
-        """Hang up, wait, kill it after `within_s` seconds, and return how it ended."""
+        """Close the connection, wait, kill the process after `within_s` seconds, and return how it ended."""
         self.hang_up()
         self._process.join(within_s)
         if self._process.is_alive():

@@ -198,7 +198,7 @@ class Walk(Command):
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         if isinstance(loop.source, SimulatedFloor):
-            loop.source.walk(self.on)
+            loop.source.walk(on=self.on)
 
 
 @dataclass(frozen=True)

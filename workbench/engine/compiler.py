@@ -28,7 +28,7 @@ def run(connection: Connection) -> None:
     """Run the compiler's process until the connection ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     picture: PreviewRequest | OutlinesRequest | None = None
-    laws: PreviewRequest | None = None
+    distributions: PreviewRequest | None = None
     curve: ErrorCurveRequest | None = None
     try:
         while True:
@@ -36,13 +36,13 @@ def run(connection: Connection) -> None:
             if is_idle and picture is not None:
                 if isinstance(picture, PreviewRequest):
                     connection.send(_preview(picture))
-                    laws = picture if picture.distributions else laws
+                    distributions = picture if picture.distributions else distributions
                 else:
                     connection.send(_outlines(picture))
                 picture = None
-            elif is_idle and laws is not None:
-                connection.send(_distributions(laws))
-                laws = None
+            elif is_idle and distributions is not None:
+                connection.send(_distributions(distributions))
+                distributions = None
             elif is_idle and curve is not None:
                 _measure_errors(curve, connection)
                 curve = None
@@ -63,7 +63,7 @@ def _compiled(request: CompileRequest, progress: Callable[[object], None]) -> Co
     options = LoopOptions(request.target.rate, folder=folder, plates=request.plates)
     try:
         patch = Patch.loads(request.patch, REGISTRY)
-        KernelParts(patch, request.target, options, request.from_end).load(progress)
+        KernelParts(patch, request.target, options, from_end=request.from_end).load(progress)
     except UnderfootError as error:
         return Compiled(request.ticket, str(error))
     return Compiled(request.ticket)

@@ -51,8 +51,8 @@ class ErrorCurve:
     def description(self) -> str:
         """Describe the node's present point in one line, and whether all errors cost the same.
 
-        >>> ErrorCurve("of the law", "a blow", ErrorPoint(1e-3, 2e-4, 0.05)).description()
-        'requested 0.001, found 0.0002 (of the law) in 0.05 ms (a blow)'
+        >>> ErrorCurve("of the CDF", "a slip", ErrorPoint(1e-3, 2e-4, 0.05)).description()
+        'requested 0.001, found 0.0002 (of the CDF) in 0.05 ms (a slip)'
         """
         here = self.here
         line = f"requested {here.asked:.2g}, found {here.found:.2g} ({self.of}) in {here.ms:.3g} ms ({self.cost})"

@@ -65,7 +65,7 @@ class FurtherCard:
         self._is_reading = False
         self._gain[0] = 0.0
 
-    def silence(self, on: bool) -> None:
+    def silence(self, *, on: bool) -> None:
         """Ramp the output down within a millisecond, or open it again."""
         self._is_silenced = on
 

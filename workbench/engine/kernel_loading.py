@@ -43,7 +43,7 @@ class KernelParts:
     `load` goes through all of them; with `from_end`, in reverse order.
     """
 
-    def __init__(self, patch: Patch, target: Target, options: LoopOptions, from_end: bool = False) -> None:
+    def __init__(self, patch: Patch, target: Target, options: LoopOptions, *, from_end: bool = False) -> None:
         self.patch, self.target, self.options = patch, target, options
         types = sorted({node.type for node in patch.nodes})
         # A part returns True if it made something that is not reported to listeners of the compiler.

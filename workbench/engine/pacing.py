@@ -76,7 +76,7 @@ class Pacer:
         return "; ".join(notices)
 
     def run(self) -> None:
-        """Play on the sound card, or run blocks by the clock without one, until it is time to leave."""
+        """Play on the sound card, or without one run blocks by the clock, until asked to leave."""
         self._start()
         while not self.leave.is_set():
             if self._stream is None or self._stream.finished:

@@ -234,7 +234,7 @@ def run(connection: Connection, job: Job) -> None:
         begin = connection.recv()
     readers: dict[str, Reader] = {}
     try:
-        writer = Writer(Path(job.path), job.about, job.resume)
+        writer = Writer(Path(job.path), job.about, resume=job.resume)
         ends = {table: writer.end(table) or 0 for table in job.rings}
         for missed in begin.missed:
             done = max(ends[missed.table] - missed.first, 0)  # rows written by the process that died

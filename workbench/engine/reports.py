@@ -135,7 +135,7 @@ class Outlines:
 
 @dataclass(frozen=True)
 class Distributions:
-    """The laws of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
+    """The distributions of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
 
     ticket: int
     drawings: tuple[Drawing, ...]

@@ -239,7 +239,7 @@ class Session:
         return self.memory.status.panic
 
     def preview(
-        self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", distributions: bool = False
+        self, patch: Patch, node: str, seconds: float = 0.0, tile: str = "", *, distributions: bool = False
     ) -> int:
         """Request a node's response to one step; return the ticket of the `Preview`, which a newer request cancels."""
         tile, folder = tile or self.target.floor.tiles[0].id, str(self.folder or "")

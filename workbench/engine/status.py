@@ -89,7 +89,7 @@ class Status:
         return float(self._numbers[field])
 
     def stopped(self) -> None:
-        """Note that the engine is gone, whatever it wrote last."""
+        """Record that the engine has ended, whatever it wrote last."""
         self._numbers[[Field.RUNNING, Field.LOAD, Field.PEAK, Field.AWAKE]] = 0.0
 
     def health(self) -> Health:

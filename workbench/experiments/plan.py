@@ -17,10 +17,10 @@ _OF_TRIAL = ("comparison_at", "width_m", "distance_m", "bearing_rad", "announced
 
 
 def plan_of(protocol: Protocol, participant: str) -> list[dict[str, Any]]:
-    """The trials of all stages in the order in which a participant gets them, a row each, with `COLUMNS`.
+    """Return the trials of all stages in the order in which a participant gets them, one row each, with `COLUMNS`.
 
-    A stage whose trials depend on the answers has one row, which says so. Levels are the protocol's: those of a
-    participant who sets a level are lower.
+    A stage whose trials depend on the answers has one row, which says so. Levels are those of the protocol; a
+    participant who has set a level gets lower ones.
 
     >>> from underfoot.nodes import REGISTRY
     >>> from underfoot.patch import preset_files

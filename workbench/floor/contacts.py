@@ -291,9 +291,9 @@ class ContactTracker:
         self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], times)
         return self._flush()
 
-    def _flush(self, everything: bool = False) -> TrackedContacts:
+    def _flush(self, *, everything: bool = False) -> TrackedContacts:
         """Return the results that are decided, or everything."""
-        found, feet, events = self._feet.take(everything)
+        found, feet, events = self._feet.take(everything=everything)
         if not len(found) and not events:
             return TrackedContacts(_no_rows(len(self._tiles)), ())
         rows = self._join(found, feet)

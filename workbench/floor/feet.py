@@ -79,7 +79,9 @@ class FootFinder:
         for load in [load for load in self._evidence.loads if load.foot == 0]:
             self._decide(load, final=True)
 
-    def take(self, everything: bool = False) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
+    def take(
+        self, *, everything: bool = False
+    ) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
         """Return what was decided since the last call, in temporal order: rows, their feet, events with their feet."""
         until = self._count + 1
         if not everything:

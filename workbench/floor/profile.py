@@ -258,7 +258,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         ]
         return np.stack(columns, axis=1)
 
-    def position(self, forces: ArrayLike, over_time: bool = False) -> NDArray[np.float64]:
+    def position(self, forces: ArrayLike, *, over_time: bool = False) -> NDArray[np.float64]:
         """Return the centroid in metres, tile frame, shape (..., 2), of `forces` in newtons, shape (..., 4).
 
         `forces` are those of `force`, or, with `over_time`, of `force_over_time`: each has its own correction. NaN

@@ -169,7 +169,7 @@ def _edges_m(tile: Tile) -> Point:
 def load_plate(
     tile: Tile, parameters: TileParameters | None, rate_hz: float, measured_at: PlateOutput, seed: int = SEED
 ) -> bool:
-    """Have the plate of a tile ready for `SimulatedPlates`; return whether it had to be computed, for half a second."""
+    """Load or compute the plate of a tile for `SimulatedPlates`; return whether it was computed, which takes 0.5 s."""
     computed = False
 
     def note() -> None:

@@ -63,7 +63,7 @@ class SimulatedSensors:
         self._period_s = 1.0 / rate_hz
         self.read(np.zeros((0, len(floor.tiles), 4)), 0, 0)  # loads the kernels
 
-    def read(self, forces_n: Floats, first: int, count: int, is_split: bool = False) -> None:
+    def read(self, forces_n: Floats, first: int, count: int, *, is_split: bool = False) -> None:
         """Replace the first `count` of `forces_n` (n, tiles, 4) by the measured newtons.
 
         `first` is the absolute number of the first sample. Forces are split bilinearly, or, if `is_split`, as a real

@@ -67,7 +67,7 @@ class SimulatedTile:
         return fsr.coefficients(self.parts, rate_hz)
 
     def settle(self) -> None:
-        """Bring the sensors to where they are after a long time without a load."""
+        """Set the sensors to their state after a long time without a load."""
         self._set_rate(self._sensor_hz or 1000.0)
         fsr.settle(self._states, self._coefficients, self.preload_n)
 

@@ -111,7 +111,7 @@ class NetworkServer:
         self._thread = threading.Thread(target=self._run, args=(floor, force_hz), name="network", daemon=True)
         self._thread.start()
 
-    def close(self, wait: bool = True) -> None:
+    def close(self, *, wait: bool = True) -> None:
         """Send that there are no contacts, and release the ports; with `wait`, wait for the end of LSL streams too."""
         if not self._ended:
             self._ended = True

@@ -40,12 +40,12 @@ def auditioned(
     """
     type = registry[patch.node(node).type]
     output = type.output_ports[port] if port in type.output_ports else type.outputs[0]
-    plain = _without_solo(patch).mark([node], "muted", False)
+    plain = _without_solo(patch).mark([node], "muted", on=False)
     if type.is_sink:
         return Audition(_only(plain, registry, {node}), "as it is")
     if output.kind == "event":
         if _leads_to_a_sink(plain, registry, node):
-            return Audition(plain.mark([node], "soloed", True), "through what its events strike")
+            return Audition(plain.mark([node], "soloed", on=True), "through what its events strike")
         return Audition(_ticks(plain, registry, f"{node}.{output.name}", tile, peak), "its events as ticks")
     if unit_of(patch, registry, node, output) == "m/s^2":
         return Audition(_played(plain, registry, f"{node}.{output.name}", tile), "as it is, in m/s²")
@@ -122,11 +122,11 @@ def _ticks(patch: Patch, registry: Registry, source: str, tile: str, peak: float
 def _only(patch: Patch, registry: Registry, effective: set[str]) -> Patch:
     """Mute all outputs but these."""
     sinks = {node.id for node in patch.nodes if registry[node.type].is_sink}
-    return patch.mark(sinks - effective, "muted", True).mark(effective, "muted", False)
+    return patch.mark(sinks - effective, "muted", on=True).mark(effective, "muted", on=False)
 
 
 def _without_solo(patch: Patch) -> Patch:
-    return patch.mark([node.id for node in patch.nodes], "soloed", False)
+    return patch.mark([node.id for node in patch.nodes], "soloed", on=False)
 
 
 def _leads_to_a_sink(patch: Patch, registry: Registry, node: str) -> bool:

@@ -27,7 +27,7 @@ _consent = {"all": False}
 
 @contextmanager
 def allow_all_node_files() -> Iterator[None]:
-    """Agree, within the context, to every file that patches need, for a command-line option."""
+    """Allow every custom node file that patches need, within the context; for a command-line option."""
     _consent["all"] = True
     try:
         yield

@@ -30,7 +30,7 @@ def effective_patch(patch: Patch, registry: Registry) -> Patch:
     >>> patch = Patch().add("tone", REGISTRY).add("low-pass", REGISTRY).add("tile-output", REGISTRY)
     >>> patch = patch.connect("tone.out", "low-pass.signal", REGISTRY)
     >>> patch = patch.connect("low-pass.out", "tile-output.acceleration", REGISTRY)
-    >>> effective_patch(patch.mark(["low-pass"], "bypassed", True), REGISTRY).wires
+    >>> effective_patch(patch.mark(["low-pass"], "bypassed", on=True), REGISTRY).wires
     (('tone.out', 'low-pass.signal'), ('tone.out', 'tile-output.acceleration'))
     """
     patch = _with_scaled_errors(patch, registry)

@@ -171,11 +171,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
         return self._with(changed).check(registry)
 
-    def mark(self, ids: Iterable[str], name: str, on: bool) -> "Patch":
+    def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
         """Set or clear one of `MARKS` on these nodes.
 
         >>> from underfoot.nodes import REGISTRY
-        >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", True).node("tone").marks
+        >>> Patch().add("tone", REGISTRY).mark(["tone"], "muted", on=True).node("tone").marks
         ('muted',)
         """
         require(name in MARKS, "mark", name, ", ".join(MARKS))

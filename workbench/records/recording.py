@@ -50,7 +50,7 @@ class Writer:
     The file appears at `path` with all of `about`. With `resume` it may exist, and is continued.
     """
 
-    def __init__(self, path: Path, about: dict[str, str], resume: bool = False) -> None:
+    def __init__(self, path: Path, about: dict[str, str], *, resume: bool = False) -> None:
         if os.path.exists(path) and not resume:
             raise BadFile(f"{path} is there already; choose another name for the recording")
         try:
@@ -260,7 +260,7 @@ class Recording:
         return first, whole
 
     def blocks(
-        self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, reverse: bool = False
+        self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, *, reverse: bool = False
     ) -> Iterator[tuple[int, NDArray]]:
         """Yield the blocks of a table with rows between two row numbers: the number of the first row, and the rows.
 

@@ -36,7 +36,7 @@ class SimulatedFoot:
         self._press(runner, tile.id, float(x_m), float(y_m))
 
     def tick(self, runner: Runner) -> None:
-        """Step onto the tile if a stand is needed, and leave it when it is time."""
+        """Step onto the tile if the trial needs a standing foot, and leave it when that is due."""
         stands = _is_to_stand(runner, self._stands)
         if stands and (not self._stands or not runner.watch.contacts):
             self._press(runner, runner.session.target.floor.tiles[0].id, 0.0, 0.0)

@@ -33,11 +33,13 @@ THESIS = {"shape": 4.0, "scale": 2.5, "stiffness": 1.0, "mass": 1e-3, "damping":
 QUICK = {"mass": 1e-5, "damping": 0.003}
 
 
-def designed(model="exact", law="weibull", fibres=2000, renewal_s=0.01, **changes):
+def designed(model="exact", thresholds="weibull", fibres=2000, renewal_s=0.01, **changes):
     """Coefficients of a bundle in real time: one that has wholly broken holds its strain."""
     values = {**THESIS, **QUICK, **changes}
     coefficients = COEFFICIENTS.zeros()
-    FibreBundle(fibres, model=model, thresholds=law, renewal_s=renewal_s, **values).design(RATE, 1.0, coefficients)
+    FibreBundle(fibres, model=model, thresholds=thresholds, renewal_s=renewal_s, **values).design(
+        RATE, 1.0, coefficients
+    )
     unit = 0.5 * values["stiffness"] * values["scale"] ** 2
     coefficients.loudness, coefficients.softness, coefficients.holds = unit**-0.5, 0.5, 1.0
     return coefficients
@@ -78,22 +80,22 @@ def test_a_ramp_on_unbroken_fibres_is_answered_exactly():
     np.testing.assert_allclose(got, slope * (time_s - lag + ringing), rtol=1e-9, atol=1e-12)
 
 
-def mean_damage(law, model, strain):
-    share = -np.expm1(-((strain / 2.5) ** 4)) if law == "weibull" else strain / 2.5
+def mean_damage(thresholds, model, strain):
+    share = -np.expm1(-((strain / 2.5) ** 4)) if thresholds == "weibull" else strain / 2.5
     return 1.0 - share if model == "mean" else 1.0 + 20 * 0.005 * share
 
 
-@pytest.mark.parametrize("law", THRESHOLDS)
+@pytest.mark.parametrize("thresholds", THRESHOLDS)
 @pytest.mark.parametrize("model", ["mean", "inverse_mean"])
-def test_mean_damage_is_that_of_an_ode_solver(law, model):
-    load = {"weibull": 1.25, "uniform": 0.55}[law]
+def test_mean_damage_is_that_of_an_ode_solver(thresholds, model):
+    load = {"weibull": 1.25, "uniform": 0.55}[thresholds]
 
     def stress(time_s):
         return load * np.sin(np.pi * time_s / 0.5) ** 2
 
     def slopes(time_s, state):
         x, v = state
-        left = mean_damage(law, model, max(x, 0.0))
+        left = mean_damage(thresholds, model, max(x, 0.0))
         return [v, (stress(time_s) - left * (0.05 * v + x) - 0.001 * v) / 1e-5]
 
     def turning(_, state):
@@ -104,7 +106,7 @@ def test_mean_damage_is_that_of_an_ode_solver(law, model):
         slopes, (0, 0.4), [0, 0], method="DOP853", rtol=1e-11, atol=1e-12, dense_output=True, events=turning
     )
     time_s = np.arange(int(exact.t[-1] * RATE)) / RATE
-    bundle = FibreBundle(2000, mass=1e-5, damping=0.05, creep=0.001, model=model, thresholds=law)
+    bundle = FibreBundle(2000, mass=1e-5, damping=0.05, creep=0.001, model=model, thresholds=thresholds)
     got = bundle.response(2000.0 * stress(time_s), RATE)
     wanted = exact.sol(time_s)[0]
     assert wanted.max() > 0.4
@@ -155,30 +157,30 @@ def keys(count):
     return np.array([stream_key("statistics", i) for i in range(count)], np.uint64)
 
 
-@pytest.mark.parametrize("law", THRESHOLDS)
-def test_the_thresholds_are_order_statistics(law):
-    large = designed(law=law)
-    known = stats.weibull_min(4.0, scale=2.5).cdf if law == "weibull" else stats.uniform(0.0, 2.5).cdf
+@pytest.mark.parametrize("thresholds", THRESHOLDS)
+def test_the_thresholds_are_order_statistics(thresholds):
+    large = designed(thresholds=thresholds)
+    known = stats.weibull_min(4.0, scale=2.5).cdf if thresholds == "weibull" else stats.uniform(0.0, 2.5).cdf
     strains = np.zeros((10, 2000))
     for key, row in zip(keys(10), strains, strict=True):
         assert one_by_one(large, key, row)
         assert (np.diff(row) >= 0.0).all()
     assert stats.kstest(strains.ravel(), known).pvalue > 0.01
     few = np.zeros((2000, 20))
-    small = designed(law=law, fibres=20)
+    small = designed(thresholds=thresholds, fibres=20)
     for key, row in zip(keys(2000), few, strict=True):
         assert one_by_one(small, key, row)
-    for rank in (1, 10, 20):  # the rank-th of 20 uniform values has a beta law
+    for rank in (1, 10, 20):  # the rank-th of 20 uniform values has a beta distribution
         assert stats.kstest(known(few[:, rank - 1]), stats.beta(rank, 21 - rank).cdf).pvalue > 0.01
 
 
-@pytest.mark.parametrize("law", THRESHOLDS)
+@pytest.mark.parametrize("thresholds", THRESHOLDS)
 @pytest.mark.parametrize("model", MODELS)
-def test_failures_at_a_strain_have_the_count_that_theory_gives(law, model):
+def test_failures_at_a_strain_have_the_count_that_theory_gives(thresholds, model):
     strains = np.array([0.4, 1.2, 1.21, 1.8, 2.1])
     failed = np.zeros((3000, strains.size))
-    stepwise(designed(model, law, fibres=100), keys(3000), strains, failed)
-    share = -np.expm1(-((strains / 2.5) ** 4)) if law == "weibull" else strains / 2.5
+    stepwise(designed(model, thresholds, fibres=100), keys(3000), strains, failed)
+    share = -np.expm1(-((strains / 2.5) ** 4)) if thresholds == "weibull" else strains / 2.5
     pool = 100 if model in ("exact", "mean") else 2000
     for j, chance in enumerate(share):
         theory = stats.binom(pool, chance) if model in ("exact", "inverse") else stats.poisson(pool * chance)
@@ -333,10 +335,10 @@ def test_an_empty_load_gives_an_empty_result():
 # In real time
 
 
-@pytest.mark.parametrize("law", THRESHOLDS)
+@pytest.mark.parametrize("thresholds", THRESHOLDS)
 @pytest.mark.parametrize("model", MODELS)
-def test_any_split_gives_the_same_bits(model, law):
-    coefficients, load = designed(model, law), footsteps()
+def test_any_split_gives_the_same_bits(model, thresholds):
+    coefficients, load = designed(model, thresholds), footsteps()
     strain, events, state = played(coefficients, load, frame=10**7)
     assert len(events) > 30
     rng = np.random.default_rng(5)
@@ -405,10 +407,10 @@ def test_a_wholly_broken_bundle_holds_its_strain_until_it_is_renewed():
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("law", THRESHOLDS)
+@pytest.mark.parametrize("thresholds", THRESHOLDS)
 @settings(max_examples=25)
 @given(data=st.data())
-def test_every_finite_load_is_answered_by_finite_values(model, law, data):
+def test_every_finite_load_is_answered_by_finite_values(model, thresholds, data):
     box = {
         "shape": st.sampled_from([0.1, 1.0, 3.7, 30.0]),
         "scale": st.sampled_from([1e-6, 2.5, 1e6]),
@@ -418,7 +420,7 @@ def test_every_finite_load_is_answered_by_finite_values(model, law, data):
         "creep": st.sampled_from([0.0, 1e3]),
         "fibres": st.sampled_from([1, 350, 10**12]),
     }
-    coefficients = designed(model, law, **{name: data.draw(values) for name, values in box.items()})
+    coefficients = designed(model, thresholds, **{name: data.draw(values) for name, values in box.items()})
     load = np.array(data.draw(st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=200)))
     strain, events, state = played(coefficients, np.concatenate((load, np.repeat(load, 5))))
     assert np.isfinite(strain).all()

@@ -1,4 +1,4 @@
-"""Binomial and Poisson counts against their laws."""
+"""Binomial and Poisson counts against their distributions."""
 
 import numpy as np
 import pytest
@@ -22,10 +22,10 @@ def poissons(mean, key, out):
         out[i] = poisson(key, i * 64, mean)
 
 
-def agreement(drawn, law):
-    """The chi-square p-value of the counts `drawn` in about forty equally likely bins of `law`."""
-    edges = np.unique(law.ppf(np.linspace(0.0, 1.0, 41)[1:-1]))
-    wanted = np.diff(np.concatenate(([0.0], law.cdf(edges), [1.0]))) * drawn.size
+def agreement(drawn, distribution):
+    """The chi-square p-value of the counts `drawn` in about forty equally likely bins of `distribution`."""
+    edges = np.unique(distribution.ppf(np.linspace(0.0, 1.0, 41)[1:-1]))
+    wanted = np.diff(np.concatenate(([0.0], distribution.cdf(edges), [1.0]))) * drawn.size
     found = np.histogram(drawn, np.concatenate(([-np.inf], edges + 0.5, [np.inf])))[0]
     rare = wanted < 10.0
     wanted = np.append(wanted[~rare], wanted[rare].sum())
@@ -39,14 +39,14 @@ def agreement(drawn, law):
     ("trials", "chance"),
     [(1, 0.3), (3, 0.6), (21, 0.48), (40, 0.9), (5000, 0.3), (10**6, 4e-4), (10**7, 2e-7), (10**12, 0.2)],
 )
-def test_binomial_counts_follow_their_law(trials, chance):
+def test_binomial_counts_follow_their_distribution(trials, chance):
     drawn = np.zeros(DRAWS)
     binomials(float(trials), chance, np.uint64(trials), drawn)
     assert agreement(drawn, stats.binom(trials, chance)) > 1e-3
 
 
 @pytest.mark.parametrize("mean", [0.01, 0.9, 9.99, 10.01, 14.3, 300.0, 1e4, 1e9])
-def test_poisson_counts_follow_their_law(mean):
+def test_poisson_counts_follow_their_distribution(mean):
     drawn = np.zeros(DRAWS)
     poissons(mean, np.uint64(7), drawn)
     assert agreement(drawn, stats.poisson(mean)) > 1e-3

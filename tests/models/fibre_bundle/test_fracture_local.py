@@ -60,9 +60,9 @@ def test_global_sharing_is_critical_at_2766_with_a_deviation_of_32():
 
 
 def test_two_fibres_have_the_strength_that_harlow_and_phoenix_give():
-    law = stats.weibull_min(4.0, scale=2.5).cdf
+    cdf = stats.weibull_min(4.0, scale=2.5).cdf
     strengths = np.array([ring(draw_thresholds(2, seed=seed)).strength / 2.0 for seed in range(4000)])
-    assert stats.kstest(strengths, lambda x: 2.0 * law(x) * law(2.0 * x) - law(x) ** 2).pvalue > 0.01
+    assert stats.kstest(strengths, lambda x: 2.0 * cdf(x) * cdf(2.0 * x) - cdf(x) ** 2).pvalue > 0.01
 
 
 def test_local_sharing_weakens_the_ring_and_the_more_so_the_larger_it_is():
@@ -74,12 +74,12 @@ def test_local_sharing_weakens_the_ring_and_the_more_so_the_larger_it_is():
     assert strength(2000, 0.0) == pytest.approx(strength(200, 0.0), rel=0.03)
 
 
-@pytest.mark.parametrize("law", ["weibull", "uniform"])
-def test_drawn_thresholds_follow_their_law(law):
-    known = stats.weibull_min(4.0, scale=2.5).cdf if law == "weibull" else stats.uniform(0.0, 2.5).cdf
-    drawn = draw_thresholds(20000, seed=2, thresholds=law)
+@pytest.mark.parametrize("thresholds", ["weibull", "uniform"])
+def test_drawn_thresholds_follow_their_distribution(thresholds):
+    known = stats.weibull_min(4.0, scale=2.5).cdf if thresholds == "weibull" else stats.uniform(0.0, 2.5).cdf
+    drawn = draw_thresholds(20000, seed=2, thresholds=thresholds)
     assert stats.kstest(drawn, known).pvalue > 0.01
-    assert (drawn != draw_thresholds(20000, seed=3, thresholds=law)).any()
+    assert (drawn != draw_thresholds(20000, seed=3, thresholds=thresholds)).any()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Noise and texture: their spectra and laws against scipy's, and that only the position decides what sounds."""
+"""Noise and texture: spectra and distributions against scipy's, and that only the position decides what sounds."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Counter-based draws: their laws, and that neither neighbouring counters nor neighbouring keys are related."""
+"""Counter-based draws: their distributions, and that neighbouring counters and neighbouring keys are unrelated."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_draws_across_neighbouring_keys_are_uniform_and_unrelated(step):
     assert abs(np.corrcoef(out[:-1], out[1:])[0, 1]) < 4.5 / np.sqrt(COUNT)
 
 
-def test_exponential_and_normal_draws_follow_their_laws():
+def test_exponential_and_normal_draws_follow_their_distributions():
     assert stats.kstest(draws(exponential, 11), "expon").pvalue > 1e-3
     assert stats.kstest(draws(normal, 12), "norm").pvalue > 1e-3
 

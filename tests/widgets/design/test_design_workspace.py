@@ -199,26 +199,26 @@ def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
     assert wanted.args == ["hum", "t1", False]
 
 
-def test_laws_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):
+def test_distributions_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):
     with qtbot.waitSignal(workspace.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
     assert wanted.args[2] is False
-    assert not workspace.preview.laws.isVisible()
+    assert not workspace.preview.distributions.isVisible()
     workspace.preview.expect("hum", nodes.REGISTRY["stick-slip"])
-    assert workspace.preview.laws.isVisible()
-    with qtbot.waitSignal(workspace.preview.laws_requested):
-        QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
-    assert workspace.preview.wants_laws
-    laws = workspace.preview.law_view
-    assert laws.text.isVisible()
-    assert not any(plot.isVisible() for plot in laws.plots), "axes of nothing"
+    assert workspace.preview.distributions.isVisible()
+    with qtbot.waitSignal(workspace.preview.distributions_requested):
+        QTest.mouseClick(workspace.preview.distributions, Qt.MouseButton.LeftButton)
+    assert workspace.preview.wants_distributions
+    distributions = workspace.preview.distribution_view
+    assert distributions.text.isVisible()
+    assert not any(plot.isVisible() for plot in distributions.plots), "axes of nothing"
     drawing = Drawing("How long", "duration, ms", "density", (Series("exact", np.arange(3.0), np.arange(3.0)),))
-    workspace.preview.show_laws(Distributions(1, (drawing,)))
-    assert laws.plots[0].isVisible()
-    assert laws.plots[0].drawing is drawing
-    assert not laws.plots[1].isVisible()
+    workspace.preview.show_distributions(Distributions(1, (drawing,)))
+    assert distributions.plots[0].isVisible()
+    assert distributions.plots[0].drawing is drawing
+    assert not distributions.plots[1].isVisible()
     assert not workspace.preview.waveform.isVisible()
-    QTest.mouseClick(workspace.preview.laws, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(workspace.preview.distributions, Qt.MouseButton.LeftButton)
     assert workspace.preview.waveform.isVisible()
 
 

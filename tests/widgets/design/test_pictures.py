@@ -195,16 +195,16 @@ def test_a_contact_is_made_softer_by_its_tip(selected):
     assert pad.caption() != before
 
 
-def test_the_intervals_of_a_random_process_stand_beside_their_law(selected, qtbot):
+def test_the_intervals_of_a_random_process_stand_beside_their_distribution(selected, qtbot):
     workspace = selected("poisson")
-    law = workspace.inspector.law
-    assert not law.plots[0].isVisible(), "axes of nothing"
-    with qtbot.waitSignal(workspace.preview_requested, check_params_cb=lambda node, tile, laws: laws):
+    distribution = workspace.inspector.distribution
+    assert not distribution.plots[0].isVisible(), "axes of nothing"
+    with qtbot.waitSignal(workspace.preview_requested, check_params_cb=lambda node, tile, distributions: distributions):
         workspace._set("poisson", "interval", 0.05, "")
-    workspace.show_laws(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
-    assert law.plots[0].isVisible()
-    drawing = law.plots[0].drawing
-    assert drawing.series[1].name == "exponential law"
+    workspace.show_distributions(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
+    assert distribution.plots[0].isVisible()
+    drawing = distribution.plots[0].drawing
+    assert drawing.series[1].name == "exponential distribution"
     workspace.inspector.update_colours()
-    assert workspace.inspector.law is not law
-    assert workspace.inspector.law.plots[0].drawing is drawing
+    assert workspace.inspector.distribution is not distribution
+    assert workspace.inspector.distribution.plots[0].drawing is drawing

@@ -89,7 +89,7 @@ def test_commanded_measured_and_the_other_slot_are_named_on_their_curves(shown):
 def test_a_tile_that_was_just_calibrated_is_previewed_anew(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     design, asked = window.workspaces["Design"], []
-    design.preview_requested.connect(lambda node, tile, laws: asked.append(node))
+    design.preview_requested.connect(lambda node, tile, distributions: asked.append(node))
     window.controller.equaliser_changed.emit("t1")
     qtbot.waitUntil(lambda: len(asked) > 0)
     sink = asked[-1]
@@ -160,27 +160,27 @@ def test_a_long_reason_is_whole_where_there_is_room_and_in_the_tooltip_where_the
     qtbot.waitUntil(lambda: line.findChildren(QLabel)[0].text() == "The recording was saved")
 
 
-def test_without_a_node_there_are_no_laws_to_be_shown(shown):
+def test_without_a_node_there_are_no_distributions_to_be_shown(shown):
     shown.expect("fibre-bundle", NODES["fibre-bundle"])
-    shown.laws.click()
-    assert shown.wants_laws
+    shown.distributions.click()
+    assert shown.wants_distributions
     shown.clear()
-    assert shown.laws.isHidden()
-    assert not shown.wants_laws
+    assert shown.distributions.isHidden()
+    assert not shown.wants_distributions
     assert shown.waveform.isVisible()
 
 
-def test_laws_of_what_is_no_more_do_not_stay(shown, qtbot):
+def test_distributions_of_what_is_no_more_do_not_stay(shown, qtbot):
     shown.expect("gaps", NODES["poisson"])
-    shown.laws.click()
-    laws = Distributions(1, NODES["poisson"].distributions({"interval": 0.05}))
-    shown.show_laws(laws)
-    assert shown.law_view.plots[0].isVisible()
+    shown.distributions.click()
+    distributions = Distributions(1, NODES["poisson"].distributions({"interval": 0.05}))
+    shown.show_distributions(distributions)
+    assert shown.distribution_view.plots[0].isVisible()
     shown.expect("gaps", NODES["poisson"])
-    qtbot.waitUntil(shown.law_view.text.isVisible)
-    assert not shown.law_view.plots[0].isVisible()
-    shown.show_laws(laws)
-    assert shown.law_view.plots[0].isVisible()
+    qtbot.waitUntil(shown.distribution_view.text.isVisible)
+    assert not shown.distribution_view.plots[0].isVisible()
+    shown.show_distributions(distributions)
+    assert shown.distribution_view.plots[0].isVisible()
 
 
 def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogram(shown, qtbot):
@@ -230,7 +230,7 @@ def test_what_was_awaited_is_no_more_awaited_when_no_node_is_meant(shown, qtbot)
 def test_in_a_narrow_panel_no_button_is_cut(shown, qtbot, width_px, beside):
     shown.expect("slip", NODES["stick-slip"])
     shown.resize(width_px, 300)
-    row = (shown.output, shown.laws, *shown.shows.values(), shown.log, shown.range, shown.tiles)
+    row = (shown.output, shown.distributions, *shown.shows.values(), shown.log, shown.range, shown.tiles)
 
     def is_arranged():
         assert all(widget.width() >= widget.sizeHint().width() for widget in row)

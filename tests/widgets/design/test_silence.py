@@ -32,7 +32,7 @@ UNFED = patch_of(("modal-bank.out", "tile-output.acceleration"))
         (AT_EVENTS, "tile-output", "nothing comes to start of Rhythm"),
         (UNFED, "modal-bank", "nothing comes to strike"),
         (UNFED, "tile-output", "nothing comes to strike of Modal bank"),
-        (STEPPED.mark(["footfall"], "muted", True), "tile-output", "Footfall is muted"),
+        (STEPPED.mark(["footfall"], "muted", on=True), "tile-output", "Footfall is muted"),
         (Patch().add("tile-force", REGISTRY), "tile-force", ""),
     ],
 )

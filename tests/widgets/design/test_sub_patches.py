@@ -255,11 +255,11 @@ def test_a_parameter_inside_is_shown_and_set_on_the_sub_patch(row):
 
 def test_a_sub_patch_that_is_muted_shows_it(row):
     block = collapse(row, "through", "through1")
-    row.document.edit(row.patch().mark(["through"], "muted", True), "Mute")
+    row.document.edit(row.patch().mark(["through"], "muted", on=True), "Mute")
     assert block.node.marks == ()
-    row.document.edit(row.patch().mark(["through", "through1"], "muted", True), "Mute")
+    row.document.edit(row.patch().mark(["through", "through1"], "muted", on=True), "Mute")
     assert block.node.marks == ("muted",)
-    row.document.edit(row.patch().mark(["through"], "soloed", True), "Solo")
+    row.document.edit(row.patch().mark(["through"], "soloed", on=True), "Solo")
     assert "soloed" in block.node.marks
 
 

@@ -29,7 +29,7 @@ def ramp(most: float, seconds: float = 1.0) -> NDArray[np.float64]:
 
 
 def responses(quick: bool) -> Figure:
-    """Figure 7.5: the number of surviving fibres, and strain and threshold, at three terminal loads."""
+    """Draw figure 7.5: the number of surviving fibres, and strain and threshold, at three terminal loads."""
     above = _load_that_collapses_at(_COLLAPSE_S)
     drawings = []
     left = np.ones(len(_TIME_S))
@@ -60,7 +60,7 @@ def responses(quick: bool) -> Figure:
 
 
 def strengths(quick: bool) -> Figure:
-    """Figure 7.6: stress over strain for the two models, with 95 % of the bundles, and their critical loads."""
+    """Draw figure 7.6: stress over strain for the two models, with 95 % of the bundles, and their critical loads."""
     count = 60 if quick else 200
     at = np.linspace(0.02, 2.6, 130)
     drawings = []
@@ -93,7 +93,7 @@ def strengths(quick: bool) -> Figure:
 
 
 def intervals(quick: bool) -> Figure:
-    """Figure 7.7: the times between failures."""
+    """Draw figure 7.7: the times between failures."""
     count = 40 if quick else 200
     lines, rows = [], []
     for model, name, colour in _MODELS:
@@ -112,7 +112,7 @@ def intervals(quick: bool) -> Figure:
 
 
 def energies(quick: bool) -> Figure:
-    """Figure 7.8: the energy released in windows of 5 ms."""
+    """Draw figure 7.8: the energy released in windows of 5 ms."""
     count = 40 if quick else 200
     lines, rows, one = [], [], None
     for model, name, colour in _MODELS:
@@ -140,7 +140,7 @@ def energies(quick: bool) -> Figure:
 
 
 def played(quick: bool) -> Figure:
-    """Figure 7.15: 350 fibres under a foot, played through ten modes."""
+    """Draw figure 7.15: 350 fibres under a foot, played through ten modes."""
     walker = gait.Walker(variation=0.0)
     step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
     force = step.force_n(_TIME_S)

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from underfoot.bench.figures.figure import Compared, Figure, density
 from underfoot.drawing import Drawing, Series, series
 from underfoot.kernels import Floats, kernel
-from underfoot.models.stick_slip import distribution
-from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
+from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution, first_passage, paths
 from underfoot.models.stick_slip.upcrossings import Upcrossings, coloured_upcrossings, escape_time, white_upcrossings
 
 _8_4 = BlockOnBelt(w0=1.0, zeta=0.01, noise=0.0005, belt_velocity=1.0, x0=0.3, v0=0.95)
@@ -27,11 +26,11 @@ _8_10 = BlockOnBelt(w0=1.0, zeta=0.4, noise=0.1, belt_velocity=0.45, x0=0.9, v0=
 _STEP_S = 0.002
 """Time step of the thesis's simulations, over which white noise is an acceleration of variance 2 D / h."""
 _COLOUR_S = 0.3
-"""Correlation time of the noise for which the decoupled law exists."""
+"""Correlation time of the noise for which the decoupled distribution exists."""
 
 
 def trajectories(quick: bool) -> Figure:
-    """Figure 8.4: two slips in the phase plane, one that ends within a period and one that lasts two."""
+    """Draw figure 8.4: two slips in the phase plane, one that ends within a period and one that lasts two."""
     found: dict[int, tuple[NDArray[np.float64], NDArray[np.float64], float]] = {}
     for seed in range(400):
         x, v = _slip(np.random.default_rng(seed))
@@ -70,7 +69,7 @@ def _slip(rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.flo
 
 
 def upcrossings(quick: bool) -> Figure:
-    """Figure 8.5: the density of upcrossings without absorption, formula and simulation."""
+    """Draw figure 8.5: the density of upcrossings without absorption, formula and simulation."""
     paths = 2_000 if quick else 20_000
     drawings, ends = [], []
     for name, values, t_end in (("left", _LEFT_8_5, 20.0), ("right", _RIGHT_8_5, 40.0)):
@@ -106,13 +105,17 @@ def upcrossings(quick: bool) -> Figure:
 
 
 def durations(quick: bool) -> Figure:
-    """Figure 8.6: the distribution of slip durations, and two approximations of it."""
+    """Draw figure 8.6: the distribution of slip durations, and two approximations of it."""
     times = np.linspace(0.01, 12.0, 1200)
-    law = distribution.first_passage(_8_6, t_end=20.0)
-    drawn = distribution.paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
+    distribution = first_passage(_8_6, t_end=20.0)
+    drawn = paths(_8_6, t_end=20.0, count=20_000 if quick else 200_000, seed=1).duration
     at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, 12.0, 61), drawn.size)
     simulated = series("exact paths", at, found, "dots", "force")
-    exact = series("law", law.points[law.points < 12.0], law.density[law.points < 12.0])
+    exact = series(
+        "exact",
+        distribution.points[distribution.points < 12.0],
+        distribution.density[distribution.points < 12.0],
+    )
     white = white_upcrossings(_8_6, t=times, step=1.0)
     coloured = coloured_upcrossings(_8_6, t=times, correlation_time=_COLOUR_S)
     drawings = tuple(
@@ -140,32 +143,44 @@ def durations(quick: bool) -> Figure:
         "Slip durations: two approximations",
         drawings,
         (
-            Compared("largest CDF difference of exact paths", "simulation", f"{_apart(np.sort(drawn), law):.1e}"),
-            Compared("of the decoupled law, variance 2D", "good agreement", f"{_off(white, law):.2f}"),
-            Compared("of the decoupled law, variance 2D/h, h = 0.002", "good agreement", f"{_off(steps, law):.2f}"),
+            Compared(
+                "largest CDF difference of exact paths", "simulation", f"{_apart(np.sort(drawn), distribution):.1e}"
+            ),
+            Compared(
+                "of the decoupled distribution, variance 2D", "good agreement", f"{_off(white, distribution):.2f}"
+            ),
+            Compared(
+                "of the decoupled distribution, variance 2D/h, h = 0.002",
+                "good agreement",
+                f"{_off(steps, distribution):.2f}",
+            ),
             Compared(
                 "the same in coloured noise, from its own paths",
                 "not tried",
                 f"{_off_its_paths(_8_6, 20.0, quick):.2f}",
             ),
         ),
-        "With white noise the decoupled law depends on the step it is seen over and has no limit; with coloured noise "
-        "it exists, for the motion in that noise, and undershoots the first peak as the thesis says.",
+        "With white noise the decoupled distribution depends on the step it is seen over and has no limit; with "
+        "coloured noise it exists, for the motion in that noise, and undershoots the first peak as the thesis says.",
     )
 
 
 def regimes(quick: bool) -> Figure:
-    """Figure 8.7: the decoupled law at weak and strong noise."""
+    """Draw figure 8.7: the decoupled distribution at weak and strong noise."""
     drawings, rows = [], []
     for name, values, t_end, printed in (("left", _LEFT_8_7, 40.0, "3.9"), ("right", _RIGHT_8_7, 20.0, "0.8")):
-        law = distribution.first_passage(values, t_end=4.0 * t_end)
-        drawn = distribution.paths(values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
+        distribution = first_passage(values, t_end=4.0 * t_end)
+        drawn = paths(values, t_end=t_end, count=20_000 if quick else 200_000, seed=1).duration
         at, found = density(drawn[np.isfinite(drawn)], np.linspace(0.0, t_end, 81), drawn.size)
         times = np.linspace(0.02, t_end, 1500)
         coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
         lines = (
             series("exact paths", at, found, "dots", "force"),
-            series("law", law.points[law.points < t_end], law.density[law.points < t_end]),
+            series(
+                "exact",
+                distribution.points[distribution.points < t_end],
+                distribution.density[distribution.points < t_end],
+            ),
             series(f"decoupled, noise of {_COLOUR_S} s", times, coloured.durations(), "dashed", "events"),
         )
         drawings.append(Drawing(f"Figure 8.7 {name}", "slip duration, s", "density, 1/s", lines))
@@ -173,9 +188,9 @@ def regimes(quick: bool) -> Figure:
         white = escape_time(values, _STEP_S)
         rows += [
             Compared(f"T_R, {name}", f"{printed} (8.47 gives {rice:.1f})", f"{white:.2f} at h = 0.002; none without h"),
-            Compared(f"mean time of late slips, {name}", "not given", f"{_late_s(law):.1f} s"),
+            Compared(f"mean time of late slips, {name}", "not given", f"{_late_s(distribution):.1f} s"),
             Compared(
-                f"CDF error of the decoupled law in coloured noise, {name}",
+                f"CDF error of the decoupled distribution in coloured noise, {name}",
                 "good agreement",
                 f"{_off_its_paths(values, t_end, quick):.2f}",
             ),
@@ -191,14 +206,14 @@ def regimes(quick: bool) -> Figure:
 
 
 def periods(quick: bool) -> Figure:
-    """Figure 8.8: the distribution of stick-slip periods."""
+    """Draw figure 8.8: the distribution of stick-slip periods."""
     drawings, rows = [], []
     for name, values in (("left", _LEFT_8_8), ("right", _RIGHT_8_8)):
-        law, lines = _periods(values, 40.0, 20_000 if quick else 200_000)
+        distribution, lines = _periods(values, 40.0, 20_000 if quick else 200_000)
         drawings.append(Drawing(f"Figure 8.8 {name}", "period, s", "density, 1/s", lines))
         rows += [
-            Compared(f"share with a period, {name}", "1, by normalisation", f"{law.period.cdf[-1]:.3f}"),
-            Compared(f"slips that end ahead of x0, {name}", "not mentioned", f"{law.negative_stick:.3f}"),
+            Compared(f"share with a period, {name}", "1, by normalisation", f"{distribution.period.cdf[-1]:.3f}"),
+            Compared(f"slips that end ahead of x0, {name}", "not mentioned", f"{distribution.negative_stick:.3f}"),
         ]
     return Figure(
         "8.8",
@@ -210,37 +225,39 @@ def periods(quick: bool) -> Figure:
 
 
 def resonance(quick: bool) -> Figure:
-    """Figure 8.9: periods that exist only because of noise."""
+    """Draw figure 8.9: periods that exist only because of noise."""
     lines, rows = [], []
     for noise, colour in ((0.01, "muted"), (0.02, "vibration"), (0.04, "events"), (0.08, "contact"), (0.16, "force")):
-        law = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
-        seen = law.period.points < 40.0
-        lines.append(series(f"D = {noise:g}", law.period.points[seen], law.period.density[seen], colour=colour))
-        share = float(np.interp(40.0, law.period.points, law.period.cdf))
+        distribution = SlipDistribution.solve(_8_9._replace(noise=noise), 40.0, 1e-3)
+        seen = distribution.period.points < 40.0
+        lines.append(
+            series(f"D = {noise:g}", distribution.period.points[seen], distribution.period.density[seen], colour=colour)
+        )
+        share = float(np.interp(40.0, distribution.period.points, distribution.period.cdf))
         rows.append(Compared(f"cycles shorter than 40 s, D = {noise:g}", "none without noise", f"{share:.3f}"))
     return Figure(
         "8.9",
         "Periods at several strengths of noise",
         (Drawing("Figure 8.9", "period, s", "density, 1/s", tuple(lines)),),
         tuple(rows),
-        "The thesis draws the decoupled approximation for strengths that it does not print; these are the law itself.",
+        "The thesis draws the decoupled approximation for strengths that it does not print; these are exact.",
     )
 
 
 def distances(quick: bool) -> Figure:
-    """Figure 8.10: the distribution of slip distances."""
-    law = SlipDistribution.solve(_8_10, t_end=40.0, error=1e-4)
-    drawn = distribution.paths(_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
+    """Draw figure 8.10: the distribution of slip distances."""
+    distribution = SlipDistribution.solve(_8_10, t_end=40.0, error=1e-4)
+    drawn = paths(_8_10, t_end=40.0, count=20_000 if quick else 200_000, seed=1)
     far = _8_10.x0 - drawn.position[np.isfinite(drawn.position)]
     at, found = density(far, np.linspace(-1.5, 4.0, 111), drawn.position.size)
     d = np.linspace(-1.5, 4.0, 300)
     coloured = coloured_upcrossings(_8_10, t=np.linspace(0.02, 40.0, 1500), correlation_time=_COLOUR_S)
-    below, above = np.interp([-0.1, 0.1], law.distance.points, law.distance.cdf)
+    below, above = np.interp([-0.1, 0.1], distribution.distance.points, distribution.distance.cdf)
     near = float(above - below)
-    peak = float(law.distance.points[np.argmax(law.distance.density)])
+    peak = float(distribution.distance.points[np.argmax(distribution.distance.density)])
     lines = (
         series("exact paths", at, found, "dots", "force"),
-        series("law", law.distance.points, law.distance.density),
+        series("exact", distribution.distance.points, distribution.distance.density),
         series(f"decoupled, noise of {_COLOUR_S} s", d, coloured.distances(d), "dashed", "events"),
     )
     return Figure(
@@ -256,29 +273,29 @@ def distances(quick: bool) -> Figure:
 
 
 def _periods(values: BlockOnBelt, t_end: float, count: int) -> tuple[SlipDistribution, tuple[Series, ...]]:
-    law = SlipDistribution.solve(values, t_end=4.0 * t_end, error=1e-4)
-    drawn = distribution.paths(values, t_end=t_end, count=count, seed=1)
+    distribution = SlipDistribution.solve(values, t_end=4.0 * t_end, error=1e-4)
+    drawn = paths(values, t_end=t_end, count=count, seed=1)
     distance = values.x0 - drawn.position
     period = (drawn.duration + distance / values.belt_velocity)[distance >= 0.0]
     at, found = density(period[period < t_end], np.linspace(0.0, t_end, 81), count)
     times = np.linspace(0.04, t_end, 800)
     coloured = coloured_upcrossings(values, t=times, correlation_time=_COLOUR_S)
-    seen = law.period.points < t_end
+    seen = distribution.period.points < t_end
     grid = np.linspace(0.1, t_end, 300)
     lines = (
         series("exact paths", at, found, "dots", "force"),
-        series("law", law.period.points[seen], law.period.density[seen]),
+        series("exact", distribution.period.points[seen], distribution.period.density[seen]),
         series(f"decoupled, noise of {_COLOUR_S} s", grid, coloured.periods(grid), "dashed", "events"),
     )
-    return law, lines
+    return distribution, lines
 
 
-def _off(crossings: Upcrossings, law: Distribution) -> float:
-    return float(np.abs(crossings.escaped - np.interp(crossings.t, law.points, law.cdf)).max())
+def _off(crossings: Upcrossings, distribution: Distribution) -> float:
+    return float(np.abs(crossings.escaped - np.interp(crossings.t, distribution.points, distribution.cdf)).max())
 
 
 def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
-    """Return the largest CDF difference between the decoupled law in coloured noise and paths in the same noise."""
+    """Return the largest CDF difference of the decoupled distribution from paths, both in the same coloured noise."""
     durations = np.empty(2_000 if quick else 50_000)
     _coloured_durations(values, t_end, 0.005, _COLOUR_S, np.random.default_rng(1), durations)
     times = np.linspace(0.02, t_end, 1000)
@@ -286,14 +303,15 @@ def _off_its_paths(values: BlockOnBelt, t_end: float, quick: bool) -> float:
     return float(np.abs(escaped - np.searchsorted(np.sort(durations), times) / durations.size).max())
 
 
-def _apart(durations: NDArray[np.float64], law: Distribution) -> float:
+def _apart(durations: NDArray[np.float64], distribution: Distribution) -> float:
     ended = durations[np.isfinite(durations)]
-    return float(np.abs(np.interp(ended, law.points, law.cdf) - (np.arange(ended.size) + 0.5) / durations.size).max())
+    drawn_cdf = (np.arange(ended.size) + 0.5) / durations.size
+    return float(np.abs(np.interp(ended, distribution.points, distribution.cdf) - drawn_cdf).max())
 
 
-def _late_s(law: Distribution) -> float:
+def _late_s(distribution: Distribution) -> float:
     """Return the time constant of an exponential tail, between the 80 % and 98 % quantiles."""
-    some, few = np.interp([0.8, 0.98], law.cdf, law.points)
+    some, few = np.interp([0.8, 0.98], distribution.cdf, distribution.points)
     return float((few - some) / math.log(10.0))
 
 

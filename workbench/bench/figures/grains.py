@@ -15,7 +15,7 @@ _LOAD = 1e5  # load in figure 7.13
 
 
 def stiffening(quick: bool) -> Figure:
-    """Figure 7.12: load, restructurings, strain, and stress over strain of the mean inverse bundle."""
+    """Draw figure 7.12: load, restructurings, strain, and stress over strain of the mean inverse bundle."""
     count = 20 if quick else 200
     load = ramp(2667.0)
     bundle = FibreBundle(FIBRES, mass=0.0, model="inverse_mean")
@@ -42,7 +42,7 @@ def stiffening(quick: bool) -> Figure:
 
 
 def fluctuations(quick: bool) -> Figure:
-    """Figure 7.13: times between restructurings, and energies in windows, as captioned and as 7.18 compounds."""
+    """Draw figure 7.13: times between restructurings, and energies in windows, as captioned and as 7.18 compounds."""
     count = 40 if quick else 500
     bundle = FibreBundle(_FEW, mass=0.0, model="inverse")
     captioned = [bundle.response(ramp(_LOAD), RATE, seed) for seed in range(count)]
@@ -96,7 +96,7 @@ def fluctuations(quick: bool) -> Figure:
 
 
 def under_a_foot(quick: bool) -> Figure:
-    """Figure 7.14: a bundle of 2000 fibres under a footstep."""
+    """Draw figure 7.14: a bundle of 2000 fibres under a footstep."""
     walker = gait.Walker(variation=0.0)
     step = gait.Footfall("left", 0.1, walker.contact_s, 0.0, 0.0, 0.0, 0.26, 770.0, 504.0, 840.0)
     force = step.force_n(_TIME_S)

@@ -33,7 +33,7 @@ _TABLE_6_1 = dict(zip(_STIMULI, zip(_PEAKS, _RMS, strict=True), strict=True))
 
 
 def rhythms(quick: bool) -> Figure:
-    """Figure 3.5: the eight rhythms of both sets of tactons."""
+    """Draw figure 3.5: the eight rhythms of both sets of tactons."""
     bars = [_values(f"tacton-ws{k}", "rhythm") for k in _EIGHT]
     same = sum(_values(f"tacton-it{k}", "rhythm") == bar for k, bar in zip(_EIGHT, bars, strict=True))
     lines = [line for k, bar in enumerate(bars) for line in _notes(bar["notes"], 8 - k)]
@@ -61,7 +61,7 @@ def rhythms(quick: bool) -> Figure:
 
 
 def waveforms(quick: bool) -> Figure:
-    """Figure 3.6: the waveforms of the tactons, each the first note of a preset."""
+    """Draw figure 3.6: the waveforms of the tactons, each the first note of a preset."""
     notes = {f"WS{k}": _first(f"tacton-ws{k}", _NOTE_S) for k in _EIGHT}
     blows = {f"IT{k}": _first(f"tacton-it{k}", _BLOW_S) for k in _EIGHT}
     tones = [_values(f"tacton-ws{k}", "tone") for k in _EIGHT]
@@ -85,7 +85,7 @@ def waveforms(quick: bool) -> Figure:
 
 
 def example(quick: bool) -> Figure:
-    """Figure 3.7: the first impact on the first rhythm."""
+    """Draw figure 3.7: the first impact on the first rhythm."""
     rhythm = _values("tacton-it1", "rhythm")
     _, commanded, measured = _played("tacton-it1", STEP_S + rhythm["bar"] * rhythm["repeats"] + 0.2)
     time_s = np.arange(commanded.size) / RATE
@@ -104,7 +104,7 @@ def example(quick: bool) -> Figure:
 
 
 def feedback(quick: bool) -> Figure:
-    """Figure 6.2: three waveforms in three envelopes under one step, and their peaks beside table 6.1."""
+    """Draw figure 6.2: three waveforms in three envelopes under one step, and their peaks beside table 6.1."""
     drawings, compared, level = [], [], {}
     for name, (peak, rms) in _TABLE_6_1.items():
         force_n, commanded, measured = _played(f"stimulus-{name.lower()}", SECONDS)

@@ -1,4 +1,4 @@
-"""Figure 4.10: the first bending modes of a tile, the second of which is a ring."""
+"""Draw figure 4.10: the first bending modes of a tile, the second of which is a ring."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _LIGHTER_KG = 0.45
 
 
 def modes(quick: bool) -> Figure:
-    """Figure 4.10: the cross, which does not move the shaker, and the ring, which does; the plate's edges are free."""
+    """Draw figure 4.10: the cross, which does not move the shaker, and the ring, which does. Free edges."""
     parameters, side_m = TileParameters(), default_floor(1, 1).tiles[0].size_m[0]
     found = _modes(parameters, side_m, parameters.shaker_kg)
     lighter = _modes(parameters, side_m, _LIGHTER_KG)

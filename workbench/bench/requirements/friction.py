@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from underfoot.bench.requirements.requirement import Requirement, Timing
 from underfoot.bench.timing import Run
 from underfoot.kernels import Floats, kernel
-from underfoot.models.stick_slip import distribution, quantile_table
-from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution
+from underfoot.models.stick_slip import quantile_table
+from underfoot.models.stick_slip.distribution import BlockOnBelt, Distribution, SlipDistribution, first_passage
 
 _BLOCK, _T_END_S = BlockOnBelt(w0=1.0, zeta=0.1, noise=0.4, belt_velocity=1.0, x0=0.0, v0=-1.0), 20.0
 """Of the thesis's figure 8.6."""
@@ -23,50 +23,52 @@ _GRID = np.array(
 )
 """CDF at `_TIMES` from the Fokker-Planck equation on a grid, extrapolated over four; the last two agree to 2e-9."""
 
-_BEST_LAW_S, _BEST_LOOK_UP_NS = 0.072, 27.0
-"""Best times seen of the law at 1e-4, and of one slip looked up."""
+_BEST_SOLVE_S, _BEST_LOOK_UP_NS = 0.072, 27.0
+"""Best times seen of the distribution at 1e-4, and of one slip looked up."""
 
 
 def requirements(quick: bool) -> Iterable[Requirement]:
-    """Yield errors of the law of figure 8.6, and of draws from tables."""
+    """Yield errors of the distribution of figure 8.6, and of draws from tables."""
     for error in (1e-4,) if quick else (1e-3, 1e-4, 1e-5):
-        law = distribution.first_passage(_BLOCK, _T_END_S, error=error)
-        apart = float(np.abs(np.interp(_TIMES, law.points, law.cdf) - _GRID).max())
+        distribution = first_passage(_BLOCK, _T_END_S, error=error)
+        apart = float(np.abs(np.interp(_TIMES, distribution.points, distribution.cdf) - _GRID).max())
         yield Requirement("friction", f"CDF error of figure 8.6, asked {error:.0e}", apart, high=error)
     yield from tables(100_000 if quick else 2_000_000)
 
 
 def timings() -> Iterator[Timing]:
-    """Yield the timings of solving the law of figure 8.6, and of looking up a slip."""
-    solve = Run(partial(distribution.first_passage, _BLOCK, _T_END_S, error=1e-4))
-    yield Timing("friction", "the law of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_LAW_S)
+    """Yield the timings of solving the distribution of figure 8.6, and of looking up a slip."""
+    solve = Run(partial(first_passage, _BLOCK, _T_END_S, error=1e-4))
+    yield Timing("friction", "the distribution of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_SOLVE_S)
     table, pairs = quantile_table.slip_table(0.4, 0.5, 2.0, error=1e-3), np.empty((100_000, 2))
     look_up = Run(partial(_look_up_evenly, table, pairs))
     yield Timing("friction", "a slip looked up, zeta 0.4", look_up, "ns", 1e9 / len(pairs), _BEST_LOOK_UP_NS)
 
 
 def tables(count: int) -> Iterator[Requirement]:
-    """Compare slips looked up at evenly spread probabilities with the law solved ten times as exactly."""
+    """Compare slips looked up at evenly spread probabilities with the distribution solved ten times as exactly."""
     error = 1e-3
     for zeta, noise, x0 in ((0.4, 0.5, 2.0), (0.1, 0.05, 1.5)):
-        law = SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * error)
+        distribution = SlipDistribution.solve(
+            BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), quantile_table.LONGEST, 0.1 * error
+        )
         table = quantile_table.slip_table(zeta, noise, x0, error=error)
         pairs = np.empty((count, 2))
         _look_up_evenly(table, pairs)
         durations, distances = pairs.T
         periods = (durations + distances)[distances >= 0.0]
         for name, values, of in (
-            ("durations", durations, law.duration),
-            ("distances", distances, law.distance),
-            ("periods", periods, law.period),
+            ("durations", durations, distribution.duration),
+            ("distances", distances, distribution.distance),
+            ("periods", periods, distribution.period),
         ):
             what = f"CDF error of {name} from a table at 1e-3, zeta {zeta}"
             yield Requirement("friction", what, _apart(values, count, of), high=error)
 
 
-def _apart(values: NDArray[np.float64], of: int, law: Distribution) -> float:
+def _apart(values: NDArray[np.float64], of: int, distribution: Distribution) -> float:
     at = np.sort(values)
-    return float(np.abs(np.interp(at, law.points, law.cdf) - (np.arange(at.size) + 0.5) / of).max())
+    return float(np.abs(np.interp(at, distribution.points, distribution.cdf) - (np.arange(at.size) + 0.5) / of).max())
 
 
 @kernel

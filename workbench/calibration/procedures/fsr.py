@@ -58,7 +58,7 @@ class FsrCalibration(Calibration):
     file_options = ("pairs",)
 
     pairs: Path | None = option("CSV of readings with reference forces: time_s,tile,sensor,reading,force_n.", None)
-    divider_ohm: float | None = option("Resistor in series with a sensor; also tries the law R = Rs/F + R0.", None)
+    divider_ohm: float | None = option("Resistor in series with a sensor; also tries the curve R = Rs/F + R0.", None)
     divider_falling: bool = option("The reading falls with force.", False)
 
     def check(self, target: str) -> None:

@@ -47,8 +47,8 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | 
             best, least = kind, error
     if not best:
         return None
-    law, found, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
-    readings, forces, slopes = curve_knots(pairs, law)
+    curve, found, _ = _fit_in_turns(slow, slow.weight, best, full, creep)
+    readings, forces, slopes = curve_knots(pairs, curve)
     return Compensation(
         readings=readings,
         forces_n=forces,
@@ -61,13 +61,15 @@ def fit_hysteresis(pairs: SensorPairs, static_percent: float) -> Compensation | 
     )
 
 
-def curve_knots(pairs: SensorPairs, law: FittedCurve) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+def curve_knots(
+    pairs: SensorPairs, curve: FittedCurve
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """Return the knots of a curve over rising readings: readings, newtons, slopes."""
     order = slice(None) if pairs.sign > 0.0 else slice(None, None, -1)
     return (
-        tuple(pairs.reading(law.x)[order].tolist()),
-        tuple(law.f[order].tolist()),
-        tuple((pairs.sign * law.slope)[order].tolist()),
+        tuple(pairs.reading(curve.x)[order].tolist()),
+        tuple(curve.f[order].tolist()),
+        tuple((pairs.sign * curve.slope)[order].tolist()),
     )
 
 
@@ -121,11 +123,11 @@ def _held_out_percent(slow: _Decimated, kind: str, full: float, creep: float) ->
     estimate, counts = np.empty(slow.x.size), slow.weight.copy()
     for one in np.unique(slow.fold):
         out = slow.fold == one
-        law, found, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
+        curve, found, _ = _fit_in_turns(slow, np.where(out, 0.0, slow.weight), kind, full, creep)
         if np.abs(found.weights).sum() > 2.0 * _MOST_WEIGHT:
             return np.inf
-        estimate[out] = _compensated(slow, law, found, full)[out]
-        counts[out & (slow.x > law.x[-1])] = 0.0
+        estimate[out] = _compensated(slow, curve, found, full)[out]
+        counts[out & (slow.x > curve.x[-1])] = 0.0
     return rms_percent(estimate - slow.force_n, counts, full) if counts.any() else np.inf
 
 
@@ -138,18 +140,18 @@ def _fit_in_turns(
     """
     thin = max(1, slow.x.size // 2000)
     counts = weight / (_LIGHT + np.maximum(slow.force_n, 0.0) / full)
-    law = fsr_curves.straight(slow.x, slow.force_n, weight)
+    curve = fsr_curves.straight(slow.x, slow.force_n, weight)
     wanted = slow.force_n
     for _ in range(_ROUNDS):
-        law = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or law
-        apparent = np.minimum(law.force(slow.x), 2.0 * full)
+        curve = fsr_curves.spline(slow.x[::thin], wanted[::thin], counts[::thin], _PIECES) or curve
+        apparent = np.minimum(curve.force(slow.x), 2.0 * full)
         found, left = fsr_hysteresis.fit(apparent, slow.time_s, slow.force_n, counts, full, kind, creep)
-        wanted = apparent + slow.force_n - _compensated(slow, law, found, full)
-    return law, found, left
+        wanted = apparent + slow.force_n - _compensated(slow, curve, found, full)
+    return curve, found, left
 
 
-def _compensated(slow: _Decimated, law: FittedCurve, found: HysteresisModel, full: float) -> Values:
+def _compensated(slow: _Decimated, curve: FittedCurve, found: HysteresisModel, full: float) -> Values:
     """Return newtons (n,) by curve and hysteresis model."""
-    apparent = np.minimum(law.force(slow.x), 2.0 * full)
+    apparent = np.minimum(curve.force(slow.x), 2.0 * full)
     newtons = fsr_hysteresis.compensate(apparent, slow.time_s, found, np.zeros(1, fsr_hysteresis.STATE)[0])
     return np.clip(newtons, -0.1 * full, 1.25 * full)

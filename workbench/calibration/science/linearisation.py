@@ -107,7 +107,7 @@ class Linearisation:
         return tuple((j, end_n) for j, end_n in ends if end_n < 0.9 * self.full_scale_n)
 
 
-def linearise(pairs: Pairs, divider: VoltageDivider | None = None, hysteresis: bool = True) -> Linearisation:
+def linearise(pairs: Pairs, divider: VoltageDivider | None = None, *, hysteresis: bool = True) -> Linearisation:
     """Fit the four sensors of a tile; without `hysteresis` only the static curves, which is fast.
 
     `BadValue` with reasons if no sensor can be calibrated, and for implausible forces
@@ -165,13 +165,13 @@ def _fit(pairs: SensorPairs, divider: VoltageDivider | None, hysteresis: bool) -
         return SensorFit(Curve(uncalibrated="no rising curve fits its pairs"))
     least = min(error for _, error in tried)
     chosen = next(name for name, error in tried if error <= max(_SIMPLER * least, least + _AS_GOOD_PERCENT))
-    law = dict(fits)[chosen](x, f, w)
-    if law is None or law.f[-1] <= 0.0:
+    fitted = dict(fits)[chosen](x, f, w)
+    if fitted is None or fitted.f[-1] <= 0.0:
         return SensorFit(Curve(uncalibrated="no rising curve fits its pairs"))
-    readings, forces, slopes = curve_knots(pairs, law)
+    readings, forces, slopes = curve_knots(pairs, fitted)
     curve = Curve(
-        family=law.family,
-        parameters={name: float(f"{value:.8g}") for name, value in law.parameters.items()},
+        family=fitted.family,
+        parameters={name: float(f"{value:.8g}") for name, value in fitted.parameters.items()},
         unloaded_reading=pairs.rest,
         full_scale_n=full,
         error_percent=float(f"{dict(tried)[chosen]:.4g}"),
@@ -195,11 +195,11 @@ def _held_out(fit: Fit, x: Values, f: Values, w: Values, fold: NDArray[np.intp])
     estimate = whole.force(x)
     for one in np.unique(fold):
         out = fold == one
-        law = fit(x[~out], f[~out], w[~out]) if not out.all() else None
-        if law is None:
+        curve = fit(x[~out], f[~out], w[~out]) if not out.all() else None
+        if curve is None:
             return None
-        known = out & (x <= law.x[-1])
-        estimate[known] = law.force(x[known])
+        known = out & (x <= curve.x[-1])
+        estimate[known] = curve.force(x[known])
     return estimate
 
 

@@ -50,7 +50,7 @@ class SimulatedServo:
             self._obey(line.decode("ascii", "replace").split())
 
     def close(self) -> None:
-        """Nothing is left to be released."""
+        """Do nothing: a simulated servo holds no resource."""
 
     def _obey(self, text: list[str]) -> None:
         match text:

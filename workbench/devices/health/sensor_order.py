@@ -114,7 +114,7 @@ class SensorOrder:
                 yield int(row), f"sensors {names} are swapped"
 
     def is_swapped(self, row: int) -> bool:
-        """Whether sensors of a tile were found to be swapped."""
+        """Return whether sensors of the tile at this row were found to be swapped."""
         return bool(self._found[row])
 
     def _take(self, contact: _Contact) -> None:

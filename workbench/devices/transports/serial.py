@@ -127,7 +127,7 @@ class SerialTransport(Transport):
 
     @classmethod
     def suggestions(cls) -> list[str]:
-        """The ports of this machine."""
+        """Return the serial ports of this machine."""
         from serial.tools.list_ports import comports
 
         return [port.device for port in comports()]

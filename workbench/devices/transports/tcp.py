@@ -33,7 +33,7 @@ class TcpSender(Sender):
 
     @classmethod
     def of(cls, value: str) -> Self:
-        """At the address `HOST:PORT`, `:PORT` or `PORT`."""
+        """Create the sender that listens at `HOST:PORT`, `:PORT` or `PORT`."""
         return cls(*host_and_port(value))
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
@@ -110,12 +110,12 @@ class TcpTransport(Transport):
 
     @classmethod
     def of(cls, address: str) -> Self:
-        """The hub at `HOST:PORT`, or on this machine at `:PORT` or `PORT`."""
+        """Create the transport from the hub at `HOST:PORT`, or on this machine at `:PORT` or `PORT`."""
         return cls(*host_and_port(address))
 
     @classmethod
     def suggestions(cls) -> list[str]:
-        """The emulator's address, as an example."""
+        """Return the emulator's address, as an example."""
         return ["127.0.0.1:9001"]
 
     def open(self) -> None:

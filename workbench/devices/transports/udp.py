@@ -36,7 +36,7 @@ class UdpSender(Sender):
 
     @classmethod
     def of(cls, value: str) -> Self:
-        """To the address `HOST:PORT`, `:PORT` or `PORT`."""
+        """Create the sender to `HOST:PORT`, `:PORT` or `PORT`."""
         return cls(*host_and_port(value))
 
     def send(self, data: bytes, ends: Sequence[int]) -> bool:
@@ -88,12 +88,12 @@ class UdpTransport(Transport):
 
     @classmethod
     def of(cls, address: str) -> Self:
-        """The port of `HOST:PORT`, `:PORT` or `PORT`."""
+        """Create the transport that receives at `HOST:PORT`, `:PORT` or `PORT`."""
         return cls(*host_and_port(address))
 
     @classmethod
     def suggestions(cls) -> list[str]:
-        """Suggest all networks of this machine."""
+        """Return the address that stands for all network interfaces of this machine."""
         return ["0.0.0.0:9000"]
 
     def open(self) -> None:

@@ -15,7 +15,7 @@ from underfoot.errors import require
 from underfoot.experiments.analysis.estimate import Estimate
 
 
-def transmitted_bits(counts: ArrayLike, corrected: bool = True) -> float:
+def transmitted_bits(counts: ArrayLike, *, corrected: bool = True) -> float:
     """Return the information in bits that answers (columns) carry about stimuli (rows); at least 0.
 
     >>> transmitted_bits(12 * np.eye(8), corrected=False)

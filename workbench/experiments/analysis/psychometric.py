@@ -75,7 +75,7 @@ class Curve:
         return middle - math.copysign(mills / deviation, self.slope) * (height - share * self.slope) - share
 
 
-def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) -> Curve:
+def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, *, with_lapses: bool = False) -> Curve:
     """Fit the curve of `yes` answers out of `of` at each level `x`; also of shares, with `of` 1.
 
     Raises `BadMeasurement` if all answers are alike, or fewer than two levels were presented.
@@ -94,7 +94,7 @@ def fit(x: ArrayLike, yes: ArrayLike, of: ArrayLike, with_lapses: bool = False) 
 
 
 def estimates(
-    x: ArrayLike, yes: ArrayLike, of: ArrayLike, bootstrap: int = 399, seed: int = 1, with_lapses: bool = False
+    x: ArrayLike, yes: ArrayLike, of: ArrayLike, bootstrap: int = 399, seed: int = 1, *, with_lapses: bool = False
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
@@ -105,7 +105,7 @@ def estimates(
     >>> pse.low, pse.high
     (-inf, inf)
     """
-    curve = fit(x, yes, of, with_lapses)
+    curve = fit(x, yes, of, with_lapses=with_lapses)
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
         plain, slope, intercept = _by_covariance(curve)
@@ -116,7 +116,7 @@ def estimates(
     again = []
     for _ in range(bootstrap):
         with suppress(BadMeasurement):
-            again.append(fit(levels, random.binomial(totals, chance), totals, with_lapses))
+            again.append(fit(levels, random.binomial(totals, chance), totals, with_lapses=with_lapses))
     found = []
     for name in ("pse", "slope", "intercept"):
         value = getattr(curve, name)

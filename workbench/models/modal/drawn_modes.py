@@ -10,7 +10,7 @@ from underfoot.models.signals.random import stream_key, uniform
 
 
 def draws(count: int, draw: int) -> Floats:
-    """`count` rising numbers in (0, 1), uniform: the same for the same `draw`.
+    """Return `count` uniform random numbers in (0, 1), ascending; equal for equal `draw`.
 
     >>> draws(3, 1).shape
     (3,)
@@ -45,7 +45,7 @@ def place(
     span = math.expm1(power * width)
     squares = 0.0
     for m in range(draws.size):
-        # Near alpha = -1 the law is that of the logarithm, to which the general one tends.
+        # Near alpha = -1 the distribution is log-uniform, to which the general one tends.
         above = draws[m] * width if abs(power) < 1e-9 else math.log1p(draws[m] * span) / power
         modes[0, m] = low_hz * math.exp(above)
         modes[1, m] = math.pi * low_hz / quality * math.exp(damping * above)

@@ -14,7 +14,7 @@ _TIGHT = 1e-10
 _FLOOR = 1e-5
 
 
-def timed_work(values: Mapping[str, Any], shows: bool = False) -> Callable[[], hammer.Response]:
+def timed_work(values: Mapping[str, Any], *, shows: bool = False) -> Callable[[], hammer.Response]:
     """Prepare a strike with the values of an Impact node; return a function that strikes once and lets it ring.
 
     With `shows` the displacement is computed too, which costs more.

@@ -98,7 +98,7 @@ def run_note(events: Memory, rate: float, frame: int, coefficients: Memory, stat
 
 @kernel
 def tail_note(state: Memory) -> float:
-    """An upper bound of |output| from here on without another event: exactly 0 once the note has ended."""
+    """Return an upper bound of |output| if no other event comes: exactly 0 once the note has ended."""
     return max(abs(state.start_value), abs(state.peak))
 
 
@@ -123,7 +123,7 @@ def run_contact(force_n: Floats, coefficients: Memory, state: Memory, out: Float
 
 @kernel
 def tail_contact(state: Memory, coefficients: Memory) -> float:
-    """The largest output from here on if the force stays 0."""
+    """Return the largest output from here on if the force stays 0."""
     return max(0.0, state.level - coefficients.step)
 
 

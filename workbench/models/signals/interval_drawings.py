@@ -33,7 +33,7 @@ def interval_drawings(mean_interval_s: float) -> tuple[Drawing, ...]:
     share = np.histogram(intervals, edges)[0] / max(intervals.size, 1) / np.diff(edges)
     outline_s, height = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(share, 2), [0.0]])
     at_s = np.linspace(0.0, edges[-1], 200)
-    law = np.exp(-at_s / mean_interval_s) / mean_interval_s
+    density = np.exp(-at_s / mean_interval_s) / mean_interval_s
     return (
         Drawing(
             "From event to event",
@@ -41,7 +41,7 @@ def interval_drawings(mean_interval_s: float) -> tuple[Drawing, ...]:
             "density, 1/ms",
             (
                 Series(f"{intervals.size} draws", 1e3 * outline_s, 1e-3 * height),
-                Series("exponential law", 1e3 * at_s, 1e-3 * law, "dashed", "force"),
+                Series("exponential distribution", 1e3 * at_s, 1e-3 * density, "dashed", "force"),
             ),
         ),
     )

@@ -71,7 +71,7 @@ class FreeCrossings:
 
 
 def shortest_time(block: BlockOnBelt) -> float:
-    """The shorter of the oscillator's two time constants, 1/w0 and 1/zeta, s."""
+    """Return the shorter of the oscillator's two time constants, 1/w0 and 1/zeta, s."""
     return 1.0 / max(block.w0, block.zeta)
 
 

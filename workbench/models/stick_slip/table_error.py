@@ -54,13 +54,13 @@ def _solved(zeta: float, noise: float, x0: float) -> SlipDistribution:
     return SlipDistribution.solve(BlockOnBelt(1.0, zeta, noise, 1.0, x0, 0.0), LONGEST, _TIGHT)
 
 
-def _difference(drawn: NDArray[np.float64], law: Distribution) -> float:
+def _difference(drawn: NDArray[np.float64], distribution: Distribution) -> float:
     """Return the largest difference of the draws' CDF from that of a distribution, over all slips."""
-    if drawn.size == 0 or law.points.size == 0:
+    if drawn.size == 0 or distribution.points.size == 0:
         return 0.0
     rising = np.sort(drawn)
     cdf = (np.arange(rising.size) + 0.5) / _DRAWS
-    return float(np.abs(np.interp(rising, law.points, law.cdf) - cdf).max())
+    return float(np.abs(np.interp(rising, distribution.points, distribution.cdf) - cdf).max())
 
 
 @kernel

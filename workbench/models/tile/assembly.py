@@ -49,11 +49,11 @@ class Foot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(low <= value <= high, name, value, f"{low:g} to {high:g}")
 
     def leg_hz(self) -> float:
-        """Resonance of the body on the leg."""
+        """Return the resonance frequency of the body on the leg, Hz."""
         return math.sqrt(self.leg_n_m / self.body_kg) / (2.0 * math.pi)
 
     def sole_hz(self) -> float:
-        """Resonance of the foot on its sole."""
+        """Return the resonance frequency of the foot on its sole, Hz."""
         return math.sqrt(self.sole_n_m / self.mass_kg) / (2.0 * math.pi)
 
 

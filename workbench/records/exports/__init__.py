@@ -75,7 +75,7 @@ class ExportSource:
         return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
 
     def report_progress(self, text: str, share: float) -> None:
-        """Say how far it is; raises `ExportStopped` where that is not wanted any more."""
+        """Report the progress; raise `ExportStopped` if the export was cancelled."""
         if not self.progress(text, min(max(share, 0.0), 1.0)):
             raise ExportStopped("the export was stopped")
 

@@ -31,8 +31,9 @@ SAMPLES_A_FRAME = 10
 
 
 def sensor_order(tile: Tile) -> tuple[NDArray[np.intp], float, float] | None:
-    """Which of a tile's sensors is which of a plate's, and their distance in metres from its middle along x and y;
-    None where they do not lie in a rectangle about the middle.
+    """Return the order of a tile's sensors on a C3D plate, and their distances (m) from its middle along x and y.
+
+    None if they do not lie in a rectangle about the middle.
 
     >>> from underfoot.floor.layout import default_floor
     >>> sensor_order(default_floor(1, 1).tiles[0])

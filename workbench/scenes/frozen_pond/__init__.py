@@ -39,7 +39,7 @@ class FrozenPond(Scene):
         100.0, 10.0, 1000.0, unit="N", scale="log", label="Threshold", doc="force at which the ice slips: thin ice 30"
     )
     spread = Number(0.4, 0.0, 0.9, doc="how much thresholds vary, of their mean")
-    gamma = Number(1.5, 0.0, 4.0, doc="exponent of the law of energies: the larger, the fewer large cracks")
+    gamma = Number(1.5, 0.0, 4.0, doc="exponent of the distribution of energies: the larger, the fewer large cracks")
     growth_m_per_j = Number(
         6.0, 0.1, 100.0, unit="m/J", scale="log", label="Growth", doc="how far a crack runs for its energy"
     )

@@ -9,21 +9,21 @@ from underfoot.engine.reports import Distributions
 from underfoot.widgets import theme
 from underfoot.widgets.plots.plot import Plot
 
-LAWS_PAGE = 3
+DISTRIBUTIONS_PAGE = 3
 """Number of a node's distributions that are drawn."""
 LATE_AFTER_MS = 400
 """Time in milliseconds after which the view says that distributions are being computed."""
 
 
-class LawView(QStackedWidget):
+class DistributionView(QStackedWidget):
     """Shows axes only once the quantity is known, hides outdated distributions, and draws at most `most` of them."""
 
-    def __init__(self, most: int = LAWS_PAGE, parent: QWidget | None = None) -> None:
+    def __init__(self, most: int = DISTRIBUTIONS_PAGE, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.text = theme.label("", "muted")
         self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.text.setWordWrap(True)
-        self.plots = [Plot(f"Law {k + 1}") for k in range(most)]
+        self.plots = [Plot(f"Distribution {k + 1}") for k in range(most)]
         page = QWidget(self)
         row = QHBoxLayout(page)
         row.setContentsMargins(0, 0, 0, 0)
@@ -42,13 +42,13 @@ class LawView(QStackedWidget):
         """Show that distributions are being computed."""
         self._show_text("being made…")
 
-    def show_laws(self, laws: Distributions) -> None:
+    def show_distributions(self, distributions: Distributions) -> None:
         """Show the distributions, or the reason why there are none."""
         self._late.stop()
-        if laws.error or not laws.drawings:
-            self._show_text(laws.error or "it draws from no law")
+        if distributions.error or not distributions.drawings:
+            self._show_text(distributions.error or "it draws from no distribution")
             return
-        for plot, drawing in zip_longest(self.plots, laws.drawings):
+        for plot, drawing in zip_longest(self.plots, distributions.drawings):
             plot.setVisible(drawing is not None)
             if drawing is not None:
                 plot.show_drawing(drawing)

@@ -1,4 +1,4 @@
-"""Laws as pictures, held against draws of the nodes' own models."""
+"""Distributions as pictures, held against draws of the nodes' own models."""
 
 import json
 
@@ -49,7 +49,7 @@ def test_a_bundle_bears_what_a_large_one_bears_when_loaded_slowly():
 
 
 @pytest.mark.parametrize("type", [name for name, one in REGISTRY.items() if one.distributions is not None])
-def test_every_node_with_laws_draws_them_at_its_defaults(type):
+def test_every_node_with_distributions_draws_them_at_its_defaults(type):
     found = REGISTRY[type].distributions(values(type))
     assert len(found) in (1, 3)
     assert all(drawing.series for drawing in found)
@@ -59,13 +59,13 @@ def test_every_node_with_laws_draws_them_at_its_defaults(type):
 
 def test_the_command_prints_and_draws_and_says_which_nodes_there_are(tmp_path):
     patch = str(preset_files.patches()["material-rubber"])
-    said = CliRunner().invoke(cli, ["distribution", patch, "sole", "-o", str(tmp_path / "laws"), "--json"])
+    said = CliRunner().invoke(cli, ["distribution", patch, "sole", "-o", str(tmp_path / "distributions"), "--json"])
     assert said.exit_code == 0, said.output
     assert [drawing["x"] for drawing in json.loads(said.stdout)["sole"]] == [
         "duration, ms",
         "distance at 0.1 m/s, mm",
         "period, ms",
     ]
-    assert len(list((tmp_path / "laws").glob("*.svg"))) == 3
+    assert len(list((tmp_path / "distributions").glob("*.svg"))) == 3
     said = CliRunner().invoke(cli, ["distribution", patch, "nose"])
     assert "node is nose; allowed: sole" in str(said.exception)

@@ -1,4 +1,4 @@
-"""Laws that take longer than the small plots that are asked for meanwhile."""
+"""Distributions that take longer than the small plots that are asked for meanwhile."""
 
 import pytest
 from polling import Poll
@@ -21,15 +21,17 @@ def window(qtbot, tmp_path):
     window.deleteLater()
 
 
-def test_laws_come_though_other_previews_were_asked_for_after_them(window):
+def test_distributions_come_though_other_previews_were_asked_for_after_them(window):
     workspace = design(window)
     workspace.canvas.patch_scene.select([workspace.patch().nodes[0].id])
-    Poll()(_seen(lambda: workspace.preview.laws.isVisible()), "laws are offered", seconds=LONG_MS / 1000)
-    workspace.preview.laws.click()
-    view = workspace.preview.law_view
+    Poll()(
+        _seen(lambda: workspace.preview.distributions.isVisible()), "distributions are offered", seconds=LONG_MS / 1000
+    )
+    workspace.preview.distributions.click()
+    view = workspace.preview.distribution_view
     assert view.text.isVisible()
     assert view.text.text() == "being made…"
-    Poll()(_seen(lambda: view.plots[0].isVisible()), "the laws are drawn", seconds=LONG_MS / 1000)
+    Poll()(_seen(lambda: view.plots[0].isVisible()), "the distributions are drawn", seconds=LONG_MS / 1000)
     assert view.plots[0].drawing.series
 
 
