@@ -56,6 +56,7 @@ def test_an_image_is_built_of_what_the_wheel_needs_and_its_user_may_write_into_o
     user = re.search(r"useradd .*--uid (\d+) (\w+)", told)
     assert f"--userns keep-id:uid={user[1]},gid={user[1]} " in line
     assert f"USER {user[2]}\n" in told
+    assert all('--user "$(id -u):$(id -g)"' in text for text in (told, page))
     sent = {name.removeprefix("!") for name in (ROOT / ".dockerignore").read_text().splitlines() if name[0] == "!"}
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     needed = {*project["tool"]["setuptools"]["package-dir"].values(), *project["project"]["license-files"]}

@@ -227,6 +227,15 @@ def test_workspaces_open_without_what_only_computes():
     assert len(every) >= 6
 
 
+def test_without_qt_the_window_says_so_in_a_line():
+    done = python(
+        f"{blocked(('PySide6',))}\nimport sys\nsys.argv = ['underfoot']\nfrom underfoot.__main__ import main\nmain()"
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("underfoot: the window cannot be opened: ")
+    assert done.stderr.count("\n") == 1
+
+
 def test_everything_imports_where_the_system_is_not_posix():
     """As on Windows: what other libraries need of the system is loaded before it is taken away."""
     every = sorted(SOURCES)

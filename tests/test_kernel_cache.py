@@ -140,6 +140,31 @@ def test_without_a_writable_folder_kernels_are_compiled_all_the_same(kernels, tm
     assert kernels()(2.0) == 5.0
 
 
+@pytest.mark.skipif(os.name != "posix", reason="the modes of folders")
+def test_kernels_of_a_folder_that_is_only_read_are_loaded(kernels, tmp_path, monkeypatch):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
+    kernels()(1.0)
+    kernels(caller=CALLER.replace("1.0", "7.0"))  # called.scaled is there, caller.one_more is not
+    folder = cache_folder() / "kernels"
+    there = sorted(folder.iterdir())
+    code = """
+import called, caller
+print(called.scaled(1.0), caller.one_more(1.0))
+print(*(sum(one.compiled.stats.cache_hits.values()) for one in (called.scaled, caller.one_more)))
+open(caller.one_more.compiled._cache.cache_path + "/written", "w")
+"""
+    as_root = ["setpriv", "--bounding-set=-dac_override"]  # root writes whatever a folder's mode is
+    command = [*(as_root if os.geteuid() == 0 else []), sys.executable, "-c", code]
+    folder.chmod(0o555)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    finally:
+        folder.chmod(0o755)
+    assert done.stdout.split() == ["2.0", "9.0", "1", "0"], done.stderr
+    assert "Permission denied" in done.stderr  # so the folder was not writable
+    assert sorted(folder.iterdir()) == there
+
+
 _ON_A_FULL_DISK = """
 import resource, sys
 sys.path.insert(0, {folder!r})

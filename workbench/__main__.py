@@ -4,6 +4,7 @@ import gc
 import os
 import sys
 from contextlib import ExitStack
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,6 +88,7 @@ def _open_window(
     target: str, floor: Path | None, patch: Path | None, recording: Path | None, screenshot: Path | None
 ) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
+    _require_qt()
     from underfoot.engine.child_process import engine_process
 
     gc.disable()  # until the window is there, which collects by itself
@@ -118,6 +120,16 @@ def _open_window(
         unless_opened.pop_all()
     options = ["--target", target, *(["--floor", str(floor)] if floor else [])] if opened else []
     return run(opened, patch, screenshot, engine, recording, options)
+
+
+def _require_qt() -> None:
+    try:
+        import_module("PySide6.QtWidgets")
+    except ImportError as error:
+        raise UnderfootError(
+            f"the window cannot be opened: {error}; docs/install.md says what it needs. The commands of "
+            "`underfoot --help` work without it"
+        ) from None
 
 
 def _target(name: str, floor: Path | None) -> "Target | None":

@@ -38,7 +38,7 @@ read may differ between processes, such as `sys.modules`."""
 class KernelCache:
     """Cache of the compiled versions of `function`, for Numba. The digest is taken at first use, when all names exist.
 
-    If the folder cannot be written to, every process compiles its kernels.
+    If the folder cannot be written to, every process compiles the kernels that are not in it.
     """
 
     def __init__(self, function: Callable[..., Any], options: str) -> None:
@@ -72,7 +72,8 @@ class KernelCache:
         try:
             return self._files.load_overload(signature, context)
         except Exception:  # truncated, or with another checkout's types: unpickling can raise anything
-            self._files.flush()
+            with suppress(OSError):
+                self._files.flush()
             return None
 
     @property
@@ -288,7 +289,13 @@ class _Files(FunctionCache):
 
     def __init__(self, function: FunctionType, mark: str) -> None:
         locator = _Locator(function, mark)
-        locator.ensure_cache_path()
+        self._can_write = True
+        try:
+            locator.ensure_cache_path()
+        except OSError:
+            if not Path(locator.get_cache_path()).is_dir():
+                raise
+            self._can_write = False  # another user's, or a container's: what is in it is loaded all the same
 
         class Located(_Results):
             _locator_classes = (type("Here", (), {"from_function": staticmethod(lambda *_: locator)}),)
@@ -305,7 +312,9 @@ class _Files(FunctionCache):
         return self._load_overload(signature, context)
 
     def lock(self) -> None:
-        """Wait until no other process compiles this kernel."""
+        """Wait until no other process compiles this kernel; none can that keeps it, if the folder is read-only."""
+        if not self._can_write:
+            return
         from filelock import FileLock  # 50 ms, and only needed for compiling
 
         path = Path(self.cache_path, f"{self._impl.filename_base}.lock")
