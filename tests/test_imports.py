@@ -59,7 +59,7 @@ WORKSPACES = {
 }
 WIDGET_LEVELS = (
     {"theme", "escape", "garbage_collection"},
-    {"plots", "controls"},
+    {"plots", "controls", "floor_trails"},
     {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},
     {"workspace", "view_menu", "window_state", "recolour", "session_display"},

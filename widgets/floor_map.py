@@ -1,12 +1,11 @@
 """The floor from above: the load of each tile, and contacts with their trails."""
 
 import math
-from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
     QHideEvent,
@@ -26,27 +25,17 @@ from underfoot.floor.contacts import ContactRows, OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
 from underfoot.widgets import theme
+from underfoot.widgets.floor_trails import Trails, empty_picture
 
 FULL_SCALE_N = 1000.0
 """Load at which a tile has the full colour."""
-
-TRAIL_S = 3.0
-"""Time for which the trail of a contact is visible."""
 
 DEFAULT_PRESS_N = 400.0
 """Default force of a press with the mouse."""
 
 _MARGIN = 2 * theme.GRID
-_TRAIL_STEP_S = 0.02
-"""Distance between points of a trail."""
-
-_FADE_STEPS = 12
-"""Number of steps in which a trail fades."""
 
 _BOTTOM_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
-
-_Trail = list[tuple[float, float, float]]
-"""Time in seconds, and place on the floor in metres."""
 
 _SHADES = 32
 """Number of shades of a loaded tile."""
@@ -84,8 +73,6 @@ class FloorMap(QWidget):
         self._chosen_tile = ""
         self._pressed_tile = ""
         self._background: QPixmap | None = None
-        self._old_trails: dict[int, tuple[QPoint, QPixmap]] = {}
-        """Pictures of trails whose contact has ended, and their positions."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
@@ -108,7 +95,7 @@ class FloorMap(QWidget):
         self._peak = np.zeros(count)
         self._deviating = np.zeros(count, bool)
         self._contacts: Sequence[OngoingContact] = ()
-        self._trails: dict[int, deque[tuple[float, float, float]]] = {}
+        self._trails = Trails()
         self._now_s = 0.0
         self._pressed_tile = ""
         self._background = None
@@ -156,15 +143,7 @@ class FloorMap(QWidget):
 
     def add_trails(self, rows: ContactRows) -> None:
         """Extend the trails of contacts by their recent positions."""
-        for id in [id for id, trail in self._trails.items() if trail[-1][0] < rows.time_s[0] - TRAIL_S]:
-            del self._trails[id]
-            self._old_trails.pop(id, None)
-        for id in np.unique(rows.contact):
-            path = rows.select(rows.contact == id)
-            path = path.select(np.diff(np.floor(path.time_s / _TRAIL_STEP_S), prepend=-1.0) > 0.0)
-            self._old_trails.pop(int(id), None)
-            points = zip(path.time_s.tolist(), path.x_m.tolist(), path.y_m.tolist(), strict=True)
-            self._trails.setdefault(int(id), deque(maxlen=round(TRAIL_S / _TRAIL_STEP_S))).extend(points)
+        self._trails.add(rows)
 
     # --- geometry ---
 
@@ -280,7 +259,7 @@ class FloorMap(QWidget):
             self._transform = self.to_screen()
             self._polygons = [_polygon(tile.corners_m(), self._transform) for tile in self._floor.tiles]
             self._background = self._paint_background()
-            self._old_trails.clear()
+            self._trails.forget_pictures()
         painter.drawPixmap(0, 0, self._background)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_loads(painter)
@@ -289,7 +268,7 @@ class FloorMap(QWidget):
         painter.drawPolygon(self._polygons[self._floor.index(self._chosen_tile)])
         if self._step_tile in self._floor.ids:
             self._paint_step(painter, self._polygons[self._floor.index(self._step_tile)])
-        self._paint_trails(painter)
+        self._trails.paint(painter, self._transform, self._contacts, self._now_s)
         self._paint_contacts(painter)
 
     def _paint_step(self, painter: QPainter, polygon: QPolygonF) -> None:
@@ -335,17 +314,10 @@ class FloorMap(QWidget):
                 bar = QRectF(area.left(), area.bottom() - 3.0, area.width() * share, 3.0)
                 painter.fillRect(bar, QColor(theme.VIBRATION))
 
-    def _empty_picture(self, size: QSize) -> QPixmap:
-        ratio = self.devicePixelRatioF()
-        picture = QPixmap(math.ceil(ratio * size.width()), math.ceil(ratio * size.height()))
-        picture.setDevicePixelRatio(ratio)
-        picture.fill(Qt.GlobalColor.transparent)
-        return picture
-
     def _paint_background(self) -> QPixmap:
         """Paint what does not move: tiles, their names, and a scale."""
         assert self._floor is not None
-        picture = self._empty_picture(self.size())
+        picture = empty_picture(self.size(), self.devicePixelRatioF())
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(theme.font(theme.SMALL_PX))
@@ -375,46 +347,6 @@ class FloorMap(QWidget):
         for end in (x, x + length_m * px_per_m):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y))
         painter.drawText(QPointF(x + length_m * px_per_m + 6, y + 2), quantity(length_m, "m"))
-
-    def _paint_trails(self, painter: QPainter) -> None:
-        """Paint the trails of the last seconds; that of a contact that ended is a cached picture, which fades."""
-        tips = {contact.id: (self._now_s, contact.x_m, contact.y_m) for contact in self._contacts if contact.id}
-        for id, trail in self._trails.items():
-            if id in tips:
-                self._old_trails.pop(id, None)
-                self._paint_trail(painter, [*trail, tips[id]])
-                continue
-            if id not in self._old_trails:
-                self._old_trails[id] = self._picture_of(list(trail))
-            place, picture = self._old_trails[id]
-            painter.setOpacity(min(max(1.0 - (self._now_s - trail[-1][0]) / TRAIL_S, 0.0), 1.0))
-            painter.drawPixmap(place, picture)
-        painter.setOpacity(1.0)
-
-    def _picture_of(self, line: _Trail) -> tuple[QPoint, QPixmap]:
-        """Return a picture of a finished trail, and its position."""
-        places = QPolygonF([self._transform.map(QPointF(x, y)) for _, x, y in line])
-        area = places.boundingRect().adjusted(-2.0, -2.0, 2.0, 2.0).toAlignedRect()
-        picture = self._empty_picture(area.size())
-        painter = QPainter(picture)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.translate(-area.topLeft())
-        self._paint_trail(painter, line)
-        painter.end()
-        return area.topLeft(), picture
-
-    def _paint_trail(self, painter: QPainter, line: _Trail) -> None:
-        """Paint a trail in segments that fade."""
-        green = QColor(theme.CONTACT)
-        ages = [min(max(int((line[-1][0] - time_s) / TRAIL_S * _FADE_STEPS), 0), _FADE_STEPS) for time_s, _, _ in line]
-        places = [self._transform.map(QPointF(x, y)) for _, x, y in line]
-        begin = 0
-        for end in range(1, len(line)):
-            if ages[end] != ages[begin] or end == len(line) - 1:
-                green.setAlphaF(1.0 - ages[begin] / _FADE_STEPS)
-                painter.setPen(QPen(green, 2.0, c=Qt.PenCapStyle.FlatCap))
-                painter.drawPolyline(places[begin : end + 1])
-                begin = end
 
     def _paint_contacts(self, painter: QPainter) -> None:
         """Paint the contacts, and the persons' numbers."""

@@ -27,6 +27,8 @@ class WorkspaceStack(QStackedWidget):
         self.declarations = discover()
         self._context = context
         self._by_name: dict[str, Workspace] = {}
+        self._unattached: dict[str, Workspace] = {}
+        """Those that are built, but not part of the window yet (`create_next`)."""
         self._is_closing = False
 
     def __getitem__(self, name: str) -> Workspace:
@@ -68,11 +70,15 @@ class WorkspaceStack(QStackedWidget):
             self._create(name)
 
     def create_next(self) -> None:
-        """Create a missing workspace, or import a part of it, and continue once all pending events are handled."""
+        """Take the next step to a missing workspace, and continue once all pending events are handled.
+
+        A step imports a part of it, builds it, or attaches it: all at once would block the window.
+        """
         missing = [declared for declared in self.declarations if declared.name not in self._by_name]
         if missing and not self._is_closing:
             if not missing[0].load():
-                self._create(missing[0].name)
+                step = self._create if missing[0].name in self._unattached else self._build
+                step(missing[0].name)
             QTimer.singleShot(0, self.create_next)
 
     def shortcuts(self) -> list[tuple[str, Keys]]:
@@ -106,15 +112,22 @@ class WorkspaceStack(QStackedWidget):
     def close_down(self) -> None:
         """Save the layout, end what runs, and wait for files being written; no workspace is created any more."""
         self._is_closing = True
+        for name in [*self._unattached]:
+            self._create(name)
         for workspace in self:
             save_splitters(workspace, self._context.settings)
             workspace.close_down()
 
+    def _build(self, name: str) -> None:
+        declared = next(declared for declared in self.declarations if declared.name == name)
+        self._unattached[name] = declared.make(self._context)
+
     def _create(self, name: str) -> None:
         if name in self._by_name:
             return
-        declared = next(declared for declared in self.declarations if declared.name == name)
-        workspace = self._by_name[name] = declared.make(self._context)
+        if name not in self._unattached:
+            self._build(name)
+        workspace = self._by_name[name] = self._unattached.pop(name)
         self.addWidget(workspace)
         restore_splitters(workspace, self._context.settings)
         workspace.loaded.connect(self.loaded)

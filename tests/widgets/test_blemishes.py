@@ -106,12 +106,12 @@ def test_the_monitor_is_usable_before_its_session_is_open(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     window.workspaces.choose("Monitor")
     monitor = window.workspaces["Monitor"]
-    for plot in (monitor.force, monitor.spectrogram):
+    for plot in (monitor.force.plot, monitor.vibration.spectrogram):
         QTest.mouseMove(plot, plot.rect().center())
         plot.wheeled.emit(120.0)
     QTest.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=monitor.map.rect().center())
     monitor.draw()
-    assert {label.text() for label in monitor.readouts} == {"– N"}
+    assert {label.text() for label in monitor.force.readouts} == {"– N"}
 
 
 def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_path):
@@ -125,7 +125,7 @@ def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_pa
         QApplication.processEvents()
         return window.workspaces[name]
 
-    press = shown("Monitor").press_n
+    press = shown("Monitor").floor.press_n
     assert press.width() >= press.sizeHint().width()
     assert shown("Recordings").steps.plot.width() >= 20 * theme.GRID
     about = shown("Scenes").panel.about

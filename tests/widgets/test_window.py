@@ -63,7 +63,7 @@ def test_space_stops_and_plays_unless_text_is_edited(window, qtbot):
     window.workspaces.choose("Monitor")
     qtbot.keyClick(monitor(window).map, Qt.Key.Key_Space)
     assert not window.controller.session.playing
-    qtbot.keyClick(monitor(window).table, Qt.Key.Key_Space)
+    qtbot.keyClick(monitor(window).steps.table, Qt.Key.Key_Space)
     assert window.controller.session.playing
     window.workspaces.choose("Design")
     field = design(window).node_palette.findChild(QLineEdit)
@@ -154,7 +154,7 @@ def test_the_level_goes_to_the_engine_and_is_remembered(window, qtbot):
 
 def test_a_step_on_the_simulator_is_in_the_table(window, qtbot):
     window.workspaces.choose("Monitor")
-    qtbot.waitUntil(lambda: monitor(window).table.steps.rowCount() >= 2, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: monitor(window).steps.table.steps.rowCount() >= 2, timeout=LONG_MS)
 
 
 def test_recording_is_a_click_and_ends_with_one(window, qtbot, tmp_path, monkeypatch):
@@ -352,7 +352,9 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     path = window.controller.session.recording
     window.workspaces.choose("Monitor")
     qtbot.keyClick(monitor(window), Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: any(line.name == "mark" for line in monitor(window).force.drawing.lines), timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: any(line.name == "mark" for line in monitor(window).force.plot.drawing.lines), timeout=LONG_MS
+    )
     qtbot.waitUntil(path.exists, timeout=LONG_MS)
     recordings = window.workspaces["Recordings"]
     window.open_file(path)

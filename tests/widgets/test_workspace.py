@@ -6,8 +6,8 @@ import sys
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QLabel
-from windows import dialog_of
+from PySide6.QtWidgets import QApplication, QLabel
+from windows import dialog_of, quiet_window
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -109,3 +109,24 @@ def test_the_code_of_a_workspace_is_imported_in_parts():
     parts, is_loaded = done.stdout.split()
     assert int(parts) > 5
     assert is_loaded == "True"
+
+
+def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_the_window_closes(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    others = set(QApplication.topLevelWidgets())
+
+    def built():
+        for _ in range(200):
+            for widget in QApplication.topLevelWidgets():
+                if isinstance(widget, Workspace) and widget not in others:
+                    return widget
+            window.workspaces.create_next()
+        raise AssertionError("no workspace is built before it is attached")
+
+    shown = built()
+    window.workspaces.choose("Monitor")
+    assert window.workspaces["Monitor"] is shown
+    left = built()
+    window.leave()
+    assert left is window.workspaces["Calibrate"]
+    assert left.parent() is window.workspaces

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QSplitter, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QToolButton, QVBoxLayout, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import counted
-from underfoot.records.recording import Mark, Recording
+from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
@@ -20,7 +20,8 @@ from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.exporting import Exporting
-from underfoot.widgets.recordings.player import RecordingPlayer
+from underfoot.widgets.recordings.mark_editing import MarkEditing
+from underfoot.widgets.recordings.playback import Playback
 from underfoot.widgets.recordings.reader import (
     FINE_S,
     CursorValues,
@@ -75,7 +76,8 @@ class RecordingsWorkspace(Workspace):
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
         self.follower = RecordingFollower(self.reader, self)
-        self.player: RecordingPlayer | None = None
+        self.playback = Playback(self.axis, self)
+        self.marks = MarkEditing(self.axis, self.reader, self)
         self.content: RecordingContent | None = None
         self._build()
         self._connect()
@@ -85,9 +87,7 @@ class RecordingsWorkspace(Workspace):
     # --- as a workspace ---
 
     def attach(self, context: WorkspaceContext) -> None:
-        self.player = RecordingPlayer(context.registry, context.controller, context.open_patch)
-        self.player.moved.connect(self._show_playing)
-        self.player.notified.connect(self.notified)
+        self.playback.attach(context)
         self.follower.attach(context.controller)
         context.controller.recording_changed.connect(lambda _: QTimer.singleShot(500, self.recordings.refresh))
 
@@ -123,8 +123,7 @@ class RecordingsWorkspace(Workspace):
         self.reader.open(path.absolute())
 
     def _close_recording(self) -> None:
-        if self.player is not None and self.player.is_playing:
-            self.player.stop()
+        self.playback.stop()
         self.surveyor.stop()
         if self.content is not None:
             tiles = len(self.content.opened.floor.tiles)
@@ -288,54 +287,6 @@ class RecordingsWorkspace(Workspace):
 
     # --- actions of the user ---
 
-    def mark(self) -> None:
-        """Mark the cursor's time, in the recording."""
-        self._mark("")
-
-    def ask_mark(self) -> None:
-        """Add a mark with a text at the cursor's time."""
-        if self.content is None:
-            return
-        dialog = QInputDialog(self)
-        dialog.setWindowTitle("A mark")
-        dialog.setLabelText(f"What is at {time_text(self.axis.cursor_s)}?")
-        dialog.textValueSelected.connect(self._mark)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.open()
-
-    def _mark(self, text: str) -> None:
-        if self.content is not None:
-            frame = self.content.opened.first + round(self.axis.cursor_s * self.content.opened.rate)
-            self._change(lambda recording: recording.add_mark(frame, text))
-
-    def remove_mark(self) -> None:
-        """Remove the mark nearest to the cursor, within a few pixels."""
-        if self.content is None:
-            return
-        opened = self.content.opened
-        cursor = opened.first + self.axis.cursor_s * opened.rate
-        near = min(opened.marks, key=lambda mark: abs(mark.frame - cursor), default=None)
-        if near is not None and abs(near.frame - cursor) <= 8.0 * self.axis.seconds_per_px * opened.rate:
-            self._change(lambda recording: recording.remove_mark(near.id))
-
-    def _change(self, change: Callable[[Recording], object]) -> None:
-        self.reader.change_marks(change)
-
-    def play_or_stop(self) -> None:
-        """Play the selected range, or from the cursor on; stop if playing."""
-        player, content = self.player, self.content
-        if player is None or content is None:
-            self._enable()
-            return
-        if player.is_playing:
-            player.stop()
-        else:
-            begin_s, end_s = self.axis.selection or (self.axis.cursor_s, self.axis.length_s)
-            if end_s - begin_s < 0.05:
-                begin_s = 0.0
-            player.play(content.opened, begin_s, end_s, self.patch.currentIndex() == 0)
-        self._show_play()
-
     def export(self) -> bool:
         """Ask for a file, and export the recording to it."""
         if self.content is not None:
@@ -343,19 +294,6 @@ class RecordingsWorkspace(Workspace):
         else:
             self.notified.emit("No recording is open: choose one in the list, then export it.")
         return True
-
-    def _show_playing(self, time_s: float) -> None:
-        self.axis.set_playing(time_s)
-        self._show_play()
-
-    def _show_play(self) -> None:
-        playing = self.player is not None and self.player.is_playing
-        self.playing.setIcon(theme.icon("stop" if playing else "play"))
-        self.playing.setText("Stop" if playing else "Play")
-
-    def _set_loops(self, on: bool) -> None:
-        if self.player is not None:
-            self.player.loops = on
 
     def _close_if_open(self, path: Path) -> None:
         if self.content is not None and self.content.opened.path == path:
@@ -395,14 +333,15 @@ class RecordingsWorkspace(Workspace):
         self.recordings.deleted.connect(self._close_if_open)
         self.recordings.notified.connect(self.notified)
         self.exporting.notified.connect(self.notified)
+        self.playback.notified.connect(self.notified)
         self.exporting.progressed.connect(self.export_state.setText)
         self.exporting.progressed.connect(lambda text: self.stopping.setVisible(bool(text)))
         for keys, do in (
-            ("M", self.mark),
-            ("Shift+M", self.ask_mark),
-            ("Shift+Backspace", self.remove_mark),
-            ("P", self.play_or_stop),
-            ("L", self.looping.click),
+            ("M", self.marks.add),
+            ("Shift+M", self.marks.ask),
+            ("Shift+Backspace", self.marks.remove),
+            ("P", self.playback.play_or_stop),
+            ("L", self.playback.looping.click),
         ):
             QShortcut(keys, self, do).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         QShortcut("Delete", self.recordings, self.recordings.ask_to_delete).setContext(
@@ -427,7 +366,7 @@ class RecordingsWorkspace(Workspace):
         column = QVBoxLayout(over)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        head, shrinking = self._head(), ((self.facts,), (self.playing, self.export_button))
+        head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
         column.addWidget(with_header(head, self.timeline, shrinking), 1)
         column.addWidget(self.readout)
         down = QSplitter(Qt.Orientation.Vertical)
@@ -454,15 +393,9 @@ class RecordingsWorkspace(Workspace):
             self._button("", "All", "Show the whole recording (0)", self.axis.show_all),
         ]
         marking = self._button(
-            "", "Mark", "Mark the cursor's time in the recording (M; Shift+M with a text)", self.mark
+            "", "Mark", "Mark the cursor's time in the recording (M; Shift+M with a text)", self.marks.add
         )
-        self.playing = self._button("play", "Play", "Play the stretch, or from the cursor on (P)", self.play_or_stop)
-        self.looping = tool_button("", "Loop", "Play the stretch over and over (L)", checkable=True)
-        self.looping.toggled.connect(self._set_loops)
-        self.patch = QComboBox()
-        self.patch.setAccessibleName("Patch to play through")
-        self.patch.setToolTip("The patch that the recorded forces are played through")
-        self.patch.addItems(["Recorded patch", "Patch in Design"])
+        play = (self.playback.patch, self.playback.button, self.playback.looping)
         self.export_button = self._button(
             "export", "Export…", "Write it for other programs (Ctrl+Shift+E)", self.export
         )
@@ -470,7 +403,7 @@ class RecordingsWorkspace(Workspace):
         self._export_action.triggered.connect(self.export)
         self.stopping = self._button("stop", "", "Stop the export", self.exporting.stop)
         self.stopping.hide()
-        self._needs_one: list[QWidget] = [*zoom, marking, self.playing, self.looping, self.patch, self.export_button]
+        self._needs_one: list[QWidget] = [*zoom, marking, *play, self.export_button]
         return [
             self.title,
             self.facts,
@@ -480,9 +413,7 @@ class RecordingsWorkspace(Workspace):
             self.stopping,
             *zoom,
             marking,
-            self.patch,
-            self.playing,
-            self.looping,
+            *play,
             self.export_button,
         ]
 

@@ -44,7 +44,7 @@ def monitor(qtbot, tmp_path):
 
 def shown(monitor):
     """The force at the right edge of the plot."""
-    return float(monitor.force.drawing.series[-1].y[-1])
+    return float(monitor.force.plot.drawing.series[-1].y[-1])
 
 
 def test_what_was_measured_minutes_ago_is_scrolled_to_while_the_session_goes_on(monitor, qtbot):
@@ -52,19 +52,19 @@ def test_what_was_measured_minutes_ago_is_scrolled_to_while_the_session_goes_on(
         monitor.add_forces(update_of(begin_s, begin_s + 4))
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(120.0), abs=0.1)
-    monitor.back.setValue(600)
+    monitor.time_bar.setValue(600)
     assert shown(monitor) == pytest.approx(force_at(60.0), abs=0.1)
     monitor.add_forces(update_of(120, 124))
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(60.0), abs=0.1)
-    assert monitor.back.maximum() == 1240
+    assert monitor.time_bar.maximum() == 1240
     at = QPointF(300.0, 60.0)
     event = QWheelEvent(
-        at, monitor.force.mapToGlobal(at), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
+        at, monitor.force.plot.mapToGlobal(at), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
         Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
     )  # fmt: skip
-    QApplication.sendEvent(monitor.force, event)
-    assert monitor.shown_s == pytest.approx(59.0)
+    QApplication.sendEvent(monitor.force.plot, event)
+    assert monitor.time.end_s == pytest.approx(59.0)
     qtbot.keyClick(monitor, Qt.Key.Key_End, Qt.KeyboardModifier.ShiftModifier)
     monitor.draw()
     assert shown(monitor) == pytest.approx(force_at(124.0), abs=0.1)
@@ -78,9 +78,9 @@ def test_the_spectrogram_goes_back_with_it(monitor):
         monitor.add_vibration(first, np.tile(tone[:, None], (1, 4)).astype(np.float32))
     monitor.add_forces(update_of(0, 20))
     monitor.draw()
-    assert monitor.spectrogram.drawing.heat.levels.max() == 0
+    assert monitor.vibration.spectrogram.drawing.heat.levels.max() == 0
     monitor.scroll_to(6.0)
-    heat = monitor.spectrogram.drawing.heat
+    heat = monitor.vibration.spectrogram.drawing.heat
     assert heat.levels.max() > 200
     loud = np.flatnonzero(heat.levels.max(axis=0) > 200)
     at_s = heat.x[0] + (loud + 0.5) / heat.levels.shape[1] * (heat.x[1] - heat.x[0])
@@ -132,7 +132,7 @@ def test_footsteps_that_nobody_saved_are_kept_when_the_floor_changes(monitor, tm
     with file.open() as kept:
         assert [row["tile"] for row in csv.DictReader(kept)] == [STEP.tile] * 2
     assert str(file) in said[-1]
-    assert monitor.table.steps.rowCount() == 0
+    assert monitor.steps.table.steps.rowCount() == 0
     monitor.add_steps([STEP])
     monitor.steps.export(str(tmp_path / "saved.csv"))
     monitor.set_session(default_floor(), RATE, True)

@@ -38,7 +38,7 @@ def monitor(qtbot):
 
 def sum_curve(monitor):
     """The curve of a tile's whole force, which is drawn last."""
-    return monitor.force.drawing.series[-1]
+    return monitor.force.plot.drawing.series[-1]
 
 
 def play_through(monitor, recorded, noise=0.05):
@@ -77,56 +77,56 @@ def recorded():
 def test_recorded_steps_fill_curves_picture_and_table(monitor, recorded, qtbot):
     _, tracker, _ = play_through(monitor, recorded)
     monitor.add_steps(tracker.finish())
-    assert monitor.table.steps.rowCount() == 2
-    contact = [step.contact_ms for step in monitor.table.steps.steps]
+    assert monitor.steps.table.steps.rowCount() == 2
+    contact = [step.contact_ms for step in monitor.steps.table.steps.steps]
     assert contact == pytest.approx([580, 579], abs=2)
     assert monitor.steps.count.text() == "2"
     assert np.nanmax(sum_curve(monitor).y) == pytest.approx(799, abs=5)
-    assert monitor.force.ranges[3] == 1000.0
-    assert monitor.vibration.spectrum.levels().max() > 100
-    assert monitor.readouts[0].text().endswith(" N")
+    assert monitor.force.plot.ranges[3] == 1000.0
+    assert monitor.vibration.history.spectrum.levels().max() > 100
+    assert monitor.force.readouts[0].text().endswith(" N")
     assert monitor.steps.export_button.isEnabled()
 
 
 def test_another_tile_is_shown_with_what_it_did_before(monitor, recorded, qtbot):
     play_through(monitor, recorded)
-    before = monitor.vibration.spectrum.levels().copy()
+    before = monitor.vibration.history.spectrum.levels().copy()
     monitor.map.choose_tile("p2")
     for _ in range(40):
         monitor.draw()
-    assert not np.array_equal(monitor.vibration.spectrum.levels(), before)
-    assert monitor.vibration.spectrum.levels().any()
+    assert not np.array_equal(monitor.vibration.history.spectrum.levels(), before)
+    assert monitor.vibration.history.spectrum.levels().any()
     monitor.map.choose_tile("p1")
     for _ in range(40):
         monitor.draw()
-    np.testing.assert_array_equal(monitor.vibration.spectrum.levels(), before)
+    np.testing.assert_array_equal(monitor.vibration.history.spectrum.levels(), before)
 
 
 def test_a_long_stretch_of_vibration_is_analysed_bit_by_bit(monitor):
     samples = np.random.default_rng(2).normal(size=(3 * int(RATE), 4)).astype(np.float32)
     monitor.add_vibration(48_000, samples)
-    assert not monitor.vibration.spectrum.levels().any()
+    assert not monitor.vibration.history.spectrum.levels().any()
     for _ in range(8):
         monitor.draw()
     whole = RunningSpectrum(RATE, 10.0)
     whole.feed(48_000, samples[:, 0])
-    np.testing.assert_array_equal(monitor.vibration.spectrum.levels()[:, -1000:], whole.levels())
+    np.testing.assert_array_equal(monitor.vibration.history.spectrum.levels()[:, -1000:], whole.levels())
 
 
 def test_following_chooses_the_tile_of_the_newest_foot(monitor, recorded, qtbot):
-    qtbot.mouseClick(monitor.following, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(monitor.force.following, Qt.MouseButton.LeftButton)
     monitor.map.choose_tile("t4")
     steps, tracker, _ = play_through(monitor, recorded)
     steps += tracker.finish()
     assert monitor.map.chosen_tile() == steps[-1].tile != steps[0].tile
     for key in (Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down):
         qtbot.keyClick(monitor.map, key)
-    assert not monitor.following.isChecked()
+    assert not monitor.force.following.isChecked()
 
 
 def test_a_pause_holds_the_picture_and_loses_nothing(monitor, recorded, qtbot):
-    qtbot.mouseClick(monitor.pausing, Qt.MouseButton.LeftButton)
-    assert monitor.is_paused
+    qtbot.mouseClick(monitor.force.pausing, Qt.MouseButton.LeftButton)
+    assert monitor.time.is_paused
     monitor.resume()
     recorded_s = play_through(monitor, recorded)[2]
     x = sum_curve(monitor).x
@@ -151,25 +151,25 @@ def test_what_is_not_on_the_screen_is_not_drawn(monitor, recorded):
 def test_hands_become_commands(monitor, qtbot):
     said = []
     monitor.commanded.connect(said.append)
-    monitor.press_n.setCurrentText("800 N")
+    monitor.floor.press_n.setCurrentText("800 N")
     tile = default_floor().tiles[3]
     qtbot.mouseClick(monitor.map, Qt.MouseButton.LeftButton, pos=place_on(monitor.map, tile, 0.05, 0.0))
     assert said == [
         PressTile("t4", pytest.approx(0.05, abs=2e-3), pytest.approx(0.0, abs=2e-3), 800.0),
         PressTile("t4", 0.0, 0.0, 0.0),
     ]
-    qtbot.mouseClick(monitor.walker, Qt.MouseButton.LeftButton)
-    qtbot.mouseClick(monitor.tare, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(monitor.floor.walker, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(monitor.floor.tare, Qt.MouseButton.LeftButton)
     assert said[2:] == [Walk(False), Tare()]
 
 
 def test_the_span_of_time_is_chosen(monitor, qtbot):
-    assert monitor.force.ranges[:2] == (-5.0, 0.0)
-    ten = monitor.span_buttons[10.0]
+    assert monitor.force.plot.ranges[:2] == (-5.0, 0.0)
+    ten = monitor.force.span_buttons[10.0]
     qtbot.mouseClick(ten, Qt.MouseButton.LeftButton)
-    assert monitor.force.ranges[:2] == monitor.spectrogram.ranges[:2] == (-10.0, 0.0)
+    assert monitor.force.plot.ranges[:2] == monitor.vibration.spectrogram.ranges[:2] == (-10.0, 0.0)
     assert ten.isChecked()
-    assert not monitor.span_buttons[5.0].isChecked()
+    assert not monitor.force.span_buttons[5.0].isChecked()
 
 
 def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp_path):
@@ -187,8 +187,8 @@ def test_export_says_where_the_steps_are_or_why_they_are_not(monitor, qtbot, tmp
 
 def test_the_colours_end_at_the_output_level(monitor):
     monitor.set_level(-23.0)
-    assert monitor.level_key.low.text() == "−90"
-    assert monitor.level_key.high.text() == "−20 dB of full scale"
+    assert monitor.vibration.level_key.low.text() == "−90"
+    assert monitor.vibration.level_key.high.text() == "−20 dB of full scale"
 
 
 @pytest.mark.parametrize("size", [(1280, 728), (1920, 1008)])
@@ -213,10 +213,10 @@ def vibrate(monitor, gains, ticks=100):
 
 def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtbot):
     qtbot.keyClick(monitor, Qt.Key.Key_L)
-    assert monitor.levels.isVisible()
-    assert not monitor.spectrogram.isVisible()
+    assert monitor.vibration.levels.isVisible()
+    assert not monitor.vibration.spectrogram.isVisible()
     vibrate(monitor, [2.0, 1.0, 1.0, 0.1])
-    drawn = {series.name: series for series in monitor.levels.drawing.series}
+    drawn = {series.name: series for series in monitor.vibration.levels.drawing.series}
     commanded, measured = drawn["commanded"], drawn["measured"]
     loudest = int(np.argmax(commanded.y))
     assert commanded.x[loudest] == 200.0
@@ -228,20 +228,20 @@ def test_levels_show_what_a_tile_is_asked_and_does_and_what_is_felt(monitor, qtb
     assert "noticed by 100 %; perceived stiffness: not covered" in said
     assert line.heightForWidth(line.width()) <= line.height(), "all of it is seen at 1280 pixels"
     qtbot.keyClick(monitor, Qt.Key.Key_L)
-    assert monitor.spectrogram.isVisible()
+    assert monitor.vibration.spectrogram.isVisible()
 
 
 def test_a_tile_that_does_not_do_what_it_is_told_is_marked_on_the_map(monitor):
     before = monitor.map.grab().toImage()
     vibrate(monitor, [1.0, 1.0, 1.0, 0.1])
-    assert monitor.tile_levels.deviating().tolist() == [False, False, False, True]
+    assert monitor.vibration.tile_levels.deviating().tolist() == [False, False, False, True]
     assert monitor.map.grab().toImage() != before
 
 
 def test_where_nothing_is_measured_levels_say_so(monitor, qtbot):
     qtbot.keyClick(monitor, Qt.Key.Key_L)
     monitor.draw()
-    assert monitor.levels.drawing.note == "nothing is measured here"
+    assert monitor.vibration.levels.drawing.note == "nothing is measured here"
 
 
 def test_who_stood_on_a_floor_that_is_unplugged_is_not_shown_any_more(monitor):

@@ -42,11 +42,13 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
         played.append(at)
         if at >= 1.3:
             session = controller.session
-            seen.append((session.target.kind, session.target.floor, session.patch.title, workspace.playing.text()))
+            seen.append(
+                (session.target.kind, session.target.floor, session.patch.title, workspace.playback.button.text())
+            )
 
-    workspace.player.moved.connect(look)
-    workspace.play_or_stop()
-    qtbot.waitUntil(lambda: bool(seen) and not workspace.player.is_playing, timeout=LONG_MS)
+    workspace.playback.player.moved.connect(look)
+    workspace.playback.play_or_stop()
+    qtbot.waitUntil(lambda: bool(seen) and not workspace.playback.player.is_playing, timeout=LONG_MS)
     assert seen[0] == ("replay", default_floor(1, 2), "Recorded", "Stop")
     assert math.isnan(played[-1])
     assert max(at for at in played if math.isfinite(at)) <= 1.8
@@ -57,11 +59,11 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
 
     window.open_file(walk)  # and played again, until another target is chosen: that one stays
     qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
-    workspace.looping.setChecked(True)
-    workspace.play_or_stop()
+    workspace.playback.looping.setChecked(True)
+    workspace.playback.play_or_stop()
     qtbot.waitUntil(lambda: math.isfinite(workspace.axis.playing_s), timeout=LONG_MS)
     window.target_selection.set_floor(2, 2)
-    qtbot.waitUntil(lambda: not workspace.player.is_playing, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: not workspace.playback.player.is_playing, timeout=LONG_MS)
     qtbot.waitUntil(
         lambda: controller.session is not None and controller.session.target.kind == "simulator", timeout=LONG_MS
     )
