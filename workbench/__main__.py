@@ -88,7 +88,6 @@ def _open_window(
     target: str, floor: Path | None, patch: Path | None, recording: Path | None, screenshot: Path | None
 ) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""
-    _require_qt()
     from underfoot.engine.child_process import engine_process
 
     gc.disable()  # until the window is there, which collects by itself
@@ -115,6 +114,7 @@ def _open_window(
                 screenshot.mkdir(parents=True, exist_ok=True)
             except OSError as error:
                 raise BadFile(f"{screenshot} cannot be made a folder: {error.strerror}") from None
+        _require_qt()
         from underfoot.widgets.application import run
 
         unless_opened.pop_all()
