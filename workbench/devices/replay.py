@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, uncounted
 
 
 class Replay:
@@ -43,6 +43,7 @@ class Replay:
             self._next, self._shift = 0, self._shift + self._length
 
 
+@uncounted
 @kernel
 def _play(
     stamps: NDArray[np.float64],
@@ -62,7 +63,9 @@ def _play(
     i = first
     while count < len(stamps) and i < len(frames) and frames[i] + shift < end:
         stamps[count] = frames[i] + shift
-        forces[count] = force_n[i]
+        for k in range(forces.shape[1]):
+            for sensor in range(4):
+                forces[count, k, sensor] = force_n[i, k, sensor]
         count += 1
         i += 1
     return count, i
