@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from underfoot.devices import device_clock
-from underfoot.kernels import kernel
+from underfoot.kernels import allocating, kernel
 
 RATE = 48_000.0
 
 
+@allocating
 @kernel
 def followed(time_us, came, blocks, asked, epochs, clock, session):
     """What a device floor does with one tile: samples that came are seen, then set, whenever a block is asked for.

@@ -74,6 +74,25 @@ class Everything:
         return slow + line[0] + controls.kind + state.runs + coefficients.designs
 
 
+@node("reversed", "Tests")
+class Reversed:
+    """Writes its input backwards, as somebody would who thinks in arrays."""
+
+    signal = Input()
+    out = Output()
+
+    def run(signal, out):
+        backwards = np.zeros(signal.size)
+        backwards[:] = signal[::-1]
+        out[:] = backwards
+
+
+def test_a_node_s_functions_may_make_and_copy_arrays():
+    row = BareRow(Reversed)
+    row.run(0, 5, {"signal": np.arange(5.0)})
+    assert row.outputs["out"].tolist() == [4.0, 3.0, 2.0, 1.0, 0.0]
+
+
 def test_functions_are_given_what_they_name():
     row = BareRow(Everything, rate=1000.0, key=42)
     ramp = np.arange(20.0)

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from underfoot.devices.force_source import MAX_SAMPLES, sample_buffers
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel, uncounted
+from underfoot.kernels import kernel
 
 
 class Replay:
@@ -43,7 +43,6 @@ class Replay:
             self._next, self._shift = 0, self._shift + self._length
 
 
-@uncounted
 @kernel
 def _play(
     stamps: NDArray[np.float64],

@@ -23,7 +23,7 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.floor.running_median import MIDDLE
-from underfoot.kernels import Floats, intrinsic, kernel, part, uncounted
+from underfoot.kernels import Floats, intrinsic, kernel, part
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
@@ -171,7 +171,6 @@ def _memory_at(context: Any, where: Any) -> Any:
     return borrow(context, where, IntakeMemory)
 
 
-@uncounted
 @kernel
 def _take(where: NDArray[np.int64], begin: int, count: int) -> None:
     """Track contacts through the source's samples `begin` to `count`, and queue each tile's samples.
@@ -193,7 +192,6 @@ def _take(where: NDArray[np.int64], begin: int, count: int) -> None:
                 )
 
 
-@uncounted
 @part
 def _enqueue(
     queue: NDArray[np.void],
@@ -221,7 +219,6 @@ def _enqueue(
     segment.last_frame = sample.at_frame
 
 
-@uncounted
 @kernel
 def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> None:
     """Write `n` frames of signals, tile by tile."""
@@ -258,7 +255,6 @@ def _fill(where: NDArray[np.int64], frame: int, n: int, with_centroid: bool) -> 
             segment.queue_head = segment.queue_tail = 0  # reuse the same few places: they are still in the cache
 
 
-@uncounted
 @part
 def _first_frame(start: float, period: float) -> int:
     """Return the first frame at least one period after `start`, whichever way the sum is rounded."""
@@ -272,7 +268,6 @@ def _first_frame(start: float, period: float) -> int:
     return frame
 
 
-@uncounted
 @part
 def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
     """Begin the segment to a sample, from the present values of the signals."""
@@ -291,7 +286,6 @@ def _next_segment(segment: np.record, sample: np.record, hold: float) -> None:
     segment.queue_head += 1
 
 
-@uncounted
 @part
 def _share(segment: np.record, now: float) -> float:
     """Return the share of the segment that has passed: 0 to 1."""
@@ -301,7 +295,6 @@ def _share(segment: np.record, now: float) -> float:
     return min(max((now - segment.from_frame) / length, 0.0), 1.0) if length > 0.0 else 1.0
 
 
-@uncounted
 @part
 def _held(segment: np.record, now: float, hold: float) -> float:
     """Return the gain of a force without newer samples: 1 while held, then a ramp to 0 of the same length."""
@@ -309,7 +302,6 @@ def _held(segment: np.record, now: float, hold: float) -> float:
     return min(max(2.0 - since / hold, 0.0), 1.0) if since > hold else 1.0
 
 
-@uncounted
 @part
 def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, timing: np.record, frame: int) -> None:
     """Write a tile's signals, all on one segment, from session frame `frame` on; empty ones are not wanted."""
@@ -331,7 +323,6 @@ def _write_frames(force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record,
             y_m[i] = start[2] + (target[2] - start[2]) * share if gate != 0.0 else 0.0
 
 
-@uncounted
 @part
 def _write_frames_ungated(
     force_n: Floats, x_m: Floats, y_m: Floats, segment: np.record, period: float, frame: int
@@ -342,7 +333,6 @@ def _write_frames_ungated(
     _draw_line(y_m, 2, segment, period, frame)
 
 
-@uncounted
 @part
 def _draw_line(out: Floats, signal: int, segment: np.record, period: float, frame: int) -> None:
     """Write one signal of a segment."""

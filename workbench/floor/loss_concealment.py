@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from underfoot.floor import tracking
 from underfoot.floor.contacts import GAP_S, ContactTracker
-from underfoot.kernels import kernel, uncounted
+from underfoot.kernels import kernel
 
 LAST = np.dtype([("time_s", np.float64), ("force_n", np.float64, (4,))], align=True)
 """Latest received sample of a tile, and its time; minus infinity before the first."""
@@ -31,7 +31,6 @@ class LossConcealment:
         conceal(time_s, force_n, count, self.tiles, self.stream, self.last, self.absent)
 
 
-@uncounted
 @kernel
 def conceal(
     time_s: NDArray[np.float64],

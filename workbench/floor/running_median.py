@@ -7,7 +7,7 @@ known. When the median has moved out of those that are kept, they are selected a
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel, part, uncounted
+from underfoot.kernels import kernel, part
 
 Floats = NDArray[np.float64]
 
@@ -18,14 +18,12 @@ _REACH = 32  # values kept on either side of the median when they are selected
 _MOST = 4 * _REACH  # largest number kept
 
 
-@uncounted
 @kernel
 def begin(middle: np.record) -> None:
     """Begin an empty window; all its first values are kept."""
     middle.low, middle.high, middle.below, middle.kept = -np.inf, np.inf, 0, 0
 
 
-@uncounted
 @kernel
 def insert(middle: np.record, ascending: Floats, value: float) -> None:
     """Add a value to the window, whose middle is at the beginning of `ascending`."""
@@ -40,7 +38,6 @@ def insert(middle: np.record, ascending: Floats, value: float) -> None:
         middle.kept += 1
 
 
-@uncounted
 @kernel
 def exchange(middle: np.record, ascending: Floats, old: float, new: float) -> None:
     """Replace the value `old` of the window by `new`."""
@@ -56,7 +53,6 @@ def exchange(middle: np.record, ascending: Floats, old: float, new: float) -> No
     insert(middle, ascending, new)
 
 
-@uncounted
 @kernel
 def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> float:
     """Return the median of the n latest values in `ring`, which end at index `newest`; `ascending` has space for n."""
@@ -68,7 +64,6 @@ def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: i
     return 0.5 * (ascending[(n - 1) // 2 - middle.below] + ascending[n // 2 - middle.below])
 
 
-@uncounted
 @part
 def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
     """Copy the n latest values of a ring to `values`, in any order."""
@@ -80,7 +75,6 @@ def copy_latest(ring: Floats, newest: int, values: Floats, n: int) -> None:
         values[i] = ring[len(ring) - n + i]
 
 
-@uncounted
 @part
 def _choose(middle: np.record, values: Floats, n: int) -> None:
     """Select the middle of the first n values, and move it to the front, in ascending order."""
@@ -107,7 +101,6 @@ def _choose(middle: np.record, values: Floats, n: int) -> None:
     _keep(middle, values, first, last)
 
 
-@uncounted
 @part
 def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     """Keep fewer values: those near the median, and those equal to the outermost of them."""
@@ -122,7 +115,6 @@ def _narrow(middle: np.record, ascending: Floats, n: int) -> None:
     _keep(middle, ascending, first, last)
 
 
-@uncounted
 @part
 def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
     """Move the kept values to the front; those before them are now counted as below."""
@@ -133,7 +125,6 @@ def _keep(middle: np.record, ascending: Floats, first: int, last: int) -> None:
         middle.below += first
 
 
-@uncounted
 @part
 def _first_not_below(ascending: Floats, value: float) -> int:
     """Return the index of the first value that is not below `value`, by a search without unpredictable branches."""
@@ -145,7 +136,6 @@ def _first_not_below(ascending: Floats, value: float) -> int:
     return first + (1 if ascending[first] < value else 0)
 
 
-@uncounted
 @part
 def _select(values: Floats, first: int, last: int, k: int) -> None:
     """Partially sort values `first` to `last` (quickselect): value k is in its place, no smaller one is after it."""
@@ -168,7 +158,6 @@ def _select(values: Floats, first: int, last: int, k: int) -> None:
             last = j
 
 
-@uncounted
 @kernel
 def median(values: Floats, n: int) -> float:
     """Return the median of the first n values, which are reordered.
@@ -186,7 +175,6 @@ def median(values: Floats, n: int) -> float:
     return 0.5 * (below + values[middle])
 
 
-@uncounted
 @kernel
 def median_deviation(values: Floats, n: int) -> float:
     """Return the (lower) median absolute deviation of the first n values, which are overwritten.

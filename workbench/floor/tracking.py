@@ -19,7 +19,7 @@ from underfoot.floor.running_median import (
     median_deviation,
     running_median,
 )
-from underfoot.kernels import inlined, kernel, part, uncounted
+from underfoot.kernels import inlined, kernel, part
 
 Floats = NDArray[np.float64]
 
@@ -132,7 +132,6 @@ class TrackerMemory(NamedTuple):
     events: NDArray[np.void]  # (events,) of `EVENT`: written by `follow`
 
 
-@uncounted
 @kernel
 def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int, int]:
     """Follow n samples, `time_s` (n,) and `force_n` (n, tiles, 4).
@@ -194,7 +193,6 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
     return written, happened
 
 
-@uncounted
 @kernel
 def join(
     rows: NDArray[np.void],
@@ -232,7 +230,6 @@ def join(
     return written
 
 
-@uncounted
 @kernel
 def end_all(memory: TrackerMemory) -> int:
     """End all contacts at the end of the stream, as cut; return the number of events."""
@@ -243,7 +240,6 @@ def end_all(memory: TrackerMemory) -> int:
     return happened
 
 
-@uncounted
 @kernel
 def renew_all(memory: TrackerMemory) -> None:
     """Set all baselines to the readings of the last 0.1 s; contacts end with the next sample."""
@@ -251,7 +247,6 @@ def renew_all(memory: TrackerMemory) -> None:
         _renew(memory, k, memory.stream[0].taken)
 
 
-@uncounted
 @kernel
 def bring_up_noise(memory: TrackerMemory) -> None:
     """Compute the present noise of each tile."""
@@ -259,7 +254,6 @@ def bring_up_noise(memory: TrackerMemory) -> None:
         _noise_n(memory, k)
 
 
-@uncounted
 @part
 def _weigh(tile: np.record, force_n: Floats) -> None:
     """Compute the load on the tile, and add the sample to the mean for the baseline."""
@@ -273,7 +267,6 @@ def _weigh(tile: np.record, force_n: Floats) -> None:
         tile.summed += 1
 
 
-@uncounted
 @part
 def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     """Compute the centroid of the tile's load, in the floor's frame."""
@@ -288,7 +281,6 @@ def _locate(tile: np.record, plate: np.record, force_n: Floats) -> None:
     tile.y_m = plate.centre_m[1] + plate.axes[0, 1] * x + plate.axes[1, 1] * y
 
 
-@uncounted
 @part
 def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
     """Store the mean since the last thinned sample, and the sum of this sample, in a slot of the ring."""
@@ -300,7 +292,6 @@ def _store(tile: np.record, slot: Floats, force_n: Floats) -> None:
     tile.summed = 0
 
 
-@uncounted
 @part
 def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: NDArray[np.void], written: int) -> int:
     """Append a row for each tile in contact to the first `written`; return the new number."""
@@ -314,7 +305,6 @@ def _write_rows(tiles: NDArray[np.void], stream: np.record, now_s: float, rows: 
     return written
 
 
-@uncounted
 @part
 def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: float, gap: bool, happened: int) -> int:
     """Begin a contact on tile k, whose load was `before_n` one sample ago; return the new number of events."""
@@ -329,7 +319,6 @@ def _begin(memory: TrackerMemory, k: int, now_s: float, before_n: float, on_n: f
     return _log(memory, k, BEGAN, stream.time_s, math.nan if cut else before_n, cut, happened)
 
 
-@uncounted
 @part
 def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int) -> int:
     """End the contact on tile k; return the new number of events."""
@@ -341,7 +330,6 @@ def _end(memory: TrackerMemory, k: int, last_s: float, cut: bool, happened: int)
     return _log(memory, k, ENDED, last_s, math.nan, cut, happened)
 
 
-@uncounted
 @part
 def _is_settled(tile: np.record, now_s: float) -> bool:
     """Return whether a load too small for a foot has been steady for `SETTLED_S`, so that it must be a residue."""
@@ -355,7 +343,6 @@ def _is_settled(tile: np.record, now_s: float) -> bool:
     return now_s - tile.steady_s >= SETTLED_S
 
 
-@uncounted
 @part
 def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) -> None:
     """Set the baseline of tile k, which has a negative load, after `NEGATIVE_S`."""
@@ -367,7 +354,6 @@ def _renew_if_negative(memory: TrackerMemory, k: int, now_s: float, take: bool) 
         _renew_now(memory, k, take)
 
 
-@uncounted
 @part
 def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
     """Update the baselines of unladen tiles with the present sample."""
@@ -387,7 +373,6 @@ def _update_baselines(memory: TrackerMemory, newest: int, oldest: int) -> None:
         tile.untared = False
 
 
-@uncounted
 @inlined
 def _window_ends(memory: TrackerMemory) -> tuple[int, int]:
     """Return the indices in the rings of the values that enter and leave the windows with the present sample."""
@@ -396,7 +381,6 @@ def _window_ends(memory: TrackerMemory) -> tuple[int, int]:
     return newest % places, (newest - memory.window.shape[2]) % places
 
 
-@uncounted
 @inlined
 def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     """Count a quiet sample of tile k, and add the one that is `guard` older to the baseline; return its size."""
@@ -417,7 +401,6 @@ def _slide(memory: TrackerMemory, k: int, newest: int, oldest: int) -> int:
     return min(had + 1, length)
 
 
-@uncounted
 @part
 def _noise_n(memory: TrackerMemory, k: int) -> float:
     """Return the noise of tile k at the last update of its baseline."""
@@ -431,7 +414,6 @@ def _noise_n(memory: TrackerMemory, k: int) -> float:
     return tile.noise_n
 
 
-@uncounted
 @part
 def _forget_quiet(memory: TrackerMemory, k: int) -> None:
     """End the quiet time of tile k; its noise is computed now, while the ring has the values."""
@@ -439,7 +421,6 @@ def _forget_quiet(memory: TrackerMemory, k: int) -> None:
     memory.tiles[k].quiet = 0
 
 
-@uncounted
 @part
 def _renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
     """Renew the baseline, including the present sample, which the number of thinned samples does not include yet."""
@@ -447,7 +428,6 @@ def _renew_now(memory: TrackerMemory, k: int, take: bool) -> None:
     memory.tiles[k].load_n = 0.0
 
 
-@uncounted
 @part
 def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
     """Set the baseline of tile k to its readings of the last 0.1 s; a contact on it ends with the next sample."""
@@ -467,7 +447,6 @@ def _renew(memory: TrackerMemory, k: int, taken: int) -> None:
     tile.untared = False
 
 
-@uncounted
 @part
 def _log(memory: TrackerMemory, k: int, kind: int, time_s: float, load_n: float, cut: bool, happened: int) -> int:
     """Write an event of tile k at the present sample after the first `happened`; return the new number."""

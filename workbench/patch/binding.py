@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, require
-from underfoot.kernels import callback, intrinsic, part
+from underfoot.kernels import allocating, callback, intrinsic, part
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
@@ -209,7 +209,7 @@ class Binding:
         source = "\n".join([f"def {port_names}{arguments}:", *lines])
         names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
-        names |= {function: part(body) for function, body in self.functions.items()}
+        names |= {function: allocating(part(body)) for function, body in self.functions.items()}
         for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
             if layout is not None:
                 names[key] = layout.at

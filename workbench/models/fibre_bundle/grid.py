@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
 from underfoot.clock import SPAN
 from underfoot.errors import require
-from underfoot.kernels import Floats, inlined, kernel
+from underfoot.kernels import Floats, copy, inlined, kernel
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing, frame_step
 from underfoot.models.fibre_bundle import damage
@@ -240,11 +240,11 @@ def run_traced(
         load = min(max(c.pressure * contact.force[i], -c.limit), c.limit)
         _wear(load, key, now, coefficients, s)
         if now % SPAN == 0:
-            s.share[:] = s.next_share
+            copy(s.next_share, s.share)
             _print(s, coefficients, contact.x_m[i], contact.y_m[i])
         if load > 0.0 and not s.load > 0.0:
             _print(s, coefficients, contact.x_m[i], contact.y_m[i])
-            s.share[:] = s.next_share
+            copy(s.next_share, s.share)
         strain[i], passed = _move(s, coefficients, columns, rows, s.load, load, now % SPAN)
         s.load = load
         if passed:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, allocating, kernel
 from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.signals.random import stream_key, uniform
 
@@ -77,6 +77,7 @@ def _draw(probabilities: Floats, key: np.uint64) -> None:
         probabilities[i] = uniform(key, i)
 
 
+@allocating
 @kernel
 def _raise_load(strains: Floats, locality: float, loads: Floats, fibres: NDArray[np.int64]) -> int:
     """Break all fibres; fill loads per fibre and sizes of the avalanches, and return their number."""

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, kernel, modal_kernel, widest
+from underfoot.kernels import Floats, copy, kernel, modal_kernel, widest
 from underfoot.layouts import Layout, Memory
 
 PASS = 16
@@ -130,16 +130,16 @@ def _run_part(excitation: Floats, start: int, coefficients: Memory, state: Memor
         state.excitation[start + k] = excitation[k]
     ends = start + out.size == PASS
     if not ends:
-        state.kept_near[:] = state.near
-        state.kept_far[:] = state.far
+        copy(state.near, state.kept_near)
+        copy(state.far, state.kept_far)
     _run_passes(state.excitation, coefficients, state, state.out)
     for k in range(out.size):
         out[k] = state.out[start + k]
     if ends:
         state.excitation[:] = 0.0
     else:
-        state.near[:] = state.kept_near
-        state.far[:] = state.kept_far
+        copy(state.kept_near, state.near)
+        copy(state.kept_far, state.far)
 
 
 @kernel

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, kernel, modal_kernel
+from underfoot.kernels import Floats, copy, kernel, modal_kernel
 from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -258,9 +258,9 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
     """
     if s.in_contact == 0.0:
         _take_over(start, known, s)
-    s.audible.values[:] = known.audible.values
-    s.turn.re[:] = known.powers.p1_re
-    s.turn.im[:] = known.powers.p1_im
+    copy(known.audible.values, s.audible.values)
+    copy(known.powers.p1_re, s.turn.re)
+    copy(known.powers.p1_im, s.turn.im)
     s.surface, s.surface_speed = audible_displacement(s), audible_speed(s)
     z, speed, mobility = s.z, 0.0, 0.0
     for m in range(int(known.modes)):

@@ -1,7 +1,7 @@
 """Mapping from one range to another along a curve, without jumps when the ranges change."""
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, copy, kernel
 from underfoot.layouts import Layout, Memory
 
 RANGES = Layout("ranges", "low", "high", "out_low", "out_high", "exponent")
@@ -42,13 +42,13 @@ def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) 
     """Map `signal` into `out`, from session frame `frame` on; changed ranges are interpolated over a span."""
     if state.has_begun == 0.0:
         state.has_begun = 1.0
-        state.before.values[:] = ranges.values
-        state.now.values[:] = ranges.values
+        copy(ranges.values, state.before.values)
+        copy(ranges.values, state.now.values)
     for i in range(out.size):
         into = (frame + i) % SPAN
         if into == 0:
-            state.before.values[:] = state.now.values
-            state.now.values[:] = ranges.values
+            copy(state.now.values, state.before.values)
+            copy(ranges.values, state.now.values)
             state.is_moving = 0.0
             for k in range(ranges.values.size):
                 if state.before.values[k] != state.now.values[k]:

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import allocating, kernel
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, transition
 from underfoot.models.stick_slip.panels import (
     GAUSS_NODES,
@@ -87,6 +87,7 @@ def add_source_term(
             out[i, k] -= relative * math.sqrt(inverse) / (2.0 * math.pi) * factor
 
 
+@allocating
 @kernel
 def add_history_term(
     block: BlockOnBelt,
@@ -124,6 +125,7 @@ def add_history_term(
                         out[i, k] += weight * response.values[q, k]
 
 
+@allocating
 @kernel
 def collocation_matrix(
     block: BlockOnBelt, grid: Grid, length: float, shortest_lag: float, out: NDArray[np.float64]
@@ -147,6 +149,7 @@ def collocation_matrix(
                         out[n, q, i, k] += factor * response.values[q, k]
 
 
+@allocating
 @kernel
 def subtract_exceedance(
     block: BlockOnBelt,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel
+from underfoot.kernels import allocating, kernel
 
 
 class NormalMixture(NamedTuple):
@@ -18,6 +18,7 @@ class NormalMixture(NamedTuple):
     weights: NDArray[np.float64]
 
 
+@allocating
 @kernel
 def density_and_cdf(mixture: NormalMixture, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return density and CDF of a mixture at `points`, as [2, points].

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.arguments import number
-from underfoot.kernels import kernel
+from underfoot.kernels import allocating, kernel
 from underfoot.models.stick_slip.exponential_tail import relaxation_time
 from underfoot.models.stick_slip.first_passage import solve
 from underfoot.models.stick_slip.mixture import NormalMixture, density_and_cdf, normal_cdf, normal_density
@@ -233,6 +233,7 @@ def _subdivision(travel: float, width: float) -> tuple[int, float]:
     return parts, max(width, travel / (4.0 * parts))
 
 
+@allocating
 @kernel
 def _period_density_and_cdf(
     panels: Panels, belt_velocity: float, x0: float, points: NDArray[np.float64]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import allocating, kernel
 from underfoot.models.signals.random import normal, stream_key, uniform
 
 FULL_COUNTS = 65_535
@@ -230,6 +230,7 @@ def _resistance(force_n: float, c: np.record) -> float:
     return c.resistance_ohm_n / effective + c.series_ohm
 
 
+@allocating
 @kernel
 def _resistances(force_n: NDArray[np.float64], c: np.record) -> NDArray[np.float64]:
     out = np.empty_like(force_n)
