@@ -137,4 +137,7 @@ def _clear(stamps: NDArray[np.float64], forces: NDArray[np.float64], first: int,
 @kernel
 def _add_recorded(forces: NDArray[np.float64], recorded: NDArray[np.float64], first: int, count: int) -> None:
     for i in range(count):
-        forces[i] += recorded[(first + i) % len(recorded)]
+        sample = recorded[(first + i) % len(recorded)]
+        for k in range(forces.shape[1]):
+            for sensor in range(4):
+                forces[i, k, sensor] += sample[k, sensor]

@@ -131,10 +131,10 @@ def test_a_recording_is_asked_about_before_it_is_played_through_its_own_patch(qt
     qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
     desk.playback.play_or_stop()
     assert own_node.runs == 0
-    assert not desk.player.is_playing
+    assert not desk.playback.player.is_playing
     answer(qtbot, window, "Run it")
     assert own_node.runs == 1
-    assert desk.player.is_playing
+    assert desk.playback.player.is_playing
     assert window.controller.patch.title == "Hum"
 
 
