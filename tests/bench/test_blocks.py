@@ -26,6 +26,7 @@ def test_feet_step_where_they_should_and_go_on_without_a_seam():
     assert (load_n[:, :2] > 20.0).mean(axis=0) == pytest.approx([blocks.CONTACT_S] * 2, abs=0.03)
     assert (abs(load_n[:, 2:]) < 10.0 * blocks.NOISE_N).all()
     assert (forces[:, 2:].std(axis=0) > 0.5 * blocks.NOISE_N).all()
+    assert not any(np.array_equal(forces[:1000, 4], forces[k : k + 1000, 4]) for k in (1000, 2000))
     assert np.abs(load_n[0] - load_n[-1]).max() <= 1.5 * np.abs(np.diff(load_n, axis=0)).max()
 
 

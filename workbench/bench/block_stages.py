@@ -232,7 +232,7 @@ def _reading_s(floor: Floor, feet: int, profiles: Mapping[str, Profile]) -> floa
         began = time.perf_counter()
         conversion.newtons(rows, readings, time_s, np.zeros_like(rows))
         spent.append(time.perf_counter() - began)
-    return min(spent)
+    return min(spent) * forces.rate_hz / samples
 
 
 def _sleeps(program: Program, registry: Registry) -> dict[str, str]:

@@ -37,6 +37,7 @@ CONTACT_S = 0.8
 _PEAKS_N = 800.0, 500.0, 780.0
 _GOLDEN = 0.6180339887498949
 _SENSOR_HZ = 1000.0
+_LOOP_S = 3.0
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Scene:
         self._loop = Loop(patch, registry, source, LoopOptions(block=block, plates=plates))
         self._loop.send(Play(True))
         self._of_program: list[float] = []
-        for _ in range(2):  # until baselines, gates and ramps have settled
+        for _ in range(3):  # until baselines, gates and ramps have settled
             self.run()
         self._of_program.clear()
 
@@ -127,15 +128,16 @@ def costs(scenes: Sequence[Scene], timed: Sequence[Timed]) -> list[BlockCost]:
 
 
 def stepping(floor: Floor, feet: int) -> ForceSeries:
-    """Return a second of sensor forces under this many feet, each stepping on its tile at its own moment.
+    """Return sensor forces under this many feet, each stepping on its tile once a second, at its own moment.
 
-    It loops seamlessly. A foot that only stood would soon be silent on most grounds.
+    They loop seamlessly. A foot that only stood would soon be silent on most grounds. The noise lasts longer than a
+    baseline's window: in one that repeats, no value enters or leaves it, which costs half as much.
 
     >>> forces = stepping(default_floor(1, 3), 1)
     >>> (forces.force_n.mean(axis=(0, 2)) > 100.0).tolist()
     [True, False, False]
     """
-    time_s = np.arange(round(_SENSOR_HZ)) / _SENSOR_HZ
+    time_s = np.arange(round(_LOOP_S * _SENSOR_HZ)) / _SENSOR_HZ
     force_n = NOISE_N * np.random.default_rng(1).standard_normal((len(time_s), len(floor.tiles), 4))
     for row, tile in enumerate(floor.tiles[:feet]):
         phase = (time_s + _GOLDEN * row) % 1.0 / CONTACT_S
