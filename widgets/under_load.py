@@ -68,7 +68,7 @@ class TickReporter:
         health = session.health
         intervals_s = np.diff(self._ticks_s)
         self._ticks_s = self._ticks_s[-1:]
-        figures = {name: getattr(health, name) for name in health.__dataclass_fields__}
+        figures = {name: getattr(health, name) for name in health.__struct_fields__}
         recording = str(session.recording or "")
         ticks_ms = [round(1e3 * one, 2) for one in intervals_s.tolist()]
         print(json.dumps(figures | {"ticks_ms": ticks_ms, "pids": session.pids, "recording": recording}), flush=True)

@@ -10,10 +10,10 @@ import importlib.util
 import pkgutil
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from msgspec import Struct
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
@@ -27,8 +27,7 @@ from underfoot.widgets.session.open_patch import OpenPatch
 from underfoot.widgets.session.settings import Settings
 
 
-@dataclass(frozen=True)
-class WorkspaceContext:
+class WorkspaceContext(Struct, frozen=True):
     """Objects that the window shares with its workspaces. `folder` contains the program's own files."""
 
     registry: Registry
@@ -93,8 +92,7 @@ class Workspace(QWidget):
         """End what runs, and wait for files being written, before the window closes."""
 
 
-@dataclass(frozen=True)
-class WorkspaceDeclaration:
+class WorkspaceDeclaration(Struct, frozen=True):
     """The declaration of a workspace. `make` imports the code, so that an unused workspace costs nothing.
 
     The code is `workspace.py` in the folder, the package `package`; `load` imports it beforehand. Files with one of the

@@ -3,8 +3,9 @@
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from underfoot.documents import LARGEST
 
@@ -16,8 +17,7 @@ _AROUND = 2
 """Number of lines shown before and after the one in question."""
 
 
-@dataclass(frozen=True)
-class FilePlace:
+class FilePlace(Struct, frozen=True):
     """Position in a file, and the error there. `line` counts from 1, and is 0 if unknown."""
 
     file: str

@@ -6,11 +6,11 @@ made. In compiled code a memory is an address and these sizes.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import require
@@ -24,8 +24,7 @@ _OWN = ("address", "layout", "sizes", "values")
 """Attributes of a memory besides its parts."""
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Struct, frozen=True):
     """Named part of a layout: a number (`shape` is empty), an array, or a nested layout."""
 
     name: str
@@ -113,8 +112,7 @@ class Layout:
         return MemoryAt(self)
 
 
-@dataclass(frozen=True)
-class MemoryAt:
+class MemoryAt(Struct, frozen=True, dict=True):
     """Constructor of a layout's memory in compiled code."""
 
     layout: Layout

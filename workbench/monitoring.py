@@ -4,11 +4,12 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import asdict, replace
 
 from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import split_target, target_forms

@@ -1,9 +1,8 @@
 """Where title, legend, axes and texts of a drawing stand, with words of a known width."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from underfoot.drawing import Drawing, HeatMap, ReferenceLine, Series, series
 from underfoot.drawing.layout import AXIS_PX, Margins, content_of, frame_of

@@ -1,8 +1,8 @@
 """One foot or two: feet over seams and corners, turned tiles, gaps, noise, and two feet on one tile."""
 
-import dataclasses
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from made_walks import touching_floor
@@ -94,7 +94,7 @@ def test_chunks_change_no_bit_where_feet_share_tiles(chunk):
         )
     assert len(finished(expected)) > 10
     for one, other in zip(finished(expected), finished(found), strict=True):
-        np.testing.assert_equal(dataclasses.astuple(one), dataclasses.astuple(other))
+        np.testing.assert_equal(msgspec.structs.astuple(one), msgspec.structs.astuple(other))
 
 
 @pytest.mark.parametrize("degrees", [0.0, 20.0, 45.0, -30.0])

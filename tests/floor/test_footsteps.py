@@ -1,6 +1,7 @@
 import dataclasses
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from made_walks import Foot, corner_forces, read, touching_floor, walk
@@ -35,7 +36,7 @@ def contact(time_s, force_n, x_m=None, y_m=None, **changes):
     x_m, y_m = (zeros if places is None else np.asarray(places, float) for places in (x_m, y_m))
     lead_s = 2 * time_s[0] - time_s[1]
     whole = Contact(1, time_s[0], time_s[-1], (0,), False, lead_s, 0.0, time_s, force_n, x_m, y_m)
-    return dataclasses.replace(whole, **changes)
+    return msgspec.structs.replace(whole, **changes)
 
 
 # --- figures ---
@@ -236,4 +237,4 @@ def test_chunks_do_not_change_the_steps(chunk):
     )
     expected, steps = (steps_of(feet, 5.5, 240.0, chunk=size, tare_n=12.0) for size in (100, chunk))
     assert len(expected) == 8
-    np.testing.assert_equal([dataclasses.astuple(s) for s in steps], [dataclasses.astuple(s) for s in expected])
+    np.testing.assert_equal([msgspec.structs.astuple(s) for s in steps], [msgspec.structs.astuple(s) for s in expected])

@@ -1,11 +1,11 @@
 """Plates that play, held against SciPy's continuous systems and against the simulated tile that is calibrated."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy.signal import lsim
 
 from underfoot.calibration.science.sweep import exponential, train

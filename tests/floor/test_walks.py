@@ -1,8 +1,8 @@
 """Persons, sides and gait, from footsteps of simulated people whose truth is known."""
 
-import dataclasses
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -55,7 +55,7 @@ def test_gait_is_that_of_the_walker():
 def test_who_limps_is_asymmetric():
     walker = gait.Walker(step_length_m=0.6, variation=0.0)
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
-    limping = [dataclasses.replace(step, duration_s=step.duration_s * (0.85 if step.side == "left" else 1.0))
+    limping = [msgspec.structs.replace(step, duration_s=step.duration_s * (0.85 if step.side == "left" else 1.0))
                for step in made]  # fmt: skip
     (found,) = gait_of(steps_of([limping], 6.0, [walker]))
     assert found.stance_asymmetry_percent == pytest.approx(200.0 * 0.15 / 1.85, abs=1.5)
@@ -66,7 +66,8 @@ def test_who_walks_backwards_has_the_same_sides():
     forwards = gait.footfalls(walker, [(0.5, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
     # The last place first: each foot comes down behind the other one.
     backwards = [
-        dataclasses.replace(step, heel_x_m=forwards[11 - number].heel_x_m) for number, step in enumerate(forwards[:12])
+        msgspec.structs.replace(step, heel_x_m=forwards[11 - number].heel_x_m)
+        for number, step in enumerate(forwards[:12])
     ]
     steps = steps_of([backwards], 8.0, [walker])[:12]
     assert {step.person for step in steps} == {1}
@@ -158,7 +159,7 @@ def test_the_foot_that_the_end_cuts_takes_nobodys_last_step_away():
     for contact in contacts[-2:]:
         seen = contact.time_s < end_s
         curve = {name: getattr(contact, name)[seen] for name in ("time_s", "force_n", "x_m", "y_m")}
-        steps += counter.feed([dataclasses.replace(contact, end_s=end_s, cut=True, **curve)], end_s)
+        steps += counter.feed([msgspec.structs.replace(contact, end_s=end_s, cut=True, **curve)], end_s)
     steps += counter.finish()
     assert [step.contact for step in sorted(steps, key=lambda step: step.contact)] == list(range(16))
     assert {(step.contact % 2, step.person) for step in steps} == {(0, 1), (1, 2)}

@@ -1,9 +1,9 @@
 """The transport bar: what it shows, and what it says when hands are laid on it."""
 
 import itertools
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 from on_screen import choose, show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu

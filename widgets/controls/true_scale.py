@@ -1,8 +1,9 @@
 """A full-screen window with the floor at true scale, for a projector above it."""
 
 import math
-from dataclasses import dataclass, replace
 
+from msgspec import Struct
+from msgspec.structs import replace
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QScreen, QTransform
 from PySide6.QtWidgets import QWidget
@@ -24,8 +25,7 @@ _TURNS = {Qt.Key.Key_Comma: 1, Qt.Key.Key_Period: -1}
 _DEFAULT_PX_PER_M = 96.0 / 0.0254
 
 
-@dataclass(frozen=True)
-class Placement:
+class Placement(Struct, frozen=True):
     """The placement of a picture on the screen: scale, offset from the screen's centre in metres (right and up),
     rotation to the left in degrees.
 

@@ -1,8 +1,7 @@
 """Spectrum and spectrogram of a preview, at the resolution of the screen. numpy only."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Range
@@ -17,8 +16,7 @@ COLUMNS = 360
 FLOOR_DB = -200.0
 
 
-@dataclass(frozen=True)
-class Scale:
+class Scale(Struct, frozen=True):
     """The frequency range of a picture, on a linear or logarithmic axis."""
 
     log: bool = True

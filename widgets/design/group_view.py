@@ -1,7 +1,8 @@
 """The visible part of a patch at one level, on which a collapsed group is drawn as a node. Without Qt."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from underfoot.patch.groups import Group, innermost, parents
 from underfoot.patch.node import Registry
@@ -23,8 +24,7 @@ COLOURS = {
 """The colours that a group may have, by their names in the palettes."""
 
 
-@dataclass(frozen=True)
-class GroupView:
+class GroupView(Struct, frozen=True):
     """The visible nodes and wires in an open group, or in the whole patch."""
 
     shown_as: Mapping[str, str]

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import lru_cache
 
+from msgspec import Struct
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
 
@@ -20,8 +20,7 @@ REACH = 12.0
 """Distance around a port within which the mouse hits it, in pixels."""
 
 
-@dataclass(frozen=True)
-class PortRow:
+class PortRow(Struct, frozen=True):
     """A port in a node's face: the positions of its dot and label, and whether it is a parameter."""
 
     port: Port
@@ -31,8 +30,7 @@ class PortRow:
     is_parameter: bool = False
 
 
-@dataclass(frozen=True)
-class NodeDescription:
+class NodeDescription(Struct, frozen=True):
     """The displayed content of a node, independent of its layout."""
 
     title: str
@@ -44,8 +42,7 @@ class NodeDescription:
     """The parameters that a wire may drive."""
 
 
-@dataclass(frozen=True)
-class PlacedPort:
+class PlacedPort(Struct, frozen=True):
     """A port, the side it is on ("in" or "out"), and the middle of its dot."""
 
     row: PortRow
@@ -65,8 +62,7 @@ class PlacedPort:
         return theme.signal_colour(self.port.kind, self.port.unit)
 
 
-@dataclass(frozen=True)
-class NodeGeometry:
+class NodeGeometry(Struct, frozen=True):
     """The drawn form of a node with some of its parameters shown as ports."""
 
     width: float

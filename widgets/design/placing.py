@@ -1,7 +1,6 @@
 """Free positions for new nodes, and automatic layout of a patch, in canvas pixels. Without Qt."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from statistics import fmean
 
 import numpy as np
 
@@ -68,7 +67,7 @@ def layered_places(
         _stack(column, {}, sizes, middle)
     for sweep in range(SWEEPS):
         for column in columns if sweep % 2 == 0 else columns[::-1]:
-            wanted = {id: fmean(middle[o] for o in beside[id]) for id in column if beside[id]}
+            wanted = {id: float(np.mean([middle[o] for o in beside[id]])) for id in column if beside[id]}
             column.sort(key=lambda id: wanted.get(id, middle[id]))
             _stack(column, wanted, sizes, middle)
     top = min(middle[id] - sizes[id][1] / 2 for id in sizes)
@@ -135,7 +134,7 @@ def _stack(
         middle[id] = free if i == 0 else max(free, at + half)
         at = middle[id] + half + GAP
     meant = [wanted[id] - middle[id] for id in column if id in wanted]
-    by = fmean(meant) if meant else 0.0
+    by = float(np.mean(meant)) if meant else 0.0
     for id in column:
         middle[id] += by
 

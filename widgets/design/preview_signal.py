@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Range
@@ -21,8 +22,7 @@ SHORTEST_MS = 2.0
 """The shortest stretch that is looked at."""
 
 
-@dataclass(frozen=True)
-class PreviewSignal:
+class PreviewSignal(Struct, frozen=True):
     """Frames of one output [n]; force on the tile [m]; the tile's response [n], if known; and the whole preview's
     margin below the limiter, in dB.
     """

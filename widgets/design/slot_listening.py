@@ -1,11 +1,11 @@
 """Connects the Design workspace with playback: slots A and B, single nodes, loops."""
 
 from collections.abc import Iterable, Set
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import platformdirs
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.reports import COMMANDED, Outlines, Preview

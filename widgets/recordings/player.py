@@ -1,9 +1,9 @@
 """Playback of a range of a recording on the window's session: its forces, through its own patch or another."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.target import Target

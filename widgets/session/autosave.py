@@ -1,11 +1,12 @@
 """Automatic copies of unsaved work, which survive a crash."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec import Struct
+from msgspec.structs import replace
 from PySide6.QtCore import QLockFile
 
 from underfoot.errors import UnderfootError
@@ -19,8 +20,7 @@ RegisterNodes = Callable[[Patch, Path | None], None]
 """Registers the nodes of a patch in a folder before the patch is checked."""
 
 
-@dataclass(frozen=True)
-class RecoveredWork:
+class RecoveredWork(Struct, frozen=True):
     """The open patch of a window that crashed or restarts, and its file, if any."""
 
     patch: Patch

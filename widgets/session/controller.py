@@ -1,12 +1,12 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import platformdirs
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.engine.child_process import ChildProcess

@@ -3,10 +3,11 @@
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.engine.rings import load_reading
@@ -23,8 +24,7 @@ _YIELD_S = 0.01
 """Delay of the thread before it imports Numba, because the import blocks the thread that starts it."""
 
 
-@dataclass(frozen=True)
-class ForceUpdate:
+class ForceUpdate(Struct, frozen=True):
     """The force samples of one tick.
 
     `time_s` (n,) is since the start of the session, `force_n` (n, tiles, 4) is tared. The tiles' loads, the untared
@@ -44,22 +44,18 @@ class ForceUpdate:
         return replace(self, load_n=np.zeros_like(self.load_n), contacts=())
 
 
-@dataclass
 class FootstepTracker:
-    """Tracks contacts and counts footsteps. Samples wait until its kernels are loaded."""
+    """Tracks contacts and counts footsteps. Samples wait until its kernels are loaded.
 
-    floor: Floor
-    rate_hz: float
-    """Session frames per second."""
-    force_hz: float
-    """Force samples per second."""
-    chunk: int = CHUNK
-    _pending: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = field(default_factory=deque)
-    _tracker: ContactTracker | None = None
-    _loaded: threading.Event = field(default_factory=threading.Event)
+    `rate_hz` are session frames a second, `force_hz` force samples a second.
+    """
 
-    def __post_init__(self) -> None:
-        self._counter = WalkTracker(self.floor)
+    def __init__(self, floor: Floor, rate_hz: float, force_hz: float, chunk: int = CHUNK) -> None:
+        self.floor, self.rate_hz, self.force_hz, self.chunk = floor, rate_hz, force_hz, chunk
+        self._pending: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque()
+        self._tracker: ContactTracker | None = None
+        self._counter = WalkTracker(floor)
+        self._loaded = threading.Event()
 
     def load_kernels(self) -> None:
         """Load the kernels in a thread, preferably after another process has compiled them."""

@@ -1,8 +1,8 @@
 """Selection of the played signal: slot A or B, with matched levels; a single node; once, or in a loop."""
 
 import math
-from dataclasses import dataclass
 
+from msgspec import Struct
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from underfoot.engine.commands import Play, Swap
@@ -22,8 +22,7 @@ SETTLE_S = 0.25
 """Seconds for which a new patch runs silently, so that feet already standing trigger no steps."""
 
 
-@dataclass(frozen=True)
-class AuditionedOutput:
+class AuditionedOutput(Struct, frozen=True):
     """The output that is played alone: of a node, on a tile ("" for all), and its peak in the preview."""
 
     node: str

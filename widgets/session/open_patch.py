@@ -3,9 +3,10 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
 from pathlib import Path
 
+from msgspec import Struct
+from msgspec.structs import replace
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
@@ -48,8 +49,7 @@ def first_patch() -> Patch:
         return Patch()
 
 
-@dataclass(frozen=True)
-class SlotContent:
+class SlotContent(Struct, frozen=True):
     """The patch of the slot that is not edited, its file, and the saved content."""
 
     patch: Patch
@@ -62,8 +62,7 @@ class SlotContent:
         return self.path.absolute().parent if self.path else None
 
 
-@dataclass(frozen=True)
-class _PresetOpening:
+class _PresetOpening(Struct, frozen=True):
     """A preset that replaced a patch: both, and the replaced one's file and saved content."""
 
     before: Patch

@@ -1,7 +1,8 @@
 """Changes of the session's target: floor, simulated tile, recording, hardware or sound device."""
 
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from underfoot.devices.accelerometers import accelerometers_of
 from underfoot.engine.target import require_source

@@ -6,11 +6,12 @@ import signal
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
@@ -21,6 +22,7 @@ from underfoot.errors import BadFile, BadValue
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
+    from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.patch.patch import Patch
 
@@ -103,7 +105,7 @@ def serve(options: ServeOptions) -> None:
         stack.callback(server.close)
         for line in plan.warnings():
             _say(f"warning: {line}")
-        _say("; ".join(_enabled_outputs(plan.__dict__)))
+        _say("; ".join(_enabled_outputs(plan)))
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
@@ -166,12 +168,18 @@ def _target(options: ServeOptions) -> "Target":
     return replace(target, sound={None: None, "default": ""}.get(options.sound, options.sound))
 
 
-def _enabled_outputs(plan: dict[str, object]) -> list[str]:
-    words = {"tuio": "TUIO 1.1 to", "tuio2": "TUIO 2.0 to", "listen": "cues at", "send": "messages to"}
-    found = [f"{said} {plan[name]}" for name, said in words.items() if plan[name] is not None]
-    others = {"lsl": "LSL streams", "lsl_marks": "marks by LSL", "serial_marks": f"marks from {plan['serial_marks']}"}
-    found += [said for name, said in others.items() if plan[name]]
-    return found or ["nothing is sent and nothing is taken"]
+def _enabled_outputs(plan: "NetworkPlan") -> list[str]:
+    """Return what is sent and taken, and where, in words."""
+    enabled = {
+        f"TUIO 1.1 to {plan.tuio}": plan.tuio,
+        f"TUIO 2.0 to {plan.tuio2}": plan.tuio2,
+        f"cues at {plan.listen}": plan.listen,
+        f"messages to {plan.send}": plan.send,
+        "LSL streams": plan.lsl,
+        "marks by LSL": plan.lsl_marks,
+        f"marks from {plan.serial_marks}": plan.serial_marks,
+    }
+    return [words for words, is_on in enabled.items() if is_on] or ["nothing is sent and nothing is taken"]
 
 
 def _say(line: str) -> None:

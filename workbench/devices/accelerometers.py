@@ -1,7 +1,8 @@
 """Accelerometers, on inputs of the sound card that plays, or on the tiles' own converters and read over the link."""
 
 import math
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from underfoot.errors import BadValue, require
 from underfoot.floor.layout import Floor
@@ -13,8 +14,7 @@ LINK = -1
 MOST_INPUTS = 32
 
 
-@dataclass(frozen=True)
-class Accelerometer:
+class Accelerometer(Struct, frozen=True):
     """An accelerometer of a tile, on input `channel` (from 0) or over the `LINK`; `m_s2_per_unit` is full scale."""
 
     tile: str

@@ -14,9 +14,8 @@ mapping is slewed by at most 5 % of the elapsed time, and so never runs backward
 applied at once.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from underfoot.kernels import kernel
 
@@ -71,8 +70,7 @@ _LEAST_DELAY_S = 0.001  # a smaller delay grows as fast as this one
 _NEVER_OBSERVED = -1
 
 
-@dataclass(frozen=True)
-class ClockFit:
+class ClockFit(Struct, frozen=True):
     """Fit of a device's clock to the host's: drift, error, and playout delay.
 
     `drift_ppm` is positive if the clock is slow (its second lasts longer), `error_s` the RMS distance of the earliest

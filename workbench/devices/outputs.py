@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from underfoot.devices.sound import MAX_CHANNELS, max_channels
 from underfoot.errors import BadValue, require
@@ -14,8 +15,7 @@ MOST_CARDS = 8
 _ONE = re.compile(r"(?P<name>[^;]*?)\s*(=\s*(?P<channels>\d+))?")
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(Struct, frozen=True):
     """A sound card by (a part of) its name, "" for the default one, and the number of channels to use; 0 for all."""
 
     name: str
@@ -60,8 +60,7 @@ def text_of(outputs: Sequence[Output]) -> str:
     return "; ".join(map(str, outputs))
 
 
-@dataclass(frozen=True)
-class CardChannels:
+class CardChannels(Struct, frozen=True):
     """The channels of a card: `count` channels of the floor, from `first` on."""
 
     output: Output

@@ -3,10 +3,10 @@
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE
@@ -24,8 +24,7 @@ EXCLUSIVE = ", exclusive"
 _EXCLUSIVE_SYSTEM = "Windows WASAPI"
 
 
-@dataclass(frozen=True)
-class Card:
+class Card(Struct, frozen=True):
     """An output device: name, channels, and preferred rate.
 
     Where PortAudio lists cards of several sound systems (host APIs), as on Windows, the name ends with the system's:

@@ -5,9 +5,8 @@ places title, legend, axes and ticks, `underfoot.drawing.shapes` places the data
 window's plot paints the result.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing.look import COLOURS
@@ -18,8 +17,7 @@ Range = tuple[float, float]
 """Low and high end of an axis, in its unit."""
 
 
-@dataclass(frozen=True)
-class Series:
+class Series(Struct, frozen=True):
     """One set of points: `x` and `y` of equal length n; `to` [n, 2], the ends of arrows.
 
     - `name`: label in the legend; "" leaves it out.
@@ -41,8 +39,7 @@ class Series:
     right: bool = False
 
 
-@dataclass(frozen=True)
-class ReferenceLine:
+class ReferenceLine(Struct, frozen=True):
     """Straight line across the plot: vertical `at` a value of the "x" axis, or horizontal at one of the "y" axis.
 
     `name` is written at its right end; for a vertical line at the top, beside it.
@@ -55,8 +52,7 @@ class ReferenceLine:
     name: str = ""
 
 
-@dataclass(frozen=True)
-class HeatMap:
+class HeatMap(Struct, frozen=True):
     """Levels, uint8 [rows, columns], the lowest row first, over ranges of `x` and `y`.
 
     The colours go from level `low`, which has the background colour, to `high`. Rows and columns are equally spaced on
@@ -70,8 +66,7 @@ class HeatMap:
     high: float = 255.0
 
 
-@dataclass(frozen=True)
-class Drawing:
+class Drawing(Struct, frozen=True):
     """Plot. `x`, `y` and `right` are the axes' labels, "name, unit"; `right` is "" without a right axis.
 
     A range of None is that of the data. `equal` gives both axes the same scale. `note` is written in the centre if

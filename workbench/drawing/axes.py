@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.drawing import Range
@@ -21,8 +21,7 @@ _NARROW = 4.0
 """Smallest ratio of the ends of a logarithmic axis; below it, ticks are evenly spaced."""
 
 
-@dataclass(frozen=True)
-class Axis:
+class Axis(Struct, frozen=True):
     """Range from `low` to `high`, drawn from pixel `start` to pixel `end`; `ticks` are values and their texts."""
 
     low: float

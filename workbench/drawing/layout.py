@@ -7,10 +7,10 @@ pixels.
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing, Range, Series
@@ -43,8 +43,7 @@ _ROOM_PX = 14.0
 """Smallest margin with texts in it."""
 
 
-@dataclass(frozen=True)
-class Margins:
+class Margins(Struct, frozen=True):
     """Pixels around the axes of a compact plot. Texts of an axis are omitted if they do not fit."""
 
     left: float = AXIS_PX
@@ -53,8 +52,7 @@ class Margins:
     bottom: float = BELOW_PX
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """Plot without its data: the axes, the shapes of everything around and behind the data, and those over it."""
 
     area: Box

@@ -1,15 +1,15 @@
 """Pictures for scripts and notebooks: one drawing, or several stacked."""
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from underfoot.drawing import Drawing
 from underfoot.errors import BadFile
 from underfoot.files import write_file
 
 
-@dataclass(frozen=True, repr=False)
-class Picture:
+class Picture(Struct, frozen=True):
     """Result of `plot`: a notebook displays it, `save` writes it.
 
     >>> from underfoot.drawing import series

@@ -4,9 +4,9 @@ A shape has the name of its colour, which a palette of `underfoot.drawing.look` 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Series
@@ -20,8 +20,7 @@ _KEY_AREA_PX = 9.0
 """Height of an area in a legend."""
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(Struct, frozen=True):
     """Rectangle in pixels, y downwards."""
 
     left: float
@@ -38,8 +37,7 @@ class Box:
         return self.bottom - self.top
 
 
-@dataclass(frozen=True)
-class Polyline:
+class Polyline(Struct, frozen=True):
     """Line through `points` [n, 2]."""
 
     points: NDArray[np.float64]
@@ -47,8 +45,7 @@ class Polyline:
     dashed: bool = False
 
 
-@dataclass(frozen=True)
-class Segments:
+class Segments(Struct, frozen=True):
     """Straight lines from `ends` [n, 0] to `ends` [n, 1]; shape [n, 2, 2]."""
 
     ends: NDArray[np.float64]
@@ -56,16 +53,14 @@ class Segments:
     dashed: bool = False
 
 
-@dataclass(frozen=True)
-class Dots:
+class Dots(Struct, frozen=True):
     """Dots at `points` [n, 2]."""
 
     points: NDArray[np.float64]
     colour: str
 
 
-@dataclass(frozen=True)
-class HeatArea:
+class HeatArea(Struct, frozen=True):
     """Area with the outline `points` [n, 2], filled with the colours of a heat map from pixel `left` to `right`."""
 
     points: NDArray[np.float64]
@@ -73,16 +68,14 @@ class HeatArea:
     right: float
 
 
-@dataclass(frozen=True)
-class Area:
+class Area(Struct, frozen=True):
     """Area with the outline `points` [n, 2], filled faintly."""
 
     points: NDArray[np.float64]
     colour: str
 
 
-@dataclass(frozen=True)
-class HeatImage:
+class HeatImage(Struct, frozen=True):
     """Levels, uint8 [rows, columns], the lowest row first, over a box; colours go from level `low` to `high`."""
 
     levels: NDArray[np.uint8]
@@ -91,15 +84,13 @@ class HeatImage:
     box: Box
 
 
-@dataclass(frozen=True)
-class Backdrop:
+class Backdrop(Struct, frozen=True):
     """Translucent box in the background colour, behind a caption."""
 
     box: Box
 
 
-@dataclass(frozen=True)
-class Text:
+class Text(Struct, frozen=True):
     """Text with its baseline at `y`; `anchor` gives the part of it at `x`: start, middle or end."""
 
     text: str

@@ -6,11 +6,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing import connection
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from underfoot.patch.node_files import NodeFile, running
 
@@ -121,8 +122,7 @@ def _require_guard() -> None:
         )
 
 
-@dataclass(frozen=True)
-class _Nodes:
+class _Nodes(Struct, frozen=True):
     """Custom node files that the user agreed to run, sent before the process needs them."""
 
     files: tuple[NodeFile, ...]

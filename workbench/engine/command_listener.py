@@ -4,9 +4,11 @@ import multiprocessing
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
+
+from msgspec.structs import replace
 
 from underfoot.devices.device_floor import DeviceFloor
 from underfoot.engine.block_runner import BlockRunner

@@ -6,11 +6,12 @@ reported with its frame. Recordings keep it as JSON text under its `kind`.
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar, Protocol
 
 import msgspec
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import asdict, fields
 from numpy.typing import NDArray
 
 from underfoot.clock import FADE, RATE_HZ, next_span
@@ -53,7 +54,7 @@ class LoopParts(Protocol):
         ...
 
 
-class Action:
+class Action(Struct, frozen=True):
     """An operation that the loop performs at a span edge."""
 
     def free_from(self, loop: LoopParts) -> int:
@@ -68,23 +69,23 @@ class Action:
         return None
 
 
-@dataclass(frozen=True)
-class Command(Action):
+class Command(Action, frozen=True):
     """Base class of all commands. `kind` is the name in recordings, by default the name of the class."""
 
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, type["Command"]]] = {}
 
-    def __init_subclass__(cls, kind: str = "") -> None:
+    def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        cls.kind = kind or cls.__name__
+        cls.kind = vars(cls).get("kind", cls.__name__)
         Command.kinds[cls.kind] = cls
 
     def check(self, floor: Floor) -> None:
         """Raise `BadValue` for a `tile` that is not on the floor, or a number that is not finite."""
-        if "tile" in vars(self):
-            floor.index(vars(self)["tile"])
-        for name, value in vars(self).items():
+        values = asdict(self)
+        if "tile" in values:
+            floor.index(values["tile"])
+        for name, value in values.items():
             require(not isinstance(value, float) or math.isfinite(value), name, value, "a finite number")
 
     def prepared(self, loop: LoopParts) -> Action:
@@ -95,8 +96,7 @@ class Command(Action):
         return self
 
 
-@dataclass(frozen=True)
-class Swap(Command):
+class Swap(Command, frozen=True):
     """Replace the program by this patch (JSON text). It is built first, states are kept, and it is faded in. Kernels
     are cached.
     """
@@ -114,8 +114,7 @@ class Swap(Command):
         return ProgramSwap(program, self.together, self, next_span(round(self.settle_s * loop.rate_hz)))
 
 
-@dataclass(frozen=True)
-class Start(Swap):
+class Start(Swap, frozen=True):
     """Play the patch from its start, with the preview's step on a tile, and a strike with it, `STEP_S` later.
 
     The recorded forces are without that step; a replay adds it again. A start whose `from_frame` is in the future
@@ -134,16 +133,14 @@ class Start(Swap):
         return ProgramStart(swap.program, swap.together, self, swap.settle_frames, row, self.from_frame, step_n)
 
 
-@dataclass(frozen=True)
-class CancelStart(Command):
+class CancelStart(Command, frozen=True):
     """Cancel a waiting start. Not recorded, because a start is recorded only when it begins."""
 
     def reported(self) -> None:  # type: ignore[override]
         return None
 
 
-@dataclass(frozen=True)
-class Set(Command):
+class Set(Command, frozen=True):
     """Ramp a number of a node to a value."""
 
     node: str
@@ -154,8 +151,7 @@ class Set(Command):
         loop.programs.set(self.node, self.name, self.value, frame)
 
 
-@dataclass(frozen=True)
-class Strike(Command):
+class Strike(Command, frozen=True):
     """Strike a node on one tile with this strength; node "" is every node that can be struck.
 
     The event is `delay_s` after the command's frame, so that events detected together keep their spacing.
@@ -176,9 +172,10 @@ class Strike(Command):
         loop.programs.current.strike(self.node, self.tile, time, self.strength)
 
 
-@dataclass(frozen=True)
-class PressTile(Command, kind="Press"):
+class PressTile(Command, frozen=True):
     """Press on a simulated tile, by hand or mouse: force in newtons at a point in the tile's frame; 0 releases it."""
+
+    kind: ClassVar[str] = "Press"
 
     tile: str
     x_m: float
@@ -190,8 +187,7 @@ class PressTile(Command, kind="Press"):
             loop.source.press(loop.source.floor.index(self.tile), self.x_m, self.y_m, self.force_n)
 
 
-@dataclass(frozen=True)
-class Walk(Command):
+class Walk(Command, frozen=True):
     """Start or stop the synthetic walker on the simulated floor."""
 
     on: bool
@@ -201,16 +197,14 @@ class Walk(Command):
             loop.source.walk(on=self.on)
 
 
-@dataclass(frozen=True)
-class Tare(Command):
+class Tare(Command, frozen=True):
     """Take the present forces of all unloaded tiles as their zero."""
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         loop.intake.tare()
 
 
-@dataclass(frozen=True)
-class Level(Command):
+class Level(Command, frozen=True):
     """Set the output level in dB of full scale, at most 0."""
 
     db: float
@@ -219,8 +213,7 @@ class Level(Command):
         loop.safety.level(10.0 ** (min(self.db, 0.0) / 20.0) if self.db > SILENT_DB else 0.0, frame)
 
 
-@dataclass(frozen=True)
-class Play(Command):
+class Play(Command, frozen=True):
     """Open the outputs, or ramp them down; the session continues in both cases."""
 
     on: bool
@@ -229,16 +222,14 @@ class Play(Command):
         loop.safety.open(self.on, frame)
 
 
-@dataclass(frozen=True)
-class Panic(Command):
+class Panic(Command, frozen=True):
     """Close the outputs within 1 ms, before all other commands. Sent by the engine itself at the panic byte."""
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         loop.safety.panic(frame)
 
 
-@dataclass(frozen=True)
-class Pulse(Command):
+class Pulse(Command, frozen=True):
     """Play a short 60 Hz burst on one tile, to identify it; it bypasses the patch, but not the limiter."""
 
     tile: str
@@ -247,8 +238,7 @@ class Pulse(Command):
         loop.pulse.start(loop.source.floor.index(self.tile), frame)
 
 
-@dataclass(frozen=True)
-class Mark(Command):
+class Mark(Command, frozen=True):
     """Text at a moment `ago_s` before this takes effect; a recording keeps it as a mark, not as a command."""
 
     text: str = ""
@@ -263,12 +253,13 @@ class Mark(Command):
         return max(frame - round(self.ago_s * rate_hz), 0)
 
 
-@dataclass(frozen=True)
-class TileEqualiser(Command, kind="Correct"):
+class TileEqualiser(Command, frozen=True):
     """Set the drive of a tile as in its profile: the acceleration in m/s^2 per full-scale unit, and the equaliser.
 
     `sections` are second-order sections [b0, b1, b2, 1, a1, a2] at `rate_hz`; none for no equaliser.
     """
+
+    kind: ClassVar[str] = "Correct"
 
     tile: str
     acceleration_per_unit: float = 20.0
@@ -303,8 +294,7 @@ class TileEqualiser(Command, kind="Correct"):
         return EqualiserChange(self, loop.source.floor.index(self.tile), self.coefficients(loop.rate_hz))
 
 
-@dataclass(frozen=True)
-class Quit(Command):
+class Quit(Command, frozen=True):
     """Ramp down and exit."""
 
 
@@ -322,8 +312,7 @@ def equalisers_of(profiles: Mapping[str, Profile]) -> tuple[TileEqualiser, ...]:
 # --- actions that commands are prepared into, outside the audio callback ---
 
 
-@dataclass(frozen=True)
-class ProgramSwap(Action):
+class ProgramSwap(Action, frozen=True):
     """Fade to a program: `together` with the old one, or one after the other if both would cost too much."""
 
     program: Program
@@ -344,8 +333,7 @@ class ProgramSwap(Action):
         return self.command
 
 
-@dataclass(frozen=True)
-class ProgramStart(ProgramSwap):
+class ProgramStart(ProgramSwap, frozen=True):
     """Fade to a program, and press and strike a tile, the floor's `row`, as in a preview."""
 
     row: int = 0
@@ -360,8 +348,7 @@ class ProgramStart(ProgramSwap):
         self.program.strike("", loop.source.floor.tiles[self.row].id, float(step), 1.0)
 
 
-@dataclass(frozen=True)
-class EqualiserChange(Action):
+class EqualiserChange(Action, frozen=True):
     """Fade a tile's equaliser and its full-scale acceleration to those of a command."""
 
     command: TileEqualiser

@@ -7,10 +7,10 @@ opposite ends of the list share the work: each waits for a kernel that the other
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from msgspec.structs import replace
 from numba.core import event
 
 from underfoot.clock import RATE_HZ, SPAN

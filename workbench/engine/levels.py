@@ -1,10 +1,11 @@
 """Levels of a patch on a simulated tile under one step: commanded, measured, and felt."""
 
 import math
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ
@@ -25,8 +26,7 @@ RMS_S = 0.12
 ratios of RMS to peak."""
 
 
-@dataclass(frozen=True)
-class Level:
+class Level(Struct, frozen=True):
     """A signal's level in m/s^2: the stable peak of table 6.1, and the RMS of its loudest `RMS_S`.
 
     `share_in_band` is the share of its energy within 50 to 750 Hz; `level_db` is the level above what a sole in a hard
@@ -56,8 +56,7 @@ class Level:
         )
 
 
-@dataclass(frozen=True)
-class PatchLevels:
+class PatchLevels(Struct, frozen=True):
     """Levels of a patch under one adult step: commanded, measured by the accelerometer, and under the foot.
 
     `headroom_db` is the distance of the drive from the limiter's peak; below 0.1 it was limited. `feels_like_n_mm` is
@@ -73,7 +72,7 @@ class PatchLevels:
 
     def data(self) -> dict[str, object]:
         """Return all figures, as a command prints them."""
-        return asdict(self)
+        return {name: asdict(one) if isinstance(one, Level) else one for name, one in asdict(self).items()}
 
 
 def levels_of(

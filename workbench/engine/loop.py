@@ -1,10 +1,11 @@
 """The block loop from force to vibration, shared by the live engine and the offline renderer."""
 
 from collections import deque
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.clock import RATE_HZ, next_span
@@ -28,8 +29,7 @@ from underfoot.patch.program import Program
 _PART = 1024  # frames run at once, so that a source never has more samples waiting than it has room for
 
 
-@dataclass(frozen=True)
-class LoopOptions:
+class LoopOptions(Struct, frozen=True):
     """Settings of a loop: rate, largest block, first session frame, and the following.
 
     `limits` are per tile, by default the usual ones; `equalisers` are those of the tiles' profiles. `channels` is the

@@ -3,10 +3,10 @@
 import hashlib
 import os
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot import __version__
@@ -25,8 +25,7 @@ SECONDS = 1.2
 _CACHE = ArrayCache("preset-pictures", in_memory=1000, on_disk=1000)
 
 
-@dataclass(frozen=True)
-class PresetPicture:
+class PresetPicture(Struct, frozen=True):
     """Response of a patch to an adult's step on a simulated tile.
 
     `envelope` (BINS,) is the magnitude of the commanded acceleration over the step, relative to its peak; `peak_m_s2`

@@ -5,9 +5,10 @@ import os
 import signal
 import sys
 import time
-from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from underfoot.clock import next_span
 from underfoot.devices.device_floor import DeviceFloor

@@ -1,8 +1,7 @@
 """Reports from the engine, the compiler and the supervisor to the user of a session. Plain frozen data."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
@@ -12,8 +11,7 @@ SOUND_CARD = "sound card"
 """The output in `Started` if a sound card plays."""
 
 
-@dataclass(frozen=True)
-class Started:
+class Started(Struct, frozen=True):
     """The engine has started: the output in words, and the reason if it is not the requested one."""
 
     where: str
@@ -24,16 +22,14 @@ class Started:
     playing: bool = True
 
 
-@dataclass(frozen=True)
-class CommandApplied:
+class CommandApplied(Struct, frozen=True):
     """A command took effect at this session frame. With the force samples, this suffices for a replay."""
 
     frame: int
     command: Command
 
 
-@dataclass(frozen=True)
-class Fault:
+class Fault(Struct, frozen=True):
     """A node made a value that is not finite; its output was silenced."""
 
     node: str
@@ -41,8 +37,7 @@ class Fault:
     frame: int
 
 
-@dataclass(frozen=True)
-class Costs:
+class Costs(Struct, frozen=True):
     """Each node's cost (share of the block time) and number of awake tiles, twice a second.
 
     `left_out` are the nodes that are not run, because they reach no output that plays.
@@ -53,23 +48,20 @@ class Costs:
     left_out: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class ProcessDied:
+class ProcessDied(Struct, frozen=True):
     """A process ended that should not have; it is started again, unless that happens too often."""
 
     process: str
     reason: str
 
 
-@dataclass(frozen=True)
-class Notice:
+class Notice(Struct, frozen=True):
     """A line for the person: a device that is not there, a tile without a channel."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class PatchRefused(Notice):
+class PatchRefused(Notice, frozen=True):
     """A patch cannot be played; the previous one continues."""
 
     @classmethod
@@ -78,24 +70,21 @@ class PatchRefused(Notice):
         return cls(f"the patch is not played: {error}")
 
 
-@dataclass(frozen=True)
-class OutputChanged(Notice):
+class OutputChanged(Notice, frozen=True):
     """A sound card has disappeared or returned, or cannot be reopened after a panic."""
 
     where: str
     silence: str = ""
 
 
-@dataclass(frozen=True)
-class Compiling:
+class Compiling(Struct, frozen=True):
     """Kernels are being compiled, or plates computed: how many of how many parts are ready."""
 
     ready: int
     total: int
 
 
-@dataclass(frozen=True)
-class Compiled:
+class Compiled(Struct, frozen=True):
     """The kernels of the patch of this ticket are in the cache; or why they are not."""
 
     ticket: int
@@ -110,8 +99,7 @@ COMMANDED = "commanded"
 """The name of the whole commanded acceleration, m/s^2, among the signals of a tile output's preview."""
 
 
-@dataclass(frozen=True)
-class Preview:
+class Preview(Struct, frozen=True):
     """The response of a patch to one step on one tile: force in N, and the frames of each requested output."""
 
     ticket: int
@@ -124,8 +112,7 @@ class Preview:
     """Margin of the tile's drive below the limiter at full level, in dB, if the node plays and is not silent."""
 
 
-@dataclass(frozen=True)
-class Outlines:
+class Outlines(Struct, frozen=True):
     """The responses of several nodes to one step on one tile, in few points, by "node.port"."""
 
     ticket: int
@@ -133,8 +120,7 @@ class Outlines:
     events: dict[str, NDArray[np.floating]]
 
 
-@dataclass(frozen=True)
-class Distributions:
+class Distributions(Struct, frozen=True):
     """The distributions of a node, drawn; follows the `Preview` of the same ticket. `error` says why there are none."""
 
     ticket: int
@@ -142,8 +128,7 @@ class Distributions:
     error: str = ""
 
 
-@dataclass(frozen=True)
-class ErrorCurveDrawn:
+class ErrorCurveDrawn(Struct, frozen=True):
     """Run time as a function of error of a node, as far as it has been measured."""
 
     ticket: int
@@ -169,8 +154,7 @@ Report = (
 )
 
 
-@dataclass(frozen=True)
-class Health:
+class Health(Struct, frozen=True):
     """The state of the engine, which can be read at any time."""
 
     running: bool

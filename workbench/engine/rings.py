@@ -7,11 +7,11 @@ written, and readers skip them.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.engine.shared_blocks import new_block
@@ -94,8 +94,7 @@ def _skip(header: NDArray[np.void], count: int) -> None:
     publish(header, count)
 
 
-@dataclass(frozen=True)
-class RingName:
+class RingName(Struct, frozen=True):
     """The data another process needs to open a ring."""
 
     name: str

@@ -5,10 +5,10 @@ silence where a value is not finite. It runs sample by sample, so the result doe
 """
 
 import math
-from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.array_tables import F1, addresses, borrow
@@ -30,8 +30,7 @@ PANIC = 48
 """Frames of the ramp at a panic."""
 
 
-@dataclass(frozen=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """Limits of one channel, relative to full scale, and the acceleration of full scale in m/s^2."""
 
     acceleration_per_unit: float = 20.0

@@ -8,11 +8,11 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from underfoot.engine.child_process import ChildProcess, RestartLimit
 from underfoot.engine.commands import (

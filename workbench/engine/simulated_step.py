@@ -1,8 +1,7 @@
 """The adult step of previews: its force on a tile, and its addition to a floor's samples."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Tile
@@ -37,8 +36,7 @@ def step_forces(tile: Tile) -> NDArray[np.float64]:
     return np.ascontiguousarray(corners_n[: int(np.flatnonzero(force_n)[-1]) + 2])
 
 
-@dataclass
-class _Step:
+class _Step(Struct):
     row: int
     start: float
     end: float

@@ -1,6 +1,6 @@
 """Target of a session: where force comes from and vibration goes."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
@@ -17,8 +17,7 @@ from underfoot.floor.tile_parameters import simulation
 from underfoot.records.force_files import read_force_file
 
 
-@dataclass(frozen=True)
-class Target:
+class Target(Struct, frozen=True):
     """The source of force and the output of vibration."""
 
     floor: Floor

@@ -21,9 +21,10 @@ held during a contact, and renewed after 0.5 s of quiet. Three cases have rules 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
@@ -47,8 +48,7 @@ SLAB = 256
 """Samples per call of the kernel: the capacity of its buffers."""
 
 
-@dataclass(frozen=True)
-class ContactRows:
+class ContactRows(Struct, frozen=True):
     """One row per contact and sample, in order of time: arrays of length n, and `on_tile` (n, tiles).
 
     Ids in `contact` count from 1; positions are in the floor's frame. `on_tile` marks the tiles of the contact.
@@ -66,7 +66,7 @@ class ContactRows:
 
     def select(self, which: slice | NDArray[np.bool_]) -> "ContactRows":
         """Return the rows of a slice or mask."""
-        return ContactRows(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+        return ContactRows(*(getattr(self, name)[which] for name in self.__struct_fields__))
 
     def tiles(self, floor: Floor) -> list[str]:
         """Return the tiles of each row as tables name them: "t1", "t1+t2"."""
@@ -75,8 +75,7 @@ class ContactRows:
         return [names[i] for i in which.reshape(-1)]
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(Struct, frozen=True):
     """A finished contact. `tiles` are the indices of its tiles in the floor, that with the largest impulse first.
 
     The curve (`time_s`, `force_n`, `x_m`, `y_m`, each of length n, floor frame) is that of the first ten seconds.
@@ -100,8 +99,7 @@ class Contact:
     spread_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class OngoingContact:
+class OngoingContact(Struct, frozen=True):
     """A present contact, in the floor's frame. `id` is 0 until it is decided that it is a foot of its own.
 
     `person` is the walker's number if known (`walks.WalkTracker.person_at`), else 0. `loads` are the numbers of its
@@ -118,8 +116,7 @@ class OngoingContact:
     loads: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True)
-class TrackedContacts:
+class TrackedContacts(Struct, frozen=True):
     """Results of a chunk of forces: rows, and finished contacts in the order of their ends."""
 
     rows: ContactRows
@@ -319,7 +316,7 @@ class ContactTracker:
 
     def _join(self, rows: NDArray[np.void], feet: NDArray[np.int64]) -> ContactRows:
         joined = _no_rows(len(self._tiles), len(rows))
-        columns = (getattr(joined, name) for name in joined.__dataclass_fields__)
+        columns = (getattr(joined, name) for name in joined.__struct_fields__)
         return joined.select(slice(tracking.join(rows, feet, *columns)))
 
     def _ongoing_contact(self, id: int, tiles: Sequence[int], start_s: float) -> OngoingContact:
@@ -331,8 +328,7 @@ class ContactTracker:
         )
 
 
-@dataclass
-class _Ongoing:
+class _Ongoing(Struct):
     """An unfinished contact, at present on `standing` tiles."""
 
     id: int
@@ -400,7 +396,7 @@ def _joined(parts: Sequence[TrackedContacts], tiles: int) -> TrackedContacts:
     if len(parts) == 1:
         return parts[0]
     rows = [part.rows for part in parts if len(part.rows)] or [_no_rows(tiles)]
-    columns = (np.concatenate([getattr(row, name) for row in rows]) for name in ContactRows.__dataclass_fields__)
+    columns = (np.concatenate([getattr(row, name) for row in rows]) for name in ContactRows.__struct_fields__)
     return TrackedContacts(ContactRows(*columns), tuple(contact for part in parts for contact in part.finished))
 
 

@@ -6,9 +6,9 @@ no step either. All measures are of the contact's force and of its centroid in t
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import require
@@ -26,8 +26,7 @@ PATH_S = 0.025
 """The centroid's path is measured above `LOADED_N`, on its force-weighted mean over `PATH_S`, to exclude noise."""
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(Struct, frozen=True):
     """One footstep. Measures that cannot be determined are NaN.
 
     `tile` took most of the impulse; `side` is left, right or unknown. `contact_ms` is from the first sample at or

@@ -6,10 +6,10 @@ comma. Lines that begin with # are left alone, and so are further columns, and t
 
 import csv
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
@@ -26,8 +26,7 @@ LEAST_HZ, MOST_HZ = 20.0, 100_000.0
 """Range of sample rates."""
 
 
-@dataclass(frozen=True)
-class ForceSeries:
+class ForceSeries(Struct, frozen=True):
     """Corner forces of a whole floor: `time_s` (n,) ascending, `force_n` (n, tiles, 4) with the floor's tiles in
     order.
 

@@ -1,9 +1,9 @@
 """A load is the force on one tile from its beginning to its end; a foot may make several. Their tracks, compared."""
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from underfoot.floor.shared_loads import BOTH_FEET_S, FORCE, JUMP_S, LOADED_N, PLACE, TIME
@@ -40,8 +40,7 @@ _ANGLES = np.arange(_DIRECTIONS) * math.pi / _DIRECTIONS
 _TOWARDS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
-@dataclass(eq=False)
-class Load:
+class Load(Struct, eq=False):
     """Force on one tile from `sample` to `end` (None while it lasts); `foot` is its foot's number, 0 while undecided.
 
     `tracks` are thinned samples, [sample, column] (see `shared_loads.TIME`). If a load goes over from one foot to

@@ -10,9 +10,9 @@ line that it follows once it is alone. With both places known, the force of each
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.tracking import OFF_SHARE, ON_N
@@ -63,8 +63,7 @@ TIME, PLACE, FORCE = 0, slice(1, 3), 3
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class SharedLoad:
+class SharedLoad(Struct, frozen=True):
     """Two feet on one tile, from `first_s`, when the second came down, to `last_s`, when the first left.
 
     `places_m` (2, 2) has the place of the first foot at `first_s` and of the second at `last_s`, `speeds_m_s` (2, 2)

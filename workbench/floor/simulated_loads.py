@@ -7,10 +7,10 @@ sole spans the gap between two tiles: a point above the gap presses on both edge
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
@@ -111,8 +111,7 @@ def gait_curves(walkers: Sequence[gait.Walker] = (gait.Walker(),)) -> NDArray[np
     return np.array([*(gait.vertical_force(phase, *one) for one in np.eye(3)), *rolls])
 
 
-@dataclass(frozen=True)
-class FeetDown:
+class FeetDown(Struct, frozen=True):
     """True feet of the simulator: one row per time and loaded foot, shape (n,) each.
 
     `footfall` is the row in the table of footfalls, `person` counts from 0; centre of pressure in the floor's frame.

@@ -7,10 +7,10 @@ the spot, and after a while chooses another destination.
 import heapq
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from underfoot.arguments import integer
@@ -149,8 +149,7 @@ def walk_round(
     return gait.footfalls(walker, path_m, seconds, seed)
 
 
-@dataclass
-class _Walk:
+class _Walk(Struct):
     """A person who walks: position and heading of the body, and the destinations."""
 
     walker: gait.Walker

@@ -10,11 +10,11 @@ a triangle further away, is a crossfade of 10 ms.
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import Contact, ContactRows, ContactTracker, OngoingContact
@@ -17,8 +18,7 @@ CHUNK = 4096
 """Most samples per call."""
 
 
-@dataclass(frozen=True)
-class Detections:
+class Detections(Struct, frozen=True):
     """Results of a chunk of forces: contacts at each sample, finished footsteps, messages to the user.
 
     `finished` are the contacts that ended.

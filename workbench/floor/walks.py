@@ -8,9 +8,10 @@ several persons jointly, at the least total cost. After three seconds without a 
 import math
 from collections import deque
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import Contact
@@ -188,8 +189,7 @@ class WalkTracker:
             walk.swap(self._walks[max(swap_score)[1]])
 
 
-@dataclass(eq=False)
-class _Footfall:
+class _Footfall(Struct, eq=False):
     """A footfall of a walk: time, place, roll of the foot, and mean force."""
 
     step: Step
@@ -238,8 +238,7 @@ class _Footfall:
         return "left" if votes > 0.0 else "right" if votes < 0.0 else "unknown"
 
 
-@dataclass(eq=False)
-class _Walk:
+class _Walk(Struct, eq=False):
     """A walking person: the last three footfalls, averages of their measures, and votes for the side.
 
     `votes_m` is the sum of the lateral offsets by which even footfalls lie to the left of odd ones. `load_features` are

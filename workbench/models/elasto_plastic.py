@@ -16,9 +16,9 @@ In scripts: `Ground().response(force_n, rate_hz)`. In real time: `design`, `run`
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, number, numbers, seed_of
@@ -58,8 +58,7 @@ _LARGEST_FORCE = 1e12
 """Forces are limited to this size, in newtons, so that all results stay finite."""
 
 
-@dataclass(frozen=True)
-class Slips:
+class Slips(Struct, frozen=True):
     """Response of the ground: two signals [frames], and one value for each frame in which it slipped."""
 
     displacement_m: NDArray[np.float64]
@@ -72,8 +71,7 @@ class Slips:
     """Energies released by the slips, shape [slips]."""
 
 
-@dataclass(frozen=True)
-class Ground:
+class Ground(Struct, frozen=True):
     """Elasto-plastic ground. Raises `BadValue` for values out of range.
 
     `stiffness_n_m` is k1 and `plastic_stiffness_n_m` k2, both above 0. Mass and damping are at least 0; values too

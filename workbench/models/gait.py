@@ -8,10 +8,10 @@ times step time; this determines the contact time.
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import msgspec
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
@@ -122,8 +122,7 @@ WALKER_RANGES = {
 """Allowed range of each parameter of a walker."""
 
 
-@dataclass(frozen=True)
-class Footfall:
+class Footfall(Struct, frozen=True):
     """One footfall: time, position of the heel in the floor's frame, direction, side and forces."""
 
     side: str

@@ -10,10 +10,10 @@ probe's level, and `shoe` at the level that makes the thesis's stimulus just not
 """
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
@@ -57,8 +57,7 @@ def threshold_m_s2(frequency_hz: ArrayLike, footwear: Footwear = "barefoot") -> 
     return np.asarray(displacement_m * (2.0 * math.pi * f) ** 2 * lower)
 
 
-@dataclass(frozen=True)
-class Felt:
+class Felt(Struct, frozen=True):
     """Sensation of a stretch of acceleration.
 
     Levels are in dB above the threshold, in the window where they are highest. Each frequency is weighted by its power

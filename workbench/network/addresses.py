@@ -1,7 +1,8 @@
 """Addresses of datagrams, HOST:PORT."""
 
 import ipaddress
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from underfoot.errors import BadValue
 
@@ -9,8 +10,7 @@ LOOPBACK = "127.0.0.1"
 _FORM = "HOST:PORT, HOST an IPv4 address or localhost, PORT 1 to 65535"
 
 
-@dataclass(frozen=True)
-class Address:
+class Address(Struct, frozen=True):
     """IPv4 address and UDP port. Names of other computers are not resolved, which can take seconds.
 
     >>> Address.parse("localhost:3333", "--tuio")

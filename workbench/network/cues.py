@@ -5,8 +5,10 @@ is carried out (`cue_player.py`). Nothing in a cue names a file.
 """
 
 import math
-from dataclasses import MISSING, dataclass, fields
 from typing import ClassVar
+
+from msgspec import Struct
+from msgspec.structs import fields
 
 from underfoot.errors import BadValue, require
 from underfoot.network.osc import Argument, Message
@@ -21,25 +23,24 @@ NO_NUMBER = -1
 """Number of a cue that was sent without one."""
 
 
-@dataclass(frozen=True)
-class Cue:
+class Cue(Struct, frozen=True):
     """Base of all cues. `number` is chosen by the sender, and returned in the answer."""
 
     address: ClassVar[str]
     cues: ClassVar[dict[str, type["Cue"]]] = {}
 
-    def __init_subclass__(cls, address: str) -> None:
+    def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        cls.address = address
-        Cue.cues[address] = cls
+        Cue.cues[cls.address] = cls
 
     def check(self) -> None:
         """Raise `BadValue` for values that are never allowed, whatever is played."""
 
 
-@dataclass(frozen=True)
-class PlayCue(Cue, address="/underfoot/play"):
+class PlayCue(Cue, frozen=True):
     """Play a preset on a tile, or on "all", at a gain in decibels, instead of what is played there."""
+
+    address: ClassVar[str] = "/underfoot/play"
 
     preset: str
     tile: str
@@ -50,17 +51,19 @@ class PlayCue(Cue, address="/underfoot/play"):
         _require_between("gain_db", self.gain_db, GAIN_DB, " dB")
 
 
-@dataclass(frozen=True)
-class StopCue(Cue, address="/underfoot/stop"):
+class StopCue(Cue, frozen=True):
     """Play the floor's own patch on a tile, or on "all", again, and undo all values that were set."""
+
+    address: ClassVar[str] = "/underfoot/stop"
 
     tile: str = ALL
     number: int = NO_NUMBER
 
 
-@dataclass(frozen=True)
-class StrikeCue(Cue, address="/underfoot/strike"):
+class StrikeCue(Cue, frozen=True):
     """Send an event to every strike node, on a tile or on "all"."""
+
+    address: ClassVar[str] = "/underfoot/strike"
 
     tile: str
     strength: float = 1.0
@@ -70,9 +73,10 @@ class StrikeCue(Cue, address="/underfoot/strike"):
         _require_between("strength", self.strength, STRENGTH)
 
 
-@dataclass(frozen=True)
-class SetCue(Cue, address="/underfoot/set"):
+class SetCue(Cue, frozen=True):
     """Set a parameter of a node of the patch that is played."""
+
+    address: ClassVar[str] = "/underfoot/set"
 
     node: str
     parameter: str
@@ -83,9 +87,10 @@ class SetCue(Cue, address="/underfoot/set"):
         require(not isinstance(self.value, float) or math.isfinite(self.value), "value", self.value, "a finite number")
 
 
-@dataclass(frozen=True)
-class MarkCue(Cue, address="/underfoot/mark"):
+class MarkCue(Cue, frozen=True):
     """Set a mark in the recording, and send it to listeners."""
+
+    address: ClassVar[str] = "/underfoot/mark"
 
     text: str
     number: int = NO_NUMBER
@@ -94,14 +99,16 @@ class MarkCue(Cue, address="/underfoot/mark"):
         require(bool(self.text), "text", self.text, f"1 to {LONGEST_TEXT} characters")
 
 
-@dataclass(frozen=True)
-class PanicCue(Cue, address="/underfoot/panic"):
+class PanicCue(Cue, frozen=True):
     """Silence at once. Only a person at this computer can restart the sound."""
 
+    address: ClassVar[str] = "/underfoot/panic"
 
-@dataclass(frozen=True)
-class HelloCue(Cue, address="/underfoot/hello"):
+
+class HelloCue(Cue, frozen=True):
     """Ask for the description of this floor."""
+
+    address: ClassVar[str] = "/underfoot/hello"
 
 
 def cue_of(message: Message) -> Cue:
@@ -116,7 +123,7 @@ def cue_of(message: Message) -> Cue:
     require(message.address in Cue.cues, "the address", message.address, ", ".join(Cue.cues))
     kind = Cue.cues[message.address]
     declared = fields(kind)
-    least = sum(one.default is MISSING for one in declared)
+    least = sum(one.required for one in declared)
     if not least <= len(message.arguments) <= len(declared):
         names = " ".join(one.name for one in declared) or "none"
         raise BadValue(f"{message.address} has {len(message.arguments)} arguments; allowed: {names}")

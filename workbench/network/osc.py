@@ -6,8 +6,9 @@ one with deeper nesting than `MOST_DEPTH`, or with more than `MOST_MESSAGES`.
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from underfoot.errors import BadValue
 
@@ -44,8 +45,7 @@ class TimeTag(int):
         return TimeTag(round((unix_s + _NTP_1970_S) * 4294967296.0))
 
 
-@dataclass(frozen=True)
-class Message:
+class Message(Struct, frozen=True):
     """OSC message: address and arguments."""
 
     address: str

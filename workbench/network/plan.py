@@ -1,7 +1,8 @@
 """Network plan: destinations of output, and sources of input."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from underfoot.errors import require
 from underfoot.network.addresses import LOOPBACK, Address
@@ -13,8 +14,7 @@ TUIO_PORT, LISTEN_PORT, SEND_PORT = 3333, 9700, 9701
 """The port that TUIO clients expect; and those of Underfoot's own messages, which nothing else is known to use."""
 
 
-@dataclass(frozen=True)
-class NetworkPlan:
+class NetworkPlan(Struct, frozen=True):
     """Ways of output and input.
 
     Where contacts go as TUIO 1.1 and 2.0, where cues come in, where Underfoot's own messages go; None for nowhere.

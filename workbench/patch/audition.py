@@ -1,6 +1,6 @@
 """Variants of a patch for listening: one output alone, or all outputs attenuated."""
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch
@@ -14,8 +14,7 @@ _TICK_S = 0.02
 _LARGEST = 100.0  # the largest amplitude of a tone
 
 
-@dataclass(frozen=True)
-class Audition:
+class Audition(Struct, frozen=True):
     """Patch in which one output is played alone, and a description of how."""
 
     patch: Patch

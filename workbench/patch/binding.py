@@ -15,11 +15,11 @@ import inspect
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadValue, require
@@ -40,8 +40,7 @@ _CLOCK = {"rate": "rate", "frame": "frame", "end": "frame + n", "key": "key"}
 """Arguments of `run` besides those declared by its node."""
 
 
-@dataclass(frozen=True)
-class Prepared:
+class Prepared(Struct, frozen=True):
     """Table returned by `make(values, rate)` when a program is built, with its number of dimensions."""
 
     make: Callable[[Values, float], Any]
@@ -53,8 +52,7 @@ class Prepared:
         return made.reshape((0,) * self.dimensions) if made.size == 0 and made.ndim != self.dimensions else made
 
 
-@dataclass(frozen=True)
-class Names:
+class Names(Struct, frozen=True):
     """Names available to a node's functions: its ports, its controls in order, its layouts and its prepared tables."""
 
     signals_in: tuple[str, ...]

@@ -1,10 +1,10 @@
 """Builds a program's tables from a patch: buffers, event lists, controls and memories, node after node."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from underfoot.clock import RAMP
@@ -23,8 +23,7 @@ ENGINE_SIGNALS = ("force_n", "x_m", "y_m")
 _LONG_AGO = -(1 << 60)
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Struct, frozen=True):
     """Node to build: its type, its values, and the outputs ("node.port") that guard it."""
 
     id: str
@@ -44,8 +43,7 @@ class Built(NamedTuple):
     engine_signals: dict[str, NDArray[np.float64]]
 
 
-@dataclass
-class _Buffers:
+class _Buffers(Struct):
     """Signal buffers of a block. Buffers that the engine fills have a row per tile; others are shared by all rows."""
 
     rows: list[int] = field(default_factory=lambda: [0])  # buffer 0 is zero, for inputs without a wire
@@ -58,7 +56,6 @@ class _Buffers:
         return len(self.rows) - 1
 
 
-@dataclass
 class _Lists(_Buffers):
     """Event lists of a block. List 0 is empty."""
 

@@ -7,9 +7,10 @@ run, in this process and in every process that it starts: the file is not read a
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+
+from msgspec.structs import replace
 
 from underfoot.errors import BadFile
 from underfoot.files import make_folder, read_file, write_file

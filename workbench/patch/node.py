@@ -31,12 +31,12 @@ split into stretches.
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
@@ -44,8 +44,7 @@ from underfoot.parameters import Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 
-@dataclass(frozen=True)
-class Port:
+class Port(Struct, frozen=True):
     """End point of wires. `kind` is "signal" or "event"; an empty unit accepts every unit."""
 
     name: str
@@ -54,8 +53,7 @@ class Port:
     doc: str = ""
 
 
-@dataclass(frozen=True)
-class Input:
+class Input(Struct, frozen=True):
     """Declares an input: a signal in `unit`, or events. With `from_engine` the engine supplies it instead of a wire."""
 
     unit: str = ""
@@ -64,8 +62,7 @@ class Input:
     from_engine: bool = False
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(Struct, frozen=True):
     """Declares an output: a signal in `unit`, or events."""
 
     unit: str = ""
@@ -83,8 +80,7 @@ def prepared_columns(make: Callable[..., Any]) -> Prepared:
     return Prepared(make, 2)
 
 
-@dataclass(frozen=True)
-class RequestedError:
+class RequestedError(Struct, frozen=True):
     """How error and cost of a node with a parameter `error` are measured.
 
     `of` and `cost` describe the error, and what is timed. The module `measured_by`, imported only when needed, has
@@ -97,8 +93,7 @@ class RequestedError:
     measured_by: str
 
 
-@dataclass(frozen=True)
-class NodeType:
+class NodeType(Struct, frozen=True, dict=True):
     """Declaration of a node, in the form that patch, program, window and reference read."""
 
     type: str

@@ -2,11 +2,11 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import msgspec
+from msgspec import Struct
 
 from underfoot import presets
 from underfoot.errors import BadFile, UnderfootError
@@ -61,8 +61,7 @@ class _Header(msgspec.Struct):
     tags: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Preset:
+class Preset(Struct, frozen=True):
     """Preset patch: its file, its family ("" for none), and the description in the file.
 
     `name` is unique within its family.

@@ -6,10 +6,10 @@ some 0.05 s. For a recording of an earlier version `records.survey` makes the sa
 
 import json
 import sqlite3
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 SOURCES = ("force", "commanded", "measured")
@@ -27,8 +27,7 @@ create table if not exists envelope (
 _PUT = "insert or replace into envelope values (?, ?, ?, ?, ?, ?, ?, ?)"
 
 
-@dataclass(frozen=True)
-class Envelope:
+class Envelope(Struct, frozen=True):
     """Bins in order of time: each from session frame `begin` to before `end` (n,), with the least and the most of
     every column, float32 (n, columns)."""
 

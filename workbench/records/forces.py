@@ -2,11 +2,11 @@
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import fields, force_setattr
 from numpy.typing import NDArray
 
 from underfoot.arguments import TINY, number
@@ -31,8 +31,7 @@ _POINTS = 600
 """Points across a plot."""
 
 
-@dataclass(frozen=True, repr=False)
-class Forces(ForceSeries):
+class Forces(ForceSeries, frozen=True):
     """Corner forces of a `floor`: `time_s` (n,) ascending, `force_n` (n, tiles, 4) in newtons, `rate_hz`.
 
     >>> walk(2.0)
@@ -44,12 +43,12 @@ class Forces(ForceSeries):
     def __post_init__(self) -> None:
         require(isinstance(self.floor, Floor), "floor", self.floor, "a Floor, such as default_floor(1, 8)")
         for name in ("time_s", "force_n"):
-            object.__setattr__(self, name, _array(name, getattr(self, name)))
+            force_setattr(self, name, _array(name, getattr(self, name)))
         require(self.time_s.ndim == 1, "the shape of time_s", self.time_s.shape, "(n,)")
         given, allowed = self.force_n.shape, (len(self.time_s), len(self.floor.tiles), 4)
         require(given == allowed, "the shape of force_n", given, f"{allowed}, as of the floor")
         rate_hz = number("rate_hz", self.rate_hz, LEAST_HZ, MOST_HZ, f"{LEAST_HZ:g} to {MOST_HZ:g} Hz")
-        object.__setattr__(self, "rate_hz", rate_hz)
+        force_setattr(self, "rate_hz", rate_hz)
         apart_s = np.diff(self.time_s)
         require(bool((apart_s >= 0.0).all()), "time_s", self.time_s, "ascending seconds")
         found_hz = 1.0 / max(float(np.median(apart_s)), 1e-9) if len(apart_s) else rate_hz
@@ -145,7 +144,7 @@ def _array(name: str, values: Any) -> NDArray[np.float64]:
         raise BadValue(f"{name} is no array of numbers; allowed: time_s (n,) and force_n (n, tiles, 4)") from None
 
 
-_CONTACT_COLUMNS = tuple(name for name in ContactRows.__dataclass_fields__ if name != "on_tile")
+_CONTACT_COLUMNS = tuple(name for name in ContactRows.__struct_fields__ if name != "on_tile")
 _OF_CURVES = ("force", "vibration", "events", "contact", "corner 1", "corner 2")
 
 

@@ -11,11 +11,11 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
@@ -170,16 +170,14 @@ def _connected(where: str, *asked: str) -> sqlite3.Connection:
     return base
 
 
-@dataclass(frozen=True)
-class Gap:
+class Gap(Struct, frozen=True):
     """Missing frames (or samples): the first, and their number."""
 
     first: int
     count: int
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """A mark: a session frame, and a text that may be empty."""
 
     id: int

@@ -6,10 +6,11 @@ later samples. A contact keeps its id while it lasts, also across tile edges. Th
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import ContactTracker, OngoingContact

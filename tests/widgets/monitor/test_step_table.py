@@ -1,10 +1,10 @@
 """The table of footsteps."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from made_steps import SPIKE, STEP
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication

@@ -2,10 +2,10 @@
 
 import math
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 

@@ -8,10 +8,10 @@ After damage it is in step again with the next frame: a damaged delimiter costs 
 after it, because the last 22 bytes before a zero are tried as a frame, whatever precedes them.
 """
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.devices.framing.wire_format import FORCES, MAX_VALUES, SAMPLE, STUFFED_BYTES, unpack
@@ -32,8 +32,7 @@ _HALF_TURN = 1 << 31
 _SEQUENCE, _MICROSECONDS = 1, 2  # columns of a line
 
 
-@dataclass(frozen=True)
-class FrameCounts:
+class FrameCounts(Struct, frozen=True):
     """Counts of frames by outcome.
 
     `accepted` were handed over. `lost` did not arrive whole, by the sequence numbers: they include corrupted ones.
@@ -53,7 +52,7 @@ class FrameCounts:
     foreign: int = 0
 
 
-_COUNTS = [(name, np.int64) for name in FrameCounts.__dataclass_fields__]
+_COUNTS = [(name, np.int64) for name in FrameCounts.__struct_fields__]
 _TOTAL = np.dtype(_COUNTS, align=True)
 _SCANNER = np.dtype(
     [

@@ -12,10 +12,10 @@ walks over three tiles; on a single tile two pairs are reported, and an opposite
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.floor.layout import Floor
@@ -62,8 +62,7 @@ _CONTACT = np.dtype([("tile", np.int64), ("began_s", np.float64), ("trend", np.f
 """A completed contact; `trend` is the rate of change of each sensor's share of the load, per second."""
 
 
-@dataclass(frozen=True)
-class _Contact:
+class _Contact(Struct, frozen=True):
     row: int
     began_s: float
     trend: NDArray[np.float64]

@@ -18,10 +18,10 @@ In scripts: `FibreBundle(2000).response(stress, rate_hz)`. In real time: `run` f
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
@@ -56,8 +56,7 @@ STATE = Layout("bundle", "strain", "speed", "load", "failed", "next_hazard", "wo
 """Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load."""
 
 
-@dataclass(frozen=True, repr=False)
-class Fracture:
+class Fracture(Struct, frozen=True):
     """Response of a bundle: one value per frame, shape [frames], and the times of its events."""
 
     def __repr__(self) -> str:
@@ -83,8 +82,7 @@ class Fracture:
     """Times in seconds of the first failure in each frame with failures, resolved within the frame."""
 
 
-@dataclass(frozen=True)
-class FibreBundle:
+class FibreBundle(Struct, frozen=True):
     """Bundle of `fibres` fibres (7.1). Raises `BadValue` for values out of range.
 
     `stiffness` k_F, `mass` m, `damping` b_F and `creep` b_R are per fibre. `thresholds` are "weibull", with `shape` k

@@ -12,10 +12,10 @@ interpolated linearly, one such span late.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
@@ -78,8 +78,7 @@ _STIFFEST = 16.0
 """Largest stiffness of a cell, relative to its initial stiffness."""
 
 
-@dataclass(frozen=True)
-class GridFracture:
+class GridFracture(Struct, frozen=True):
     """Response of a grid. Cells are in rows, the first row at the smallest y, columns by rising x."""
 
     strain: NDArray[np.float64]
@@ -90,8 +89,7 @@ class GridFracture:
     """Energy released in each frame, shape [frames]."""
 
 
-@dataclass(frozen=True)
-class FibreGrid:
+class FibreGrid(Struct, frozen=True):
     """Tile of `columns` x `rows` cells, each a `bundle` whose model is "exact" or "inverse". Raises `BadValue`.
 
     The tile is `width_m` by `depth_m`; `print_m` is the standard deviation of the footprint. The total stress of (7.1)

@@ -7,10 +7,10 @@ is warped or moved, as it would be by the bilinear transform.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
@@ -39,8 +39,7 @@ _SERIES = 0.3
 """Below this |p h|, exp(p h) - 1 would cancel; a series of 12 terms is exact to 1e-16 up to here."""
 
 
-@dataclass(frozen=True)
-class Poles:
+class Poles(Struct, frozen=True):
     """System with `poles` (n,) in 1/s, `residues` (n,), and a `direct` part.
 
     A pole with a positive imaginary part implies its conjugate. `BadValue` for a negative imaginary part, and for a

@@ -1,9 +1,9 @@
 """Rhythms of notes on a bar of 24 steps (thesis 3.3.7), and their playback as events."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from underfoot.errors import require
 from underfoot.kernels import Floats, kernel
@@ -18,8 +18,7 @@ ONSET, LENGTH, AMPLITUDE = range(3)
 """Columns of a table of notes: onset and length as fractions of the bar, and amplitude."""
 
 
-@dataclass(frozen=True)
-class Note:
+class Note(Struct, frozen=True):
     """Note that starts at `step` (0 to 23) and lasts `length` whole steps within the bar; `amplitude` 0 to 1."""
 
     step: int
@@ -34,8 +33,7 @@ class Note:
         require(0.0 <= self.amplitude <= 1.0, "amplitude", self.amplitude, "0 to 1")
 
 
-@dataclass(frozen=True)
-class Rhythm:
+class Rhythm(Struct, frozen=True):
     """Bar of notes, one at a time and in order, played `repeats` times (0: endless).
 
     The first note is the accent of the bar: it starts at step 0 and none is stronger.

@@ -10,10 +10,10 @@ relative to it (`plate.modes`), then foot and body if present.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import msgspec
 import numpy as np
+from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
@@ -68,8 +68,7 @@ FOOT_RANGES = {
 """Allowed range of each parameter of a foot."""
 
 
-@dataclass(frozen=True)
-class Assembly:
+class Assembly(Struct, frozen=True):
     """Tile of `size_m` with mounts (4, 2) and shakers (n, 2), each of `shaker_kg`, in the tile's frame, metres.
 
     The frame is the suspended mass less plate and shakers. A `foot` stands at `foot_m`. Raises `BadValue` if the

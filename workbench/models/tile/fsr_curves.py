@@ -7,17 +7,16 @@ touch and errs where forces are large.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 Values = NDArray[np.float64]
 _KNOTS = 49
 
 
-@dataclass(frozen=True)
-class FittedCurve:
+class FittedCurve(Struct, frozen=True):
     """Fitted curve: its family, its constants, and knots `x`, `f` with slopes, all rising from (0, 0)."""
 
     family: str

@@ -8,9 +8,10 @@ hysteresis loop is (`relative`), else newtons. Nothing is solved backwards in ti
 """
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.errors import require
@@ -48,8 +49,7 @@ MODEL = np.dtype(
 """A `HysteresisModel` for kernels: `plays` is the number of play operators."""
 
 
-@dataclass(frozen=True)
-class HysteresisModel:
+class HysteresisModel(Struct, frozen=True):
     """Hysteresis and creep of one sensor.
 
     `creep` is a share of the force per decade of time. `widths` (plays,) are those of the play operators, shares of the

@@ -1,11 +1,11 @@
 """HDF5: all of a recording, as datasets with their units."""
 
 from collections.abc import Iterable
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import fields
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
