@@ -134,10 +134,12 @@ def render_source(
     require(0.0 < seconds <= 24 * 3600.0, "seconds", seconds, "above 0, up to a day")
     require(1 <= options.block <= 65536, "block", options.block, "1 to 65536 frames")
     require(8000.0 <= options.rate_hz <= 192_000.0, "rate", options.rate_hz, "8000 to 192000 Hz")
+    frames = round(seconds * options.rate_hz)
+    require(frames > 0, "seconds", seconds, f"one frame or more, {1.0 / options.rate_hz:.2g} s")
     loop = Loop(patch, registry, source, options)
     for frame, command in commands:
         loop.send(command, frame)
-    rendered = Rendered.of(loop, round(seconds * options.rate_hz))
+    rendered = Rendered.of(loop, frames)
     fault = loop.program.fault()
     if fault is not None:
         node, tile, frame = fault
