@@ -15,12 +15,13 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.devices.transports import split_target, target_forms
+from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
     from underfoot.engine.target import Target
+    from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.patch.patch import Patch
 
@@ -103,7 +104,7 @@ def serve(options: ServeOptions) -> None:
         stack.callback(server.close)
         for line in plan.warnings():
             _say(f"warning: {line}")
-        _say("; ".join(_enabled_outputs(plan.__dict__)))
+        _say("; ".join(_enabled_outputs(plan)))
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
@@ -147,31 +148,35 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 
 def _target(options: ServeOptions) -> "Target":
-    from underfoot.engine.target import Target, simulation_of
+    from underfoot.engine.target import Target, live_target, sound_device
     from underfoot.floor.forces import load_floor_beside
-    from underfoot.floor.layout import Floor, default_floor
+    from underfoot.floor.layout import Floor
 
-    simulation, hardware = simulation_of(options.target), split_target(options.target)
-    if simulation is None and hardware is None:
-        if not os.path.isfile(options.target):
-            allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV"
-            raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
-        floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
-        target = Target(floor, kind="replay", source=options.target)
-    else:
-        floor = Floor.load(options.floor) if options.floor else default_floor()
-        target = Target(floor, simulation=simulation or "", profiles=str(options.profiles or ""))
-    if hardware is not None:
-        target = replace(target, kind=hardware[0], source=hardware[1])
-    return replace(target, sound={None: None, "default": ""}.get(options.sound, options.sound))
+    sound = sound_device(options.sound)
+    live = live_target(options.target, options.floor)
+    if live is not None:
+        return replace(live, sound=sound, profiles=str(options.profiles or ""))
+    if not os.path.isfile(options.target):
+        allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, a force CSV"
+        raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
+    if options.profiles is not None:
+        raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")
+    floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
+    return Target(floor, kind="replay", source=options.target, sound=sound)
 
 
-def _enabled_outputs(plan: dict[str, object]) -> list[str]:
-    words = {"tuio": "TUIO 1.1 to", "tuio2": "TUIO 2.0 to", "listen": "cues at", "send": "messages to"}
-    found = [f"{said} {plan[name]}" for name, said in words.items() if plan[name] is not None]
-    others = {"lsl": "LSL streams", "lsl_marks": "marks by LSL", "serial_marks": f"marks from {plan['serial_marks']}"}
-    found += [said for name, said in others.items() if plan[name]]
-    return found or ["nothing is sent and nothing is taken"]
+def _enabled_outputs(plan: "NetworkPlan") -> list[str]:
+    """Return what is sent and taken, and where, in words."""
+    enabled = {
+        f"TUIO 1.1 to {plan.tuio}": plan.tuio,
+        f"TUIO 2.0 to {plan.tuio2}": plan.tuio2,
+        f"cues at {plan.listen}": plan.listen,
+        f"messages to {plan.send}": plan.send,
+        "LSL streams": plan.lsl,
+        "marks by LSL": plan.lsl_marks,
+        f"marks from {plan.serial_marks}": plan.serial_marks,
+    }
+    return [words for words, is_on in enabled.items() if is_on] or ["nothing is sent and nothing is taken"]
 
 
 def _say(line: str) -> None:
