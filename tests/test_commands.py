@@ -18,7 +18,7 @@ import soundfile
 
 from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
-from underfoot.commands.render import _line
+from underfoot.commands.render import line_of
 from underfoot.engine.commands import Play
 from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
 from underfoot.engine.worker_pool import cores
@@ -113,7 +113,7 @@ def test_render_gives_the_same_file_each_time_and_for_any_block(underfoot, folde
     ("times", "words"), [(0.043, "0.043"), (0.96, "0.96"), (1.04, "1.0"), (9.94, "9.9"), (9.96, "10"), (1234.5, "1234")]
 )
 def test_render_says_in_two_figures_how_much_faster_than_real_time_it_is(times, words):
-    said = _line({"seconds": 1.0, "peak": 0.5, "rms": 0.1, "times_real_time": times})
+    said = line_of({"seconds": 1.0, "peak": 0.5, "rms": 0.1, "times_real_time": times})
     assert said.endswith(f" of full scale, {words} times real time")
 
 

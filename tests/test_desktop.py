@@ -9,6 +9,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from click.testing import CliRunner
+
+from underfoot import __version__
+from underfoot.commands.desktop import desktop
 
 ROOT = Path(__file__).resolve().parents[1]
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="menus of Linux desktops")
@@ -16,10 +20,6 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="me
 
 @pytest.fixture
 def written(tmp_path, monkeypatch):
-    from click.testing import CliRunner
-
-    from underfoot.commands.desktop import desktop
-
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     result = CliRunner().invoke(desktop)
     assert result.exit_code == 0
@@ -28,15 +28,34 @@ def written(tmp_path, monkeypatch):
     assert not [path for path in tmp_path.rglob("underfoot.*") if path.is_file()]
 
 
+def arguments(entry):
+    """The command line of an entry, unescaped and split as the Desktop Entry Specification says."""
+    value = next(line for line in entry.splitlines() if line.startswith("Exec=")).removeprefix("Exec=")
+    value = value.replace("\\\\", "\\")
+    found = re.findall(r'"((?:\\.|[^"\\])*)"|(\S+)', value)
+    return [re.sub(r"\\(.)", r"\1", quoted) if quoted else plain.replace("%%", "%") for quoted, plain in found]
+
+
 def test_the_menu_starts_this_installation_with_the_file_that_was_clicked(written):
-    entry = (written / "applications/underfoot.desktop").read_text()
-    command = next(line for line in entry.splitlines() if line.startswith("Exec="))
-    assert command.endswith(" %f")
-    assert Path(command.removeprefix("Exec=").removesuffix(" %f").split(" -m ")[0].strip('"')).exists()
+    path = written / "applications/underfoot.desktop"
+    *command, file = arguments(path.read_text())
+    assert file == "%f"
+    said = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True, env={})
+    assert said.stdout.strip().endswith(__version__)
     if shutil.which("desktop-file-validate"):
-        path = written / "applications/underfoot.desktop"
         checked = subprocess.run(["desktop-file-validate", path], capture_output=True, text=True, check=False)
         assert checked.stdout == ""
+
+
+@pytest.mark.parametrize("folder", ["plain", "two words", """it's "$HOME" (100%) \\ `x`; #1"""])
+def test_the_menu_starts_a_python_in_any_folder_without_the_script_beside_it(tmp_path, monkeypatch, folder):
+    python = tmp_path / folder / "python"
+    python.parent.mkdir()
+    monkeypatch.setattr(sys, "executable", str(python))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert CliRunner().invoke(desktop).exit_code == 0
+    entry = (tmp_path / "applications/underfoot.desktop").read_text()
+    assert [one.replace("%%", "%") for one in arguments(entry)] == [str(python), "-m", "underfoot", "%f"]
 
 
 def test_recordings_and_patches_are_kinds_of_files(written):

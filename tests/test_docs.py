@@ -44,6 +44,7 @@ def test_the_node_that_is_written_on_its_page_does_what_the_page_says(module_of)
     whole_file, tried = blocks("nodes.md")
     module = module_of(whole_file)
     exec(tried, {"Tremolo": module.Tremolo})
+    assert re.match(r"exact: .*\b1e-\d+", module.Tremolo.accuracy), "what every node of the program has to state"
 
 
 def test_the_scene_that_is_written_on_its_page_does_what_the_page_says(module_of):

@@ -13,7 +13,7 @@ import click
 from underfoot import __version__
 from underfoot.commands import CommandGroup
 from underfoot.commands.files import FLOOR, PATCH
-from underfoot.devices.transports import split_target, target_forms
+from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
 
 if TYPE_CHECKING:
@@ -134,21 +134,14 @@ def _require_qt() -> None:
 
 def _target(name: str, floor: Path | None) -> "Target | None":
     """Return the target of the command line; None for the window's last one."""
-    from underfoot.engine.target import Target, force_rate_hz, require_source, simulation_of
-    from underfoot.floor.layout import Floor, default_floor
+    from underfoot.engine.target import Target, force_rate_hz, live_target, require_source
+    from underfoot.floor.layout import Floor
     from underfoot.records.force_files import FORMS, floor_of
 
-    hardware = split_target(name)
-    if hardware is not None:
-        kind, source = hardware
-        target = Target(Floor.load(floor) if floor else default_floor(), kind=kind, source=source)
-        require_source(target)
-        return target
-    simulation = simulation_of(name)
-    if simulation is not None:
-        target = Target(Floor.load(floor) if floor else default_floor(), simulation=simulation)
-        require_source(target)
-        return target if floor or simulation else None
+    live = live_target(name, floor)
+    if live is not None:
+        require_source(live)
+        return live if floor or live.simulation or live.kind != "simulator" else None
     if not os.path.isfile(name):
         raise BadFile(
             f"--target is {name}; allowed: simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, "

@@ -15,11 +15,11 @@ from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import split_target, target_forms
 from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
 from underfoot.engine.session import Session
-from underfoot.engine.target import Target, require_source, simulation_of
+from underfoot.engine.target import Target, live_target, require_source, sound_device
 from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
-from underfoot.floor.layout import Floor, default_floor
+from underfoot.floor.layout import Floor
 from underfoot.floor.step_finder import CHUNK, Detections, StepFinder
 from underfoot.floor.tile_response import ResponseTotals
 from underfoot.nodes import REGISTRY
@@ -44,7 +44,7 @@ class StreamOptions:
 
     def of(self, target: Target) -> Target:
         """Return the target with this equipment; `BadValue` for invalid accelerometers."""
-        sound = "" if self.sound == "default" else self.sound
+        sound = sound_device(self.sound)
         heard = accelerometers_of(self.accelerometers, target.floor)
         if sound is None and any(one.channel != LINK for one in heard):
             raise BadValue(
@@ -191,14 +191,12 @@ def open_stream(
     equipment: StreamOptions | None = None,
 ) -> FileStream | SessionStream:
     """Open the stream of a simulator ("simulator", with ":" and its kind), hardware, a force CSV, or a recording."""
-    hardware, equipment = split_target(source), equipment or StreamOptions()
-    if equipment.sensor_hz is not None and hardware is None:
+    equipment = equipment or StreamOptions()
+    if equipment.sensor_hz is not None and split_target(source) is None:
         raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
-    simulation = simulation_of(source)
-    if simulation is not None or hardware is not None:
-        layout = Floor.load(floor) if floor else default_floor()
-        kind, address = hardware or ("simulator", "")
-        target = equipment.of(Target(layout, kind, address, simulation=simulation or ""))
+    live = live_target(source, floor)
+    if live is not None:
+        target = equipment.of(live)
         require_source(target)
         return SessionStream(target, seconds, record, patch)
     if equipment.profiles is not None:

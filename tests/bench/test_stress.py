@@ -107,7 +107,7 @@ def test_what_no_shaker_may_get_reaches_none():
 @pytest.mark.skipif(os.name != "posix", reason="files have no limit to their size elsewhere")
 def test_a_full_disk_leaves_old_files_whole(tmp_path):
     with full_disk.small_disk(tmp_path):
-        for trial in (full_disk._patch, full_disk._sound, full_disk._study):
+        for trial in full_disk.TRIALS.values():
             found, good = trial(tmp_path)
             assert good, found
 

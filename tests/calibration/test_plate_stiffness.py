@@ -1,6 +1,7 @@
 """A plate's stiffness from footsteps whose truth is known: lines that come out, and an error of about a per cent."""
 
 import json
+from datetime import date
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from underfoot.calibration.science.plate_stiffness import line_of, plate_fit
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadMeasurement
+from underfoot.floor.profile import Profile
 from underfoot.models.gait import vertical_force
 
 TRUTH = {0.0: 40.0, 0.25: 62.0, 0.5: 90.0, 0.75: 122.0, 1.0: 160.0}
@@ -46,13 +48,36 @@ def test_stiffness_that_falls_is_refused():
         line_of(0.5, -x, x)
     with pytest.raises(BadMeasurement, match="samples over"):
         line_of(0.5, x[:10], x[:10])
+    with pytest.raises(BadMeasurement, match="0 samples over"):
+        line_of(0.5, x[:0], x[:0])
+
+
+def written(path, count):
+    """The path of a table of so many footsteps at each position."""
+    lines = ["position,footstep,force_n,displacement_mm"]
+    for (at, k), (force, displacement) in footsteps(count).items():
+        lines += [f"{at},{k},{f:.3f},{x:.5f}" for f, x in zip(force, displacement, strict=True)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_one_footstep_at_each_position_has_no_known_error(underfoot, tmp_path):
+    table = written(tmp_path / "f.csv", 1)
+    said = underfoot("plate", "--footsteps", table, "-o", tmp_path / "p.json", "--json")
+    assert json.loads(said.out)["error"] is None
+    assert not json.loads(said.out)["good"]
+    assert PlateCalibration.load(tmp_path / "p.json").error is None
+    assert "its error is not known" in underfoot("plate", "--footsteps", table).out
+    said = underfoot("calibrate", "stiffness", "--footsteps", table, "--profile", tmp_path / "t1.json")
+    assert "its error is not known" in said.out
+    assert "Mean error" not in said.out
+    profile = Profile.load(tmp_path / "t1.json")
+    assert "plate calibration of t1 has no known error" in profile.flags("t1", date.fromisoformat(profile.plate.made))
+    assert PlateCalibration.load(tmp_path / "t1.plate.json").error is None
 
 
 def test_the_command_calibrates_from_a_table(underfoot, tmp_path):
-    lines = ["position,footstep,force_n,displacement_mm"]
-    for (at, k), (force, displacement) in footsteps(3).items():
-        lines += [f"{at},{k},{f:.3f},{x:.5f}" for f, x in zip(force, displacement, strict=True)]
-    (tmp_path / "f.csv").write_text("\n".join(lines) + "\n")
+    written(tmp_path / "f.csv", 3)
     said = underfoot(
         "plate", "--footsteps", tmp_path / "f.csv", "-o", tmp_path / "p.json", "--report", tmp_path / "r", "--json"
     )

@@ -1,5 +1,6 @@
 """Procedures on presses without a window: from first to last page, refusals on the spot, the way back, cancelling."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -269,6 +270,14 @@ def test_one_s_own_places_are_pressed():
         CentroidProcedure(TILE).answer({"pattern": "own", "places_m": own[:3]})
     with pytest.raises(BadMeasurement, match="loads out of order"):
         CentroidProcedure(TILE).answer({"loads_n": (300.0, 100.0)})
+
+
+def test_a_place_beside_a_narrow_tile_is_refused():
+    narrow = msgspec.structs.replace(TILE, size_m=(0.6, 0.3))
+    own = [(0.29, 0.1), (-0.29, 0.1), (0.0, 0.14), (0.0, -0.14), (0.1, 0.0), (0.0, 0.0)]
+    CentroidProcedure(narrow).answer({"pattern": "own", "places_m": own})
+    with pytest.raises(BadValue, match=r"y m -0\.15 to 0\.15"):
+        CentroidProcedure(narrow).answer({"pattern": "own", "places_m": [*own, (0.0, 0.2)]})
 
 
 def test_a_press_at_another_place_and_an_unsteady_one_are_refused():

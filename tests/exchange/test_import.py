@@ -129,7 +129,7 @@ def test_macaron_holds_before_the_first_keyframe_and_behind_the_last(tmp_path):
 
 def sampled(signal, time_s):
     """A signal by Syntacts' own definitions, from the tree that was read."""
-    curve, _ = Reading({}, types_in(signal))._sum_of(signal, 0)
+    curve, _ = Reading({}, types_in(signal)).sum_of(signal, 0)
     return curve(time_s)
 
 

@@ -1,5 +1,8 @@
+"""Floors: frames, distances and gaps of tiles, and their files."""
+
 import json
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -55,6 +58,19 @@ def test_gaps_are_between_edges_whatever_the_rotation():
     np.testing.assert_allclose(gaps[0, 1], 0.02)
     np.testing.assert_allclose(gaps[0, 2], 0.35 - 0.15 * np.sqrt(2.0))
     np.testing.assert_allclose(gaps[0, 3], np.hypot(0.01, 0.03))
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"size_m": (0.3,)}, "size_m"),
+        ({"centre_m": (0.0,) * 3}, "centre_m"),
+        ({"sensors_m": ((0.1,),) * 4}, "sensors_m"),
+    ],
+)
+def test_a_script_cannot_make_a_tile_of_points_that_are_none(changes, place):
+    with pytest.raises(BadValue, match=f"{place} is .*allowed: two lengths"):
+        msgspec.structs.replace(tile("a"), **changes)
 
 
 def test_a_saved_floor_loads_as_it_was(tmp_path):

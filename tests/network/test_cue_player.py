@@ -9,7 +9,7 @@ from live import live
 from osc_ends import LOOPBACK, OscEnd
 
 from underfoot.engine.commands import Level, Mark, Panic, Set, Strike, Swap
-from underfoot.engine.reports import CommandApplied
+from underfoot.engine.reports import CommandApplied, PatchRefused
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
 from underfoot.network.cue_player import CuePlayer
@@ -33,6 +33,8 @@ class Stage:
         self.playing, self.server, self.port, self.client = playing, server, port, client
         self.player = CuePlayer(playing.session, server, hum())
         self._taken = 0
+        self.marked = []
+        """Frame and text of every mark that was answered."""
 
     def poll(self):
         self.playing.poll()
@@ -132,7 +134,7 @@ def test_a_mark_is_told_and_recorded_at_its_frame(stage):
     stage.send_message("/underfoot/mark", "trial 1", 51)
     frame, _, _ = stage.answer("/underfoot/played", 51)
     assert frame == stage.frame_of(lambda command: command == Mark("trial 1"))
-    stage.marked = frame
+    stage.marked.append((frame, "trial 1"))
 
 
 REFUSED = (
@@ -179,6 +181,17 @@ def test_an_edit_of_the_floors_own_patch_keeps_the_cues(stage):
     stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
 
 
+def test_a_patch_that_is_refused_does_not_refuse_a_mark_that_takes_effect(stage):
+    received = stage.server.counts.received
+    stage.send_message("/underfoot/mark", "kept", 75)
+    stage.playing.until(lambda: stage.server.counts.received > received, "the mark")
+    stage.player.tick(())  # it goes to the engine
+    stage.player.tick([PatchRefused.because("node tone is unknown")])
+    frame, _, _ = stage.answer("/underfoot/played", 75)
+    assert frame == stage.frame_of(lambda command: isinstance(command, Mark) and command.text == "kept")
+    stage.marked.append((frame, "kept"))
+
+
 def test_while_a_study_has_the_floor_cues_are_refused(stage):
     before = stage.server.counts.received
     stage.send_message("/underfoot/mark", "m", 81)
@@ -208,7 +221,7 @@ def test_the_recording_of_all_this_has_the_cues_and_replays_to_the_same_bytes(st
         first, played = recording.vibration()
         assert (first, recording.gaps()) == (0, [])
     assert {"Swap", "Set", "Strike", "Panic"} <= kinds
-    assert marked == [(stage.marked, "trial 1")]
+    assert marked == stage.marked
     assert replay(recorded, REGISTRY, 333).samples.tobytes() == played.tobytes()
 
 

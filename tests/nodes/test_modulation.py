@@ -1,5 +1,6 @@
 """Modulation: what moves parameters, against closed forms, NumPy and SciPy."""
 
+import msgspec
 import numpy as np
 import pytest
 from scipy import signal, stats
@@ -14,7 +15,8 @@ TIME = np.arange(RATE) / RATE
 
 def played(patch, scope, frames=RATE, start=0, force=None, strikes=(), seed=None):
     """What comes out on each tile, [tile, frame]; strikes are session frames, on the first tile."""
-    program = Program(patch, REGISTRY, TILES, block=960, scopes=[scope], seed=seed)
+    patch = patch if seed is None else msgspec.structs.replace(patch, seed=seed)
+    program = Program(patch, REGISTRY, TILES, block=960, scopes=[scope])
     for frame in strikes:
         program.strike("", TILES[0], frame, 1.0)
     out = np.zeros((len(TILES), frames))

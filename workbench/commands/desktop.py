@@ -1,6 +1,7 @@
 """`underfoot desktop`: the program in the menu of a Linux desktop, and its files under their own icon."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,9 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 import click
+
+_RESERVED = re.compile(r"""[\s"'\\<>~|&;$*?#()`]""")
+"""Characters for which an argument of `Exec` must be quoted (Desktop Entry Specification, the Exec key)."""
 
 PLACES = {
     "underfoot.desktop": "applications/underfoot.desktop",
@@ -46,13 +50,26 @@ def _write(name: str, path: Path) -> None:
 
     with as_file(files("underfoot.assets") / "desktop" / name) as source:
         data = source.read_bytes()
-    if name.endswith(".desktop"):  # a menu knows no virtual environment
-        command = shutil.which("underfoot") or f"{sys.executable} -m underfoot"
-        data = data.replace(b"Exec=underfoot ", f"Exec={_quoted(command)} ".encode())
+    if name.endswith(".desktop"):
+        data = data.replace(b"Exec=underfoot ", f"Exec={' '.join(map(_argument, _program()))} ".encode())
     make_folder(path.parent)
     write_file(path, data)
 
 
-def _quoted(command: str) -> str:
-    """Return a path for a desktop entry, quoted if it has spaces."""
-    return command if " " not in command or command.startswith('"') else f'"{command}"'
+def _program() -> list[str]:
+    """Return the arguments that start this installation: a menu knows no virtual environment, nor its `PATH`."""
+    script = shutil.which("underfoot", path=os.path.dirname(sys.executable))
+    return [script] if script is not None else [sys.executable, "-m", "underfoot"]
+
+
+def _argument(text: str) -> str:
+    """Return an argument as the `Exec` of a desktop entry has it.
+
+    >>> print(_argument("/opt/underfoot"), _argument("/home/me/my tiles/underfoot"), _argument("$5"))
+    /opt/underfoot "/home/me/my tiles/underfoot" "\\\\$5"
+    """
+    text = text.replace("%", "%%")
+    if not _RESERVED.search(text):
+        return text
+    quoted = re.sub(r'(["`$\\])', r"\\\1", text)
+    return f'"{quoted}"'.replace("\\", "\\\\")  # the entry is a string, which has escapes of its own

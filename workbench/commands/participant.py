@@ -76,10 +76,10 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
 
 def _equipment(options: "ExperimentOptions", protocol: "Protocol", session: "Session") -> "Equipment":
     """Return the equipment that the options choose."""
+    from underfoot.engine.target import sound_device
     from underfoot.studies.equipment import EquipmentChoice
 
-    masking = "" if options.masking == "default" else options.masking
-    choice = EquipmentChoice(options.plate or "", masking, options.trigger or "", options.lsl)
+    choice = EquipmentChoice(options.plate or "", sound_device(options.masking), options.trigger or "", options.lsl)
     return choice.opened(protocol.sounds, session.target.floor, session.force_rate_hz)
 
 

@@ -50,6 +50,7 @@ def plate(options: PlateOptions) -> None:
 
 def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     from underfoot.calibration.files.plate_profiles import read_plate_profiles
+    from underfoot.calibration.results.plate import error_words
     from underfoot.calibration.science.plate_stiffness import drawings_of, line_of, plate_fit
     from underfoot.drawing.page import page
     from underfoot.drawing.svg import svg
@@ -60,11 +61,10 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
     fit = plate_fit([line_of(position, *samples) for (position, _), samples in profiles.items()])
     if options.output is not None:
         fit.calibration.save(options.output)
-    verdict = f"{len(fit.lines)} footsteps; a line is off the others at its position by {fit.calibration.error:.1%}."
-    advice = "" if fit.good else " That is too much: measure again."
+    verdict = f"{len(fit.lines)} footsteps. {error_words(fit)}"
     if options.report is not None:
         drawings = drawings_of(fit, list(profiles.values()))
-        body = [f"<p>{verdict}{advice}</p>", *(svg(drawing) for drawing in drawings)]
+        body = [f"<p>{verdict}</p>", *(svg(drawing) for drawing in drawings)]
         write_file(make_folder(options.report) / "plate.html", page("Variable stiffness plate", body).encode())
     pairs = list(zip(fit.calibration.positions, fit.calibration.stiffness_n_mm, strict=True))
     if options.as_json:
@@ -72,7 +72,7 @@ def _calibrate(options: PlateOptions, footsteps: Path) -> None:
         return
     for position, stiffness in pairs:
         print(f"position {position:.3f}: {stiffness:.1f} N/mm")
-    print(verdict + advice)
+    print(verdict)
 
 
 def _move(text: str, stiffness_n_mm: float) -> None:

@@ -127,7 +127,7 @@ def _render_one(options: RenderOptions, values: "Values") -> None:
         for plate_output, path in options.plates.items():
             write_wav(path, rendered.tiles[plate_output], rendered.rate_hz)
         summary = rendered.summary()
-    print(json.dumps(summary) if options.as_json else _line(summary))
+    print(json.dumps(summary) if options.as_json else line_of(summary))
 
 
 def compile_request(patch: Path) -> "CompileRequest":
@@ -220,7 +220,7 @@ def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any])
     else:
         for number, name in enumerate(told):
             if not isinstance(found[number], UnderfootError):
-                print(f"{name}: {_line(found[number])}")
+                print(f"{name}: {line_of(found[number])}")
     if failed:
         raise UnderfootError(f"{failed} of {len(told)} patches were not rendered")
 
@@ -240,7 +240,7 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
     return list(outputs)
 
 
-def _line(summary: Summary) -> str:
+def line_of(summary: Summary) -> str:
     times = summary["times_real_time"]
     return (
         f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "

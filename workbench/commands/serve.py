@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.devices.transports import split_target, target_forms
+from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
@@ -149,23 +149,21 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 
 def _target(options: ServeOptions) -> "Target":
-    from underfoot.engine.target import Target, simulation_of
+    from underfoot.engine.target import Target, live_target, sound_device
     from underfoot.floor.forces import load_floor_beside
-    from underfoot.floor.layout import Floor, default_floor
+    from underfoot.floor.layout import Floor
 
-    simulation, hardware = simulation_of(options.target), split_target(options.target)
-    if simulation is None and hardware is None:
-        if not os.path.isfile(options.target):
-            allowed = f"simulator, simulator:PARAMETERS.json, {target_forms()}, a force CSV"
-            raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
-        floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
-        target = Target(floor, kind="replay", source=options.target)
-    else:
-        floor = Floor.load(options.floor) if options.floor else default_floor()
-        target = Target(floor, simulation=simulation or "", profiles=str(options.profiles or ""))
-    if hardware is not None:
-        target = replace(target, kind=hardware[0], source=hardware[1])
-    return replace(target, sound={None: None, "default": ""}.get(options.sound, options.sound))
+    sound = sound_device(options.sound)
+    live = live_target(options.target, options.floor)
+    if live is not None:
+        return replace(live, sound=sound, profiles=str(options.profiles or ""))
+    if not os.path.isfile(options.target):
+        allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, a force CSV"
+        raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
+    if options.profiles is not None:
+        raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")
+    floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
+    return Target(floor, kind="replay", source=options.target, sound=sound)
 
 
 def _enabled_outputs(plan: "NetworkPlan") -> list[str]:

@@ -1,5 +1,6 @@
 """The target of a command that opens a session: a simulator or hardware, with or without sound."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,17 +17,11 @@ def session_target(
 
     `walker` says whether somebody walks on a simulated floor. Raise `BadValue` if a session cannot have this target.
     """
-    from underfoot.devices.transports import split_target
-    from underfoot.engine.target import Target, require_source, simulation_of
-    from underfoot.floor.layout import Floor, default_floor
+    from underfoot.engine.target import live_target, require_source, sound_device
 
-    layout = Floor.load(floor) if floor else default_floor()
-    device = None if sound is None else "" if sound == "default" else sound
-    hardware, simulation = split_target(name), simulation_of(name)
-    if hardware is None and simulation is None:
+    target = live_target(name, floor)
+    if target is None:
         raise BadValue(f"--target is {name}; allowed: simulator, or hardware as `underfoot monitor` names it")
-    kind, source = hardware or ("simulator", "")
-    target = Target(layout, kind, source, device, walker=walker, profiles=str(profiles or ""),
-                    simulation=simulation or "")  # fmt: skip
+    target = replace(target, sound=sound_device(sound), walker=walker, profiles=str(profiles or ""))
     require_source(target)
     return target

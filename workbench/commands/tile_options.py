@@ -51,7 +51,7 @@ class TileOptions:
         return load_for_tile(self.profile, tile, self.serial)
 
     def conclude(self, result: "Result", known: "Profile") -> None:
-        """Conclude with a result: write the report, then the profile, both or neither, then print."""
+        """Conclude with a result: write the report, then the profile, which so has a report, and print."""
         from underfoot.calibration.files.plate_profiles import write_plate_file
         from underfoot.calibration.files.report import figures, write_report
         from underfoot.calibration.results.labels import label_of

@@ -32,12 +32,12 @@ FORMAT, VERSION = "underfoot-plate", 1
 class PlateCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Stiffness in N/mm at positions of the servo, both rising; interpolated linearly in its logarithm.
 
-    `error` is the mean relative error of the fitted lines.
+    `error` is the mean relative error of the fitted lines; None if it is not known.
     """
 
     positions: tuple[float, ...]
     stiffness_n_mm: tuple[float, ...]
-    error: float = 0.0
+    error: float | None = None
     made: str = ""
 
     def __post_init__(self) -> None:

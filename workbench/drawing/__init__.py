@@ -2,7 +2,7 @@
 
 A `Drawing` declares the content: axes with their units, lines, dots, arrows, a heat map. `underfoot.drawing.layout`
 places title, legend, axes and ticks, `underfoot.drawing.shapes` places the data, and `underfoot.drawing.svg` or the
-window's plot paints the result.
+window's plot paints the result. In a notebook `underfoot.drawing.picture.Picture` shows drawings.
 """
 
 import numpy as np
@@ -42,7 +42,8 @@ class Series(Struct, frozen=True):
 class ReferenceLine(Struct, frozen=True):
     """Straight line across the plot: vertical `at` a value of the "x" axis, or horizontal at one of the "y" axis.
 
-    `name` is written at its right end; for a vertical line at the top, beside it.
+    `name` is written at its right end; for a vertical line at the top, beside it. It does not widen the range of the
+    axis: a line outside of it is not drawn.
     """
 
     axis: str

@@ -7,7 +7,9 @@ from underfoot.engine.reports import Compiling
 
 @dataclass
 class CompileProgress:
-    """The number of parts that the engine and the compiler have ready, as one number that never decreases.
+    """The number of parts that the engine and the compiler have ready together, below the total until both are done.
+
+    It decreases only where a process is forgotten.
 
     >>> progress = CompileProgress()
     >>> progress.take("engine", Compiling(2, 9)), progress.take("compiler", Compiling(1, 9))
@@ -22,7 +24,7 @@ class CompileProgress:
         """Return the progress to show after a report of one process, if it has increased."""
         before = sum(self._ready.values())
         self._ready[process] = report.ready
-        ready = min(sum(self._ready.values()), report.total - 1)  # the last part is ready when it is reported
+        ready = min(sum(self._ready.values()), report.total - 1)  # `Started` or `Compiled` tells of the last part
         return [Compiling(ready, report.total)] if ready > before or not before else []
 
     def forget(self, process: str) -> bool:

@@ -3,6 +3,7 @@
 from collections import deque
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -115,14 +116,13 @@ class Loop:
     def build(self, patch: Patch, scopes: tuple[str, ...] = ()) -> Program:
         """Build the program of a patch for this loop. Allocates and loads kernels: never in the callback."""
         return Program(
-            patch,
+            patch if self.options.seed is None else msgspec.structs.replace(patch, seed=self.options.seed),
             self.registry,
             self.source.floor.ids,
             rate=self.rate_hz,
             block=self.block,
             scopes=scopes,
             folder=self.options.folder,
-            seed=self.options.seed,
             with_sound=self.options.sound_channel != -1,
         )
 

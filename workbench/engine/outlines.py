@@ -10,6 +10,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 
 STRETCHES = 256
+"""Most stretches into which a small picture divides its time."""
 
 Outline = NDArray[np.floating]
 
@@ -17,7 +18,10 @@ Outline = NDArray[np.floating]
 def outlines(
     patch: Patch, nodes: tuple[str, ...], tile: str, seconds: float, rate_hz: float, folder: str = ""
 ) -> tuple[dict[str, Outline], dict[str, Outline]]:
-    """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as in `previewed`."""
+    """Return the signals and the events of nodes, by "node.port", as in `Outlines`; `seconds` as in `previewed`.
+
+    Nodes that cannot be computed together are computed one by one, and those that cannot alone are left out.
+    """
     types = {node.id: REGISTRY[node.type] for node in patch.nodes}
     scopes = tuple(f"{node}.{port.name}" for node in nodes if node in types for port in types[node].outputs)
     try:
@@ -34,7 +38,7 @@ def outlines(
 
 
 def outline(values: Outline) -> Outline:
-    """Return the minimum and maximum of each of at most 256 consecutive stretches.
+    """Return minimum and maximum of each of at most 256 consecutive stretches of one frame or more, in turn.
 
     >>> outline(np.sin(np.linspace(0.0, 6.283, 10_000))).shape
     (512,)

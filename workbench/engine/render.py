@@ -21,6 +21,7 @@ from underfoot.records.wav import require_wav, write_wav
 
 _POINTS = 600
 """Points across a plot."""
+_COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,8 +63,9 @@ class Rendered:
     def _curves(self, title: str, unit: str, samples: NDArray[np.float32]) -> Drawing:
         time_s = np.arange(len(samples)) / self.rate_hz
         x, y, _ = extremes(time_s, samples, max(len(samples) / self.rate_hz / _POINTS, 1.0 / self.rate_hz))
-        loud = sorted(np.flatnonzero(samples.any(axis=0)), key=lambda k: -np.abs(samples[:, k]).max())  # softest on top
-        lines = [series(f"{k + 1}", x, y[:, k], colour=_COLOURS[k % len(_COLOURS)]) for k in loud]
+        peaks = np.abs(samples).max(axis=0)
+        shown = [k for k in np.argsort(-peaks, kind="stable") if peaks[k] > 0.0]  # the softest on top
+        lines = [series(f"{k + 1}", x, y[:, k], colour=_COLOURS[k % len(_COLOURS)]) for k in shown]
         return Drawing(title, "time, s", f"channel, {unit}", tuple(lines), note="" if lines else "silence")
 
     @staticmethod
@@ -74,25 +76,12 @@ class Rendered:
         spent_s = time.perf_counter() - began
         return Rendered(samples, tiles, loop.rate_hz, spent_s, loop.programs.spent_s, **loop.program.report())
 
-    def _felt(self, samples: NDArray[np.float32]) -> dict[str, object]:
-        """Return the energy share within 50 to 750 Hz and the sensation level at the sole, of the tile that moves
-        most.
-        """
-        if not samples.size:
-            return {}
-        most = samples[:, int(np.abs(samples).max(axis=0).argmax())]
-        return {
-            "windowed_peak_m_s2": sole.windowed_peak(most, self.rate_hz),
-            "share_50_to_750_hz": sole.share_in_band(most, self.rate_hz),
-            **sole.felt(most, self.rate_hz).summary(),
-        }
-
     def summary(self) -> dict[str, object]:
         """Return the figures that `render --json` prints."""
         seconds = len(self.samples) / self.rate_hz
         return {
             **_levels(self.samples, ""),
-            **{name: _levels(samples, "_m_s2") | self._felt(samples) for name, samples in self.tiles.items()},
+            **{name: _levels(samples, "_m_s2") | _felt(samples, self.rate_hz) for name, samples in self.tiles.items()},
             "seconds": seconds,
             "times_real_time": seconds / self.spent_s,
             "program_times_real_time": seconds / self.program_s,
@@ -100,13 +89,20 @@ class Rendered:
         }
 
 
-_COLOURS = ("vibration", "force", "events", "contact", "corner 1", "corner 2")
-
-
 def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
     """Return the peak, and the RMS over all channels."""
     rms = float(np.sqrt(np.mean(np.square(samples, dtype=np.float64)))) if samples.size else 0.0
     return {f"peak{unit}": float(np.abs(samples).max(initial=0.0)), f"rms{unit}": rms}
+
+
+def _felt(samples: NDArray[np.float32], rate_hz: float) -> dict[str, object]:
+    """Return figures of the tile that moves most: its peak, energy share in 50 to 750 Hz, and level at the sole."""
+    most = samples[:, int(np.abs(samples).max(axis=0).argmax())]
+    return {
+        "windowed_peak_m_s2": sole.windowed_peak(most, rate_hz),
+        "share_50_to_750_hz": sole.share_in_band(most, rate_hz),
+        **sole.felt(most, rate_hz).summary(),
+    }
 
 
 def render_source(
@@ -134,10 +130,12 @@ def render_source(
     require(0.0 < seconds <= 24 * 3600.0, "seconds", seconds, "above 0, up to a day")
     require(1 <= options.block <= 65536, "block", options.block, "1 to 65536 frames")
     require(8000.0 <= options.rate_hz <= 192_000.0, "rate", options.rate_hz, "8000 to 192000 Hz")
+    frames = round(seconds * options.rate_hz)
+    require(frames > 0, "seconds", seconds, f"one frame or more, {1.0 / options.rate_hz:.2g} s")
     loop = Loop(patch, registry, source, options)
     for frame, command in commands:
         loop.send(command, frame)
-    rendered = Rendered.of(loop, round(seconds * options.rate_hz))
+    rendered = Rendered.of(loop, frames)
     fault = loop.program.fault()
     if fault is not None:
         node, tile, frame = fault

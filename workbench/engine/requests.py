@@ -10,7 +10,11 @@ from underfoot.floor.simulated_plates import PlateOutput
 
 @dataclass(frozen=True)
 class Setup:
-    """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from."""
+    """The engine process's configuration: target, patch, names of the shared memory, and the state to resume from.
+
+    `folder` has the patch's files. `frame` is the session frame to begin with; in a restart it belongs to `since`, by
+    `time.monotonic`.
+    """
 
     target: Target
     patch: bytes

@@ -1,5 +1,7 @@
 """Target of a session: where force comes from and vibration goes."""
 
+from pathlib import Path
+
 from msgspec import Struct
 
 from underfoot.devices.accelerometers import LINK, Accelerometer
@@ -7,10 +9,10 @@ from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
-from underfoot.devices.transports import TRANSPORTS, transport_of
+from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
 from underfoot.errors import DeviceError
 from underfoot.floor.forces import ForceSeries
-from underfoot.floor.layout import Floor
+from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile, profiles_of
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import simulation
@@ -18,22 +20,34 @@ from underfoot.records.force_files import read_force_file
 
 
 class Target(Struct, frozen=True):
-    """The source of force and the output of vibration."""
+    """The source of force and the output of vibration. Plain data: files and devices are opened by the engine."""
 
     floor: Floor
     kind: str = "simulator"
+    """"simulator", "replay", or the scheme of a transport."""
     source: str = ""
+    """File of a replay, or address of a transport."""
     sound: str | None = None
+    """Name of the sound device; "" for the system's own, None for none."""
     rate: int = 48_000
+    """Frames per second."""
     block: int = 128
+    """Frames per block."""
     walker: bool = True
+    """Whether somebody walks on a simulated floor."""
     latency_s: float = 0.0
+    """Requested latency of the sound device; 0 for the least."""
     profiles: str = ""
+    """Folder of the tiles' profiles; "" for none."""
     simulation: str = ""
+    """Parameter file of simulated tiles, or people, as `simulation_of` returns it."""
     sensor_hz: float = SENSOR_HZ
+    """Sample rate of hardware."""
     accelerometers: tuple[Accelerometer, ...] = ()
     round_trip_frames: int = 0
+    """Measured round trip of the sound device; 0 if not measured."""
     stretch_s: tuple[float, float] | None = None
+    """Start and end of the stretch of a file that is replayed; None for all of it."""
 
 
 def simulation_of(text: str) -> str | None:
@@ -44,6 +58,30 @@ def simulation_of(text: str) -> str | None:
     """
     kind, _, path = text.partition(":")
     return path if kind == "simulator" else None
+
+
+def live_target(name: str, floor: str | Path | None = None) -> Target | None:
+    """Return the simulator or hardware of this name on the floor in a file, by default the default floor.
+
+    Return None for another name, such as a file's.
+
+    >>> live_target("udp:127.0.0.1:9000").kind, live_target("simulator:people=2").simulation, live_target("walk.csv")
+    ('udp', 'people=2', None)
+    """
+    hardware, simulation = split_target(name), simulation_of(name)
+    if hardware is None and simulation is None:
+        return None
+    kind, source = hardware or ("simulator", "")
+    return Target(Floor.load(floor) if floor else default_floor(), kind, source, simulation=simulation or "")
+
+
+def sound_device(option: str | None) -> str | None:
+    """Return the device of an option, as `Target.sound`: the option's "default" is the system's own.
+
+    >>> sound_device("default"), sound_device("hw:1"), sound_device(None)
+    ('', 'hw:1', None)
+    """
+    return "" if option == "default" else option
 
 
 def force_rate_hz(target: Target) -> float:

@@ -94,7 +94,7 @@ class Reading:
 
     def _terms(self, kind: str, model: Any, depth: int) -> tuple[list[Term], float]:
         if kind in _OSCILLATORS:
-            phase, _ = self._sum_of(field_of(model, "IOscillator", "x"), depth)
+            phase, _ = self.sum_of(field_of(model, "IOscillator", "x"), depth)
             return [Term(_one, phase=phase, wave=_OSCILLATORS[kind])], np.inf
         if kind == "Pwm":
             turns = 2.0 * np.pi * number_in(model, "frequency", 1.0)
@@ -134,7 +134,7 @@ class Reading:
             end_s=min(a.end_s, b.end_s),
         )
 
-    def _sum_of(self, signal: Any, depth: int) -> tuple[Curve, float]:
+    def sum_of(self, signal: Any, depth: int) -> tuple[Curve, float]:
         """Return a signal as a function of time, including oscillators: for phases and envelopes."""
         terms, length_s = self.terms(signal, depth + 1)
 
@@ -196,7 +196,7 @@ class Reading:
         if kind in ("KeyedEnvelope", "ASR", "ADSR"):
             return self._keyed(model if kind == "KeyedEnvelope" else field_of(model, "KeyedEnvelope"))
         if kind == "SignalEnvelope":
-            inner, _ = self._sum_of(field_of(model, "signal"), depth)
+            inner, _ = self.sum_of(field_of(model, "signal"), depth)
             height = number_in(model, "amplitude", 1.0)
             return lambda t: 0.5 * height * (inner(t) + 1.0), number_in(model, "duration", 1.0)
         if kind == "PolyBezier":

@@ -62,14 +62,12 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         require(bool(IDENTIFIER.fullmatch(self.id)), "id", self.id, "letters, digits, - and _")
-        require(
-            all(0.0 < side <= 100.0 for side in self.size_m), "size_m", self.size_m, "two lengths above 0, up to 100 m"
-        )
-        require(all(map(_is_place, self.centre_m)), "centre_m", self.centre_m, "two lengths within 10 km of 0")
+        sides = len(self.size_m) == 2 and all(0.0 < side <= 100.0 for side in self.size_m)
+        require(sides, "size_m", self.size_m, "two lengths above 0, up to 100 m")
+        require(_is_place(self.centre_m), "centre_m", self.centre_m, "two lengths within 10 km of 0")
         require(abs(self.rotation_deg) <= 3600.0, "rotation_deg", self.rotation_deg, "-3600 to 3600")
         require(len(self.sensors_m) == 4, "sensors_m", self.sensors_m, "exactly four points")
-        places = [length for point in self.sensors_m for length in point]
-        require(all(map(_is_place, places)), "sensors_m", self.sensors_m, "lengths within 10 km of 0")
+        require(all(map(_is_place, self.sensors_m)), "sensors_m", self.sensors_m, "two lengths each, within 10 km of 0")
         require(0.0 <= self.sensor_depth_m <= 100.0, "sensor_depth_m", self.sensor_depth_m, "0 to 100 m")
         require(self.output is None or 0 <= self.output <= 4095, "output", self.output, "a channel, 0 to 4095")
 
@@ -147,7 +145,9 @@ class Floor(msgspec.Struct, frozen=True):
         return table
 
     def gaps_m(self) -> NDArray[np.float64]:
-        """Return the gaps between the edges of all pairs of tiles, shape (tiles, tiles); 0 if they touch or overlap.
+        """Return the gaps between the edges of all pairs of tiles, shape (tiles, tiles); 0 if they touch.
+
+        Tiles of a floor lie side by side: of two that cross without a corner of either on the other, it is not 0.
 
         >>> default_floor(1, 3).gaps_m().round(3)
         array([[0.   , 0.005, 0.315],
@@ -237,5 +237,5 @@ class _FloorFile(msgspec.Struct, forbid_unknown_fields=True):
     title: str = ""
 
 
-def _is_place(length_m: float) -> bool:
-    return abs(length_m) <= 10_000.0
+def _is_place(point_m: Point) -> bool:
+    return len(point_m) == 2 and all(abs(length) <= 10_000.0 for length in point_m)

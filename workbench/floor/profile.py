@@ -41,6 +41,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     """What every part has: its date and reference, its error, and whether the error is acceptable.
 
     `error` is in `error_unit`, measured on data that was not used to fit; `error_allowed` is what the verdict allows.
+    Without a unit the error is not known.
     `figures` are all that was measured, by name with the unit in it.
     """
 
@@ -304,10 +305,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
             elif days < 0:
                 found.append(f"{kind} calibration of {self.tile} is dated {part.made}, after today")
             if not part.good or part.error > part.error_allowed > 0.0:
-                found.append(
-                    f"{kind} calibration of {self.tile} errs by {part.error:.3g} {part.error_unit}".rstrip()
-                    + f"; {part.error_allowed:.3g} allowed"
-                )
+                errs = f"errs by {part.error:.3g} {part.error_unit}; {part.error_allowed:.3g} allowed"
+                found.append(f"{kind} calibration of {self.tile} {errs if part.error_unit else 'has no known error'}")
         if self.fsr is not None:
             found += [
                 f"sensor {j + 1} of {self.tile} is not calibrated: {curve.uncalibrated}"

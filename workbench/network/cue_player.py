@@ -161,7 +161,7 @@ class CuePlayer:
         match report:
             case CommandApplied(frame, Swap(patch)):
                 edit = max((number for number, text in self._texts if text == patch), default=0)
-                self._done(lambda one: 0 < one.edit <= edit, frame)
+                self._answer(self._taken(lambda one: 0 < one.edit <= edit), frame)
                 self._strike_held()
             case CommandApplied(frame, command):
                 if isinstance(command, Mark):
@@ -169,17 +169,17 @@ class CuePlayer:
                     self.server.send_mark(command.text, marked, self._ago_s(marked))
                 done = next((one for one in self._pending if one.command == command), None)
                 if done is not None:
-                    self._done(lambda one: one is done, frame)
+                    self._answer(self._taken(lambda one: one is done), frame)
             case PatchRefused(text):
-                self._fail(text)
+                self._refuse(lambda one: one.edit > 0, text)
             case Started():
-                self._fail("the engine was started again; ask again")
+                self._refuse(lambda one: True, "the engine was started again; ask again")
 
-    def _done(self, holds: Callable[[_Pending], bool], frame: int) -> None:
-        done = [one for one in self._pending if holds(one)]
+    def _taken(self, holds: Callable[[_Pending], bool]) -> list[Received]:
+        """Return the waiting cues of which something holds; they wait no longer."""
+        taken = [cue for one in self._pending if holds(one) for cue in one.cues]
         self._pending = [one for one in self._pending if not holds(one)]
-        for one in done:
-            self._answer(one.cues, frame)
+        return taken
 
     def _strike_held(self) -> None:
         if not any(pending.edit for pending in self._pending):
@@ -187,10 +187,10 @@ class CuePlayer:
             for one in held:
                 self._strike(one)
 
-    def _fail(self, reason: str) -> None:
-        """Refuse all cues that wait, because the swap failed."""
-        failed = [received for one in self._pending for received in one.cues] + self._strikes
-        self._pending, self._strikes = [], []
+    def _refuse(self, holds: Callable[[_Pending], bool], reason: str) -> None:
+        """Refuse waiting cues of which something holds, and strikes that wait for a patch."""
+        failed = self._taken(holds) + self._strikes
+        self._strikes = []
         for one in failed:
             self.server.answer_refused(one, reason)
 

@@ -72,10 +72,9 @@ class Builder:
         *,
         rate: float,
         block: int,
-        seed: int,
     ) -> None:
         self.parts, self.tiles, self.scopes = parts, tiles, scopes
-        self.rate, self.block, self.seed = rate, block, seed
+        self.rate, self.block, self.seed = rate, block, patch.seed
         self.source_of = {target: source for source, target in patch.wires}
         self.nodes = np.zeros(len(parts), NODE)
         self.buffers, self.lists = _Buffers(), _Lists()

@@ -46,7 +46,6 @@ class Program:
         block: int = 1024,
         scopes: Sequence[str] = (),
         folder: Path | None = None,
-        seed: int | None = None,
         with_sound: bool = True,
     ) -> None:
         patch.check(registry)
@@ -72,8 +71,7 @@ class Program:
             Part(id, type, values, guards.get(id, ()))
             for id, type, values in zip(self.node_ids, self._types, self._values, strict=True)
         ]
-        seed = patch.seed if seed is None else seed
-        made = Builder(patch, parts, self.tiles, self.scope_names, rate=rate, block=block, seed=seed).build()
+        made = Builder(patch, parts, self.tiles, self.scope_names, rate=rate, block=block).build()
         self.tables, self._controls, self._signals = made.tables, made.controls, made.signals
         self._struck, self._lists, self.engine_signals = made.struck, made.lists, made.engine_signals
         self._where = addresses(self.tables)

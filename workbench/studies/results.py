@@ -55,7 +55,7 @@ class Results:
 
 
 def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Results:
-    """Return the trials of session files and of CSVs.
+    """Return the trials of one or more files: sessions, and CSVs of trials.
 
     With a `protocol`, sessions of another version are left out. Without, raises `BadValue` if sessions differ in
     protocol. Raises `BadValue` also if two files contain the same trial.
@@ -65,7 +65,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
         if not is_recording(path):
-            rows += _others(path, read_csv(path), rows)
+            rows += _required_new(path, read_csv(path), rows)
             continue
         file = SessionFile.open(path)
         try:
@@ -77,7 +77,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
                 continue
             if shared is None:
                 shared, text = file.stored_protocol(), known
-            rows += _others(path, rows_of(shared, file.participant, file.entries()), rows)
+            rows += _required_new(path, rows_of(shared, file.participant, file.entries()), rows)
             sessions.append(path)
         finally:
             file.close()
@@ -112,12 +112,15 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
     return [Findings("Written", remarks=[text, *_left_out(results)])]
 
 
-def _others(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
-    """Return the rows of a file; raise `BadValue` if another file has one of these trials."""
-    columns = ("participant", "stage", "block", "trial", "attempt")
-    seen = {tuple(row.get(column, 1) for column in columns) for row in known}
+def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows of a file; raise `BadValue` if a file before it has one of these trials."""
+
+    def key(row: Row) -> tuple[object, ...]:
+        return tuple(row.get(column, 1) for column in ("participant", "stage", "block", "trial", "attempt"))
+
+    seen = set(map(key, known))
     for row in rows:
-        if tuple(row.get(column, 1) for column in columns) in seen:
+        if key(row) in seen:
             text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
             raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them")
     return rows

@@ -24,3 +24,13 @@ def test_a_mass_at_the_middle_lowers_the_ring_and_leaves_modes_that_do_not_move_
     middle, corner, other, _ = loaded.shape([[0.0, 0.0], [0.15, 0.15], [-0.15, 0.15], [0.15, 0.0]], 1)
     assert corner == pytest.approx(other)
     assert middle * corner < 0.0
+
+
+def test_a_shape_is_the_same_at_one_place_as_among_others():
+    found = free_modes(0.3, 1e4, 5.0)
+    places = np.array([[0.15, 0.15], [0.15, 0.0], [0.0, 0.0], [0.02, -0.11]])
+    for mode in range(3):
+        shape = found.shape(places, mode)
+        np.testing.assert_allclose([found.shape(place, mode) for place in places], shape)
+        assert np.abs(shape[:2]).max() == pytest.approx(1.0), "at the corners, or at the middle of the edges"
+    assert found.shape([0.0, 0.0], 0) == pytest.approx(0.0, abs=1e-12), "nodal lines cross at the middle"

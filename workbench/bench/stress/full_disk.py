@@ -33,7 +33,7 @@ def run(effort: Effort, progress: Progress) -> Iterator[Outcome]:
     """Yield a line for each kind of writer."""
     with tempfile.TemporaryDirectory() as folder, small_disk(Path(folder)) as how:
         progress(f"stress: full disk, {how}")
-        for name, trial in (("patch saved", _patch), ("sound rendered", _sound), ("study answered", _study)):
+        for name, trial in TRIALS.items():
             found, good = trial(Path(folder))
             yield Outcome(f"{name}, {how}", 1, found, good)
         found, good = _recording(Path(folder))
@@ -133,6 +133,10 @@ def _study(folder: Path) -> tuple[str, bool]:
     again.close()
     path.unlink()
     return f"{_without(said, folder)}; all {kept} answers before are in it", bool(said) and there and whole
+
+
+TRIALS = {"patch saved": _patch, "sound rendered": _sound, "study answered": _study}
+"""What is written until the disk is full, in this order; each returns what was found, and whether it is good."""
 
 
 def _recording(folder: Path) -> tuple[str, bool]:

@@ -61,8 +61,9 @@ def write_plate_file(profile: Profile, profile_path: Path) -> Path | None:
     if part is None:
         return None
     path = plate_file(profile_path)
+    error = part.error / 100.0 if part.error_unit else None
     calibration = PlateCalibration(
-        positions=part.positions, stiffness_n_mm=part.stiffness_n_mm, error=part.error / 100.0, made=part.made
+        positions=part.positions, stiffness_n_mm=part.stiffness_n_mm, error=error, made=part.made
     )
     calibration.save(path)
     return path

@@ -35,6 +35,10 @@ _STEADY_S = 0.5
 _FORCE_BAND = 0.2
 """Accepted relative deviation from the requested force."""
 _RELEASED_S = 0.3
+_EMPTY_N = 20.0
+"""Force below which a tile, or its load cell, counts as empty in the tare."""
+_RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
+"""Share of the lightest load below which a press is over: by a load cell; by the tile's sensors, which creep."""
 
 Values = NDArray[np.float64]
 
@@ -206,9 +210,9 @@ class CentroidProcedure(PagedProcedure):
         if seen is None:
             return PageProgress("Stand clear.", float(np.ptp(readings.time_s)))
         spans = np.ptp(seen.values[:, :4], axis=0)
-        if self._profile is None and (spans > 20.0).any():
+        if self._profile is None and (spans > _EMPTY_N).any():
             return PageProgress("The readings change; stand clear.", 0.5)
-        if seen.force_n is not None and abs(float(np.median(seen.force_n))) > 20.0:
+        if seen.force_n is not None and abs(float(np.median(seen.force_n))) > _EMPTY_N:
             return PageProgress("The load cell is loaded; take it off.", 0.5)
         return None
 
@@ -216,10 +220,15 @@ class CentroidProcedure(PagedProcedure):
         seen = readings.last(_RELEASED_S)
         if seen is None:
             return PageProgress("Let go.", float(np.ptp(readings.time_s)) / _RELEASED_S)
-        force = seen.values[:, _STATIC].sum(axis=1) if seen.force_n is None else seen.force_n
-        empty = self._empty()[1][-1][_STATIC].sum() if seen.force_n is None else 0.0
-        if np.abs(force - empty).max() > (0.1 if seen.force_n is not None else 0.25) * least:
-            return PageProgress("Let go.", 0.5, (("force", float(force[-1] - empty), "N"),))
+        if seen.force_n is None:
+            force, share = (
+                seen.values[:, _STATIC].sum(axis=1) - self._empty()[1][-1][_STATIC].sum(),
+                _RELEASED_BY_SENSORS,
+            )
+        else:
+            force, share = seen.force_n, _RELEASED
+        if np.abs(force).max() > share * least:
+            return PageProgress("Let go.", 0.5, (("force", float(force[-1]), "N"),))
         return None
 
     def _press(self, at: tuple[float, float], load: float, first: bool, readings: Readings) -> PageProgress | None:
@@ -360,8 +369,7 @@ _TARE = "Take everything off the tile and stand clear."
 
 def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
     """Return the parameters of the first page."""
-    half = max(tile.size_m) / 2.0
-    columns = (("x m", -half, half), ("y m", -half, half))
+    columns = tuple((f"{axis} m", -0.5 * side, 0.5 * side) for axis, side in zip("xy", tile.size_m, strict=True))
     return (
         ask(
             "form",
@@ -391,7 +399,9 @@ def _setup_questions(tile: "Tile") -> tuple[Parameter, ...]:
 
 
 def places(tile: "Tile", count: int, seed: int | None = None) -> Values:
-    """Return `count` positions on a tile, (count, 2): a grid within 2 cm of the edge, each jittered by `seed`.
+    """Return `count` positions on a tile, (count, 2), metres in its frame: a grid up to 2 cm from the edges.
+
+    With a `seed` each is jittered by up to half a cell. `count` is 4 or more, so that each row has two places.
 
     >>> from underfoot.floor.layout import default_floor
     >>> places(default_floor(1, 1).tiles[0], 9)[[0, 4, 8]].round(3) + 0.0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.result import Result
-from underfoot.calibration.science.plate_stiffness import ALLOWED_ERROR, FootstepLine, drawings_of, plate_fit
+from underfoot.calibration.science.plate_stiffness import ALLOWED_ERROR, FootstepLine, PlateFit, drawings_of, plate_fit
 from underfoot.floor.profile import PlateStiffness
 
 METHOD = (
@@ -26,11 +26,10 @@ def result_of(
 ) -> Result:
     """Return the result of footsteps: their lines, and force and displacement of each; `today` dates the part."""
     fit = plate_fit(lines)
-    found, errors = fit.calibration, 100.0 * fit.errors[np.isfinite(fit.errors)]
-    error = 100.0 * found.error
-    quantities = (
-        ("mean_error_percent", error, "%"),
-        ("worst_error_percent", float(errors.max(initial=0.0)), "%"),
+    found = fit.calibration
+    error = None if found.error is None else 100.0 * found.error
+    figures = (
+        *(() if error is None else (("worst_error_percent", 100.0 * float(np.nanmax(fit.errors)), "%"),)),
         *(
             (f"stiffness_at_{at:.3f}_n_per_mm", stiffness, "N/mm")
             for at, stiffness in zip(found.positions, found.stiffness_n_mm, strict=True)
@@ -39,30 +38,23 @@ def result_of(
         ("footsteps", float(len(lines)), ""),
     )
     soft, stiff = found.stiffness_n_mm[0], found.stiffness_n_mm[-1]
-    verdict = (
-        f"The plate has {soft:.1f} to {stiff:.1f} N/mm. A footstep's line is off the others at its position by "
-        f"{error:.1f} % on average."
-    )
-    if not fit.good:
-        verdict += f" That is more than {100.0 * ALLOWED_ERROR:.0f} %: measure again."
-    if not errors.size:
-        verdict += " There is one footstep a position, so nothing says how accurate that is."
+    verdict = f"The plate has {soft:.1f} to {stiff:.1f} N/mm. {error_words(fit)}"
     part = PlateStiffness(
         made=(today or date.today()).isoformat(),
         reference=reference,
-        error=float(f"{error:.4g}"),
+        error=0.0 if error is None else float(f"{error:.4g}"),
         error_allowed=100.0 * ALLOWED_ERROR,
-        error_unit="%",
+        error_unit="" if error is None else "%",
         good=fit.good,
         verdict=verdict,
-        figures={name: float(f"{value:.6g}") for name, value, _ in quantities[1:]},
+        figures={name: float(f"{value:.6g}") for name, value, _ in figures},
         positions=found.positions,
         stiffness_n_mm=found.stiffness_n_mm,
     )
     return Result(
         kind="plate",
         title="Stiffness of a plate",
-        quantities=quantities,
+        quantities=figures if error is None else (("mean_error_percent", error, "%"), *figures),
         verdict=verdict,
         good=fit.good,
         drawings=drawings_of(fit, samples),
@@ -70,6 +62,14 @@ def result_of(
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
         method=METHOD,
     )
+
+
+def error_words(fit: PlateFit) -> str:
+    """Return how far a footstep's line is off the others, and what to do where that is too much or not known."""
+    if fit.calibration.error is None:
+        return "There is one footstep at each position, so its error is not known: take two or more at each."
+    words = f"A footstep's line is off the others at its position by {100.0 * fit.calibration.error:.1f} % on average."
+    return words if fit.good else f"{words} That is more than {100.0 * ALLOWED_ERROR:.0f} %: measure again."
 
 
 def _rows(

@@ -18,6 +18,7 @@ from underfoot.drawing import Drawing, series
 from underfoot.errors import BadMeasurement
 
 LEAST_SAMPLES = 50
+"""Fewest samples of a footstep through which a line is fitted."""
 LEAST_TRAVEL_MM = 0.2
 """Smallest travel of the plate that shows its stiffness."""
 ALLOWED_ERROR = 0.03
@@ -42,7 +43,10 @@ class FootstepLine:
 
 @dataclass(frozen=True)
 class PlateFit:
-    """Calibration with its lines, and `errors`: each line's relative error against the others."""
+    """Calibration with its lines, and `errors`: each line's relative error against the others at its position.
+
+    The error of a line that is alone at its position is NaN; with one line at each position none is known.
+    """
 
     calibration: PlateCalibration
     lines: tuple[FootstepLine, ...]
@@ -50,8 +54,8 @@ class PlateFit:
 
     @property
     def good(self) -> bool:
-        """Whether the mean error is small enough."""
-        return self.calibration.error <= ALLOWED_ERROR
+        """Whether the mean error is known, and small enough."""
+        return self.calibration.error is not None and self.calibration.error <= ALLOWED_ERROR
 
 
 def line_of(position: float, force_n: Array, displacement_mm: Array) -> FootstepLine:
@@ -61,9 +65,10 @@ def line_of(position: float, force_n: Array, displacement_mm: Array) -> Footstep
     >>> line_of(0.5, 20.0 + 90.0 * x, x).stiffness_n_mm.round(6)
     np.float64(90.0)
     """
-    if len(force_n) < LEAST_SAMPLES or np.ptp(displacement_mm) < LEAST_TRAVEL_MM:
+    travel_mm = float(np.ptp(displacement_mm)) if len(displacement_mm) else 0.0
+    if len(force_n) < LEAST_SAMPLES or travel_mm < LEAST_TRAVEL_MM:
         raise BadMeasurement(
-            f"a footstep at position {position:g} has {len(force_n)} samples over {np.ptp(displacement_mm):.2f} mm; "
+            f"a footstep at position {position:g} has {len(force_n)} samples over {travel_mm:.2f} mm; "
             f"allowed: {LEAST_SAMPLES} or more, over {LEAST_TRAVEL_MM:g} mm or more"
         )
     found = stats.linregress(displacement_mm, force_n)
@@ -91,11 +96,10 @@ def plate_fit(lines: Sequence[FootstepLine]) -> PlateFit:
         )
     errors = np.array([_error(line, by_position[line.position]) for line in lines])
     kept = errors[np.isfinite(errors)]
-    error = float(kept.mean()) if kept.size else 0.0
     calibration = PlateCalibration(
         positions=tuple(positions),
         stiffness_n_mm=tuple(float(f"{mean:.6g}") for mean in means),
-        error=float(f"{error:.4g}"),
+        error=float(f"{kept.mean():.4g}") if kept.size else None,
         made=date.today().isoformat(),
     )
     return PlateFit(calibration, tuple(lines), errors)

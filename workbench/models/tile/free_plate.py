@@ -6,7 +6,6 @@ has its nodal lines along both centre lines and does not move the shaker; the ri
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -14,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 ORDERS = 10
 """Number of polynomials along each axis, from the constant on."""
+_GRID = np.linspace(-1.0, 1.0, 101)
+"""Places along each axis among which the largest displacement of a mode is found, in half sides."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,16 @@ class FreeModes:
     side_m: float
 
     def shape(self, at_m: ArrayLike, mode: int) -> NDArray[np.float64]:
-        """Return the shape of a mode at positions (..., 2), origin at the centre; normalised to a maximum of 1."""
+        """Return the displacement of a mode at positions (..., 2), origin at the centre; its largest is 1 or -1.
+
+        >>> ring = free_modes(1.0, 1.0, 1.0).shape([[0.5, 0.5], [0.25, 0.25]], 2)
+        >>> np.abs(ring).round(2)
+        array([1.  , 0.09])
+        """
         at = 2.0 * np.asarray(at_m, dtype=np.float64) / self.side_m
-        moved = legendre.legval2d(at[..., 0], at[..., 1], self.vectors[:, mode].reshape(ORDERS, ORDERS))
-        return np.asarray(moved / np.abs(moved).max())
+        coefficients = self.vectors[:, mode].reshape(ORDERS, ORDERS)
+        largest = np.abs(legendre.leggrid2d(_GRID, _GRID, coefficients)).max()
+        return np.asarray(legendre.legval2d(at[..., 0], at[..., 1], coefficients) / largest)
 
 
 def free_modes(
@@ -46,25 +53,21 @@ def free_modes(
         np.stack([legendre.legval(at, legendre.legder(row, times)) for row in one]) for times in (0, 1, 2)
     )
 
-    def of(a: Any, b: Any) -> Any:
-        return (a * weights) @ b.T
+    def of(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.float64]:
+        return np.asarray((a * weights) @ b.T)
 
+    # Integrals of products over the plate are Kronecker products of those along each axis.
     area = side_m**2 / 4.0
-    mass = kg_m2 * area * _products(of(flat, flat), of(flat, flat))
+    mass = kg_m2 * area * np.kron(of(flat, flat), of(flat, flat))
     along = np.array([float(legendre.legval(0.0, row)) for row in one])
     middle = np.outer(along, along).ravel()
     mass += middle_kg * np.outer(middle, middle)
-    bending = _products(of(bend, bend), of(flat, flat)) + _products(of(flat, flat), of(bend, bend))
-    crossed = _products(of(bend, flat), of(flat, bend))
-    twist = _products(of(slope, slope), of(slope, slope))
+    bending = np.kron(of(bend, bend), of(flat, flat)) + np.kron(of(flat, flat), of(bend, bend))
+    crossed = np.kron(of(bend, flat), of(flat, bend))
+    twist = np.kron(of(slope, slope), of(slope, slope))
     stiffness = bending + poisson * (crossed + crossed.T) + 2.0 * (1.0 - poisson) * twist
     stiffness *= rigidity_nm * area * (2.0 / side_m) ** 4
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
     bends = slice(3, None)  # the first three are rigid: heave and two tilts
     return FreeModes(np.sqrt(squares[bends]) / (2.0 * math.pi), (inverse.T @ vectors)[:, bends], side_m)
-
-
-def _products(along: Any, across: Any) -> Any:
-    """Return integrals of products of polynomials, from those along each axis."""
-    return np.kron(along, across)
