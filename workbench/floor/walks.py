@@ -25,9 +25,6 @@ EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
 
-SHORTEST_STEP_S, LONGEST_STEP_S = 0.25, 1.5
-"""Range of step times that a person's average learns from: a run, and a very slow walk."""
-
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
 
@@ -38,9 +35,9 @@ place, for a person who turns."""
 STEP_TIME_SD, FORCE_SD, STANCE_SD = 0.12, 0.06, 0.08
 """Relative standard deviations of a person's step time, mean force and stance time."""
 
-FEW_TIMED_STEPS, FEW_TIMED_FACTOR, FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 2, 3.0, 3, 2.0
-"""Standard deviations of the step time are multiplied by `FEW_TIMED_FACTOR` while fewer than `FEW_TIMED_STEPS` steps of
-a person are known; those of force and stance by `FEW_WEIGHED_FACTOR` below `FEW_WEIGHED_STEPS`."""
+FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 3, 2.0
+"""Standard deviations of force and stance are multiplied by `FEW_WEIGHED_FACTOR` while fewer than `FEW_WEIGHED_STEPS`
+steps of a person are known."""
 
 MISSED_STEP_COST, LOST_STEPS = 2.0, 1.6
 """Cost of each step that was not seen; step times without a step after which a walk counts as lost."""
@@ -272,8 +269,7 @@ class _Walk:
             return math.inf
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
-        uncertain = FEW_TIMED_FACTOR if self.seen < FEW_TIMED_STEPS else 1.0
-        late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * uncertain * self.step_s)
+        late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * self.step_s)
         if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
             late = 0.0  # a person who stood can leave at any time
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
@@ -369,8 +365,7 @@ class _Walk:
         last = self.last
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
-            step_s = min(max(later_s, SHORTEST_STEP_S), LONGEST_STEP_S)
-            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (step_s - self.step_s)
+            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (later_s - self.step_s)
         along = self._direction(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
