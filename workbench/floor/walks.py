@@ -47,9 +47,9 @@ SAME_PERSON_SD, LAST_COMPARED_STEP, MOST_STRAY_STEPS = 2.5, 10, 5.0
 This is checked from its second to its `LAST_COMPARED_STEP`th step. The lost walk may have got up to `MOST_STRAY_STEPS`
 steps that were not its own."""
 
-RECENT_STEPS, MEMORY_WEIGHT, SWAP_THRESHOLD = 4, 0.06, 9.0
+RECENT_STEPS, SWAP_THRESHOLD = 4, 9.0
 """Two persons were confused if the last `RECENT_STEPS` steps of each are more like the earlier average of the other, by
-`SWAP_THRESHOLD` in the sum of squared deviations. A step has the weight `MEMORY_WEIGHT` in that average."""
+`SWAP_THRESHOLD` in the sum of squared deviations."""
 
 MOST_PLACE_COST, MOST_LOAD_COST, NEW_PERSON_COST = 12.0, 17.0, 24.0
 """Greatest costs of a wrong time or place, and of a different force or stance; limited, because two feet on one tile
@@ -330,9 +330,8 @@ class _Walk:
         """Add a step to the recent ones; the oldest of these goes into the average."""
         if len(self.load_features) == RECENT_STEPS:
             self.remembered_steps += 1
-            self.average_features = self.average_features + max(MEMORY_WEIGHT, 1.0 / self.remembered_steps) * (
-                self.load_features[0] - self.average_features
-            )
+            new = self.load_features[0] - self.average_features
+            self.average_features = self.average_features + new / self.remembered_steps
         self.load_features.append(_load_features(footfall.force_n, footfall.stance_s))
 
     def continues(self, other: "_Walk") -> None:
