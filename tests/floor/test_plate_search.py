@@ -54,7 +54,7 @@ def test_the_antiresonance_of_the_thesiss_tile_stands_beside_its_plate():
 def test_what_cannot_be_asked_is_refused_in_the_units_it_was_given_in():
     with pytest.raises(BadValue, match=r"modulus is 5 to 1 GPa; allowed: .* 0.001 to 1000 GPa"):
         PlateSearch(modulus_pa=(5e9, 1e9))
-    with pytest.raises(BadValue, match="sag at most is -1 mm; allowed: above 0"):
+    with pytest.raises(BadValue, match=r"sag at most is -1 mm; allowed: above 0, up to 1e\+09 mm"):
         PlateSearch(most_deflection_m=-1e-3)
 
 
@@ -75,3 +75,17 @@ def test_the_command_prints_a_table_and_draws(tmp_path):
 def test_the_picture_has_an_edge_for_each_condition():
     names = [line.name for line in drawing(found_of()).series]
     assert names == ["mass 0.6 kg", "sag 0.2 mm", "first mode 1000 Hz", "lightest"]
+
+
+def test_the_table_and_the_picture_are_in_gigapascals_and_millimetres():
+    """A panel whose numbers are known: 68 GPa and 2.54 cm weigh 0.49 kg a tile (section 4.3.2)."""
+    found = found_of(modulus_pa=(67.9e9, 68.1e9), thickness_m=(0.0253, 0.0255))
+    head, share, _, *rows = table(found).splitlines()
+    cells = [float(cell) for cell in rows[0].split()]
+    side = TILE.size_m[0]
+    assert head.startswith(f"plates of {100.0 * side:g} x {100.0 * side:g} cm, ")
+    assert share == "100 % of the grid fit"
+    assert cells[:3] == pytest.approx([68.0, 25.4, 0.49], rel=0.02)
+    assert cells[3] == pytest.approx(1e3 * 0.0116 * 1000.0 * side**2 / 17768.0, rel=0.03)
+    assert drawing(found).x_range[0] == pytest.approx(67.9)
+    assert drawing(found).y_range[0] == pytest.approx(25.3)

@@ -2,8 +2,10 @@
 
 import html
 import json
+import math
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -12,8 +14,9 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.floor.layout import Floor, Tile, default_floor
 from underfoot.floor.tile_design import designs
 from underfoot.floor.tile_parameters import TileParameters
-from underfoot.floor.tile_report import text, write
+from underfoot.floor.tile_report import drawings, text, write
 from underfoot.models.tile.plate import Plate
+from underfoot.models.tile.shaker import Shaker
 from underfoot.patch import preset_files
 
 CORNERS = ((0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1))
@@ -53,6 +56,44 @@ def test_where_we_differ_from_the_thesis_a_sentence_says_why():
     for row in designs(default_floor(), TileParameters())[0].rows:
         if row.thesis is not None and abs(row.ours / row.thesis - 1.0) > 0.05 and row.key != "band_high_hz":
             assert row.why.endswith("."), row.key
+
+
+def test_a_sine_is_compressed_and_distorted_as_the_series_of_the_saturation_says():
+    """F / sqrt(1 + (F / 78 N)^2): powers of a sine, by their multiple-angle formulas."""
+    here = quantities(designs(default_floor(1, 1), TileParameters(shaker=Shaker(bias=0.0)))[0])
+    x = 30.0 / 78.0
+    fundamental = 1.0 - 3 / 8 * x**2 + 15 / 64 * x**4 - 175 / 1024 * x**6
+    third = 1 / 8 * x**2 - 15 / 128 * x**4 + 105 / 1024 * x**6
+    assert here["compression_percent"].here == pytest.approx(100.0 * (1.0 - fundamental), rel=0.02)
+    assert here["distortion_percent"].here == pytest.approx(100.0 * third / fundamental, rel=0.05)
+
+
+def test_the_curves_pass_through_the_thesiss_tile_in_the_units_of_their_axes():
+    """Of 2.7 kg on 4 mounts of 2 MPa: 49 Hz, and 1000 N / (M w^2) = 3.91 mm; the panel of 2.54 cm has 860.7 Hz."""
+    tile = Tile("thesis", (0.304, 0.304), (0.0, 0.0), sensors_m=CORNERS)
+    design = designs(Floor((tile,)), TileParameters())[0]
+    assert text([design]).startswith("30.4 x 30.4 cm: thesis")
+    drawn = {name: {one.name: one for one in picture.series} for name, picture in drawings(design.measured)}
+    sag_mm = 1e3 * 1000.0 / (2.7 * (2.0 * math.pi * 49.0) ** 2)
+    for picture, line, x, y in (
+        ("suspension-resonance", "f0", 2.0, 49.0),
+        ("suspension-deflection", "shared by four", 2.0, sag_mm),
+        ("suspension-deflection", "over one corner", 2.0, 3.0 * sag_mm),
+        ("suspension-trade-off", "shared by four", 49.0, sag_mm),
+        ("suspension-trade-off", "over one corner", 49.0, 3.0 * sag_mm),
+        ("suspension-trade-off", "one mount alone", 49.0, 4.0 * sag_mm),
+        ("plate-modes", "sandwich, thesis's", 2.54, 860.7),
+    ):
+        curve = drawn[picture][line]
+        assert np.interp(x, curve.x, curve.y) == pytest.approx(y, rel=0.01), (picture, line)
+    for picture, line, wanted in (
+        ("suspension-deflection", "5 mm", 5.0),  # section 4.3.1 asks for no more
+        ("suspension-trade-off", "5 mm", 5.0),
+    ):
+        assert drawn[picture][line].y == pytest.approx([wanted, wanted])
+    assert drawn["suspension-resonance"]["this tile"].x == pytest.approx([2.0, 2.0])
+    assert drawn["suspension-deflection"]["this tile"].x == pytest.approx([2.0, 2.0])
+    assert drawn["plate-modes"]["this plate"].x == pytest.approx([2.54])
 
 
 def test_it_follows_material_and_size():

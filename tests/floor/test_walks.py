@@ -118,10 +118,10 @@ def test_the_next_step_has_a_person_while_it_is_under_way():
     assert counter.person_at(contacts[0].start_s, (7.0, 0.1)) == 0
 
 
-def contact_at(id, start_s, x_m, y_m):
+def contact_at(id, start_s, x_m, y_m, weight=1.0):
     """A footfall of 0.6 s that rolls along x."""
     share = np.linspace(0.0, 1.0, 121)
-    force_n = 900.0 * np.sin(math.pi * share) + 11.0
+    force_n = weight * (900.0 * np.sin(math.pi * share) + 11.0)
     return Contact(
         id, start_s, start_s + 0.6, (0,), False, start_s - 0.005, 0.0,
         start_s + 0.6 * share, force_n, x_m + 0.18 * share, np.full(121, y_m),
@@ -163,3 +163,78 @@ def test_the_foot_that_the_end_cuts_takes_nobodys_last_step_away():
     steps += counter.finish()
     assert [step.contact for step in sorted(steps, key=lambda step: step.contact)] == list(range(16))
     assert {(step.contact % 2, step.person) for step in steps} == {(0, 1), (1, 2)}
+
+
+def persons_of(contacts):
+    """The person of each contact, by its id, and all steps."""
+    counter, steps = WalkTracker(FLOOR), []
+    for contact in sorted(contacts, key=lambda contact: contact.end_s):
+        steps += counter.feed([contact], contact.end_s)
+    steps += counter.finish()
+    return {step.contact: step.person for step in steps}, steps
+
+
+def test_a_first_step_is_followed_by_that_which_comes_as_late_as_people_step():
+    """Two come towards each other at 110 steps a minute, the usual cadence (Winter 1991). The second step of each lands
+    where the other stood, but much too soon or too late after the other's first."""
+    places = {1: (0.0, 1.0), 2: (0.19, 1.5), 3: (0.55, 1.5), 4: (0.74, 1.0)}
+    person = persons_of([contact_at(id, start_s, x_m, 0.5) for id, (start_s, x_m) in places.items()])[0]
+    assert person[1] == person[3] != person[2] == person[4]
+
+
+def abreast(weights, lanes_m):
+    """Two who walk side by side, of these weights (step, 2) in these lanes (step, 2); ids are even of the first one."""
+    return [
+        contact_at(
+            2 * step + one, 0.55 * step + 0.01 * one, 0.3 + 0.5 * step,
+            0.6 + lanes_m[step][one] + 0.05 * (-1) ** step, weights[step][one],
+        )
+        for step in range(len(weights)) for one in range(2)
+    ]  # fmt: skip
+
+
+def test_weight_tells_two_apart_who_differ_by_a_quarter_and_change_lanes():
+    lanes_m = [(0.0, 0.5)] * 7 + [(0.5, 0.0)]
+    person = persons_of(abreast([(1.0, 0.8)] * 8, lanes_m))[0]
+    assert [person[14], person[15]] == [person[0], person[1]]
+
+
+def test_places_tell_two_apart_who_are_nearly_alike():
+    """Mean forces of one person's steps differ by some per cent: at one step that of each is the other's."""
+    weights = [(1.0, 0.92)] * 7 + [(0.92, 1.0)]
+    person = persons_of(abreast(weights, [(0.0, 0.5)] * 8))[0]
+    assert [person[14], person[15]] == [person[0], person[1]]
+
+
+def test_a_foot_half_beside_the_floor_does_not_make_its_person_a_light_one():
+    """One foot bears 40 %, on the floor; then the two change lanes."""
+    weights = [(1.0, 0.8)] * 7 + [(0.4, 0.8), (1.0, 0.8)]
+    person = persons_of(abreast(weights, [(0.0, 0.5)] * 8 + [(0.5, 0.0)]))[0]
+    assert [person[16], person[17]] == [person[0], person[1]]
+
+
+def test_who_slows_down_to_a_third_keeps_the_sides():
+    start_s = np.cumsum([0.0, *(0.45 * 1.09 ** np.arange(14))])
+    made = [contact_at(step, at_s, 0.3 + 0.45 * step, 0.9 + 0.05 * (-1) ** step) for step, at_s in enumerate(start_s)]
+    person, steps = persons_of(made)
+    assert set(person.values()) == {1}
+    assert [step.side for step in steps] == ["left" if step.contact % 2 == 0 else "right" for step in steps]
+
+
+def straight(first, start_s, x_m, y_m, count):
+    return [
+        contact_at(first + step, start_s + 0.55 * step, x_m + 0.5 * step, y_m + 0.05 * (-1) ** step)
+        for step in range(count)
+    ]
+
+
+def test_who_steps_off_the_floor_for_a_moment_is_the_same_person_at_once():
+    left = straight(0, 0.0, 3.0, 0.2, 6)
+    back = straight(6, left[-1].start_s + 2.5 * 0.55, 4.0, 1.5, 5)
+    assert set(persons_of(left + back)[0].values()) == {1}
+
+
+def test_who_comes_while_somebody_alike_walks_is_somebody_else():
+    person = persons_of(straight(0, 0.0, 0.3, 0.2, 12) + straight(12, 2.55, 0.3, 1.5, 8))[0]
+    assert {person[id] for id in range(12)} == {1}
+    assert {person[id] for id in range(12, 20)} == {2}

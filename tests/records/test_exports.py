@@ -117,7 +117,20 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
     strikes = [k for k, label in enumerate(events["LABELS"]["value"]) if label == "Foot Strike"]
     times = 60.0 * events["TIMES"]["value"][0] + events["TIMES"]["value"][1]
     np.testing.assert_allclose(sorted(times[strikes]), sorted(step.start_s for step in steps), atol=1e-5)
-    assert "Mark" in events["LABELS"]["value"]
+    offs = [k for k, label in enumerate(events["LABELS"]["value"]) if label == "Foot Off"]
+    np.testing.assert_allclose(
+        sorted(times[offs]), sorted(step.start_s + step.contact_ms / 1000 for step in steps), atol=1e-5
+    )
+    (mark,) = (k for k, label in enumerate(events["LABELS"]["value"]) if label == "Mark")
+    assert events["TIMES"]["value"][:, mark] == pytest.approx([0.0, 1.0])
+
+
+def test_events_of_c3d_are_told_in_minutes_and_seconds(tmp_path):
+    source = write_recording(tmp_path / "short.underfoot", 0.3, default_floor(1, 1), vibration=False)
+    with Recording(source) as recording:
+        recording.add_mark(round(75.5 * 48_000), "after a minute and a quarter")
+    events = ezc3d.c3d(str(export(source, tmp_path / "short.c3d")))["parameters"]["EVENT"]
+    assert events["TIMES"]["value"][:, 0] == pytest.approx([1.0, 15.5], abs=1e-3)
 
 
 def test_c3d_is_read_again_as_the_same_floor_and_the_same_forces(path, recorded, tmp_path):

@@ -26,9 +26,6 @@ EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
 
-SHORTEST_STEP_S, LONGEST_STEP_S = 0.25, 1.5
-"""Range of step times that a person's average learns from: a run, and a very slow walk."""
-
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
 
@@ -39,9 +36,9 @@ place, for a person who turns."""
 STEP_TIME_SD, FORCE_SD, STANCE_SD = 0.12, 0.06, 0.08
 """Relative standard deviations of a person's step time, mean force and stance time."""
 
-FEW_TIMED_STEPS, FEW_TIMED_FACTOR, FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 2, 3.0, 3, 2.0
-"""Standard deviations of the step time are multiplied by `FEW_TIMED_FACTOR` while fewer than `FEW_TIMED_STEPS` steps of
-a person are known; those of force and stance by `FEW_WEIGHED_FACTOR` below `FEW_WEIGHED_STEPS`."""
+FEW_WEIGHED_STEPS, FEW_WEIGHED_FACTOR = 3, 2.0
+"""Standard deviations of force and stance are multiplied by `FEW_WEIGHED_FACTOR` while fewer than `FEW_WEIGHED_STEPS`
+steps of a person are known."""
 
 MISSED_STEP_COST, LOST_STEPS = 2.0, 1.6
 """Cost of each step that was not seen; step times without a step after which a walk counts as lost."""
@@ -51,9 +48,9 @@ SAME_PERSON_SD, LAST_COMPARED_STEP, MOST_STRAY_STEPS = 2.5, 10, 5.0
 This is checked from its second to its `LAST_COMPARED_STEP`th step. The lost walk may have got up to `MOST_STRAY_STEPS`
 steps that were not its own."""
 
-RECENT_STEPS, MEMORY_WEIGHT, SWAP_THRESHOLD = 4, 0.06, 9.0
+RECENT_STEPS, SWAP_THRESHOLD = 4, 9.0
 """Two persons were confused if the last `RECENT_STEPS` steps of each are more like the earlier average of the other, by
-`SWAP_THRESHOLD` in the sum of squared deviations. A step has the weight `MEMORY_WEIGHT` in that average."""
+`SWAP_THRESHOLD` in the sum of squared deviations."""
 
 MOST_PLACE_COST, MOST_LOAD_COST, NEW_PERSON_COST = 12.0, 17.0, 24.0
 """Greatest costs of a wrong time or place, and of a different force or stance; limited, because two feet on one tile
@@ -271,8 +268,7 @@ class _Walk(Struct, eq=False):
             return math.inf
         if len(self.steps) > 1 and self.steps[-2].end_s > start_s + THIRD_FOOT_S:
             return math.inf
-        uncertain = FEW_TIMED_FACTOR if self.seen < FEW_TIMED_STEPS else 1.0
-        late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * uncertain * self.step_s)
+        late = (later_s - (1 + missed) * self.step_s) / (STEP_TIME_SD * self.step_s)
         if start_s - last.end_s > -EARLIEST_NEXT_S and not last.is_whole:
             late = 0.0  # a person who stood can leave at any time
         off_m = float(np.hypot(*(place_m - self._expected_place(1 + missed))))
@@ -333,9 +329,8 @@ class _Walk(Struct, eq=False):
         """Add a step to the recent ones; the oldest of these goes into the average."""
         if len(self.load_features) == RECENT_STEPS:
             self.remembered_steps += 1
-            self.average_features = self.average_features + max(MEMORY_WEIGHT, 1.0 / self.remembered_steps) * (
-                self.load_features[0] - self.average_features
-            )
+            new = self.load_features[0] - self.average_features
+            self.average_features = self.average_features + new / self.remembered_steps
         self.load_features.append(_load_features(footfall.force_n, footfall.stance_s))
 
     def continues(self, other: "_Walk") -> None:
@@ -368,8 +363,7 @@ class _Walk(Struct, eq=False):
         last = self.last
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
-            step_s = min(max(later_s, SHORTEST_STEP_S), LONGEST_STEP_S)
-            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (step_s - self.step_s)
+            self.step_s += (LEARNING_RATE if self.seen > 2 else 0.5) * (later_s - self.step_s)
         along = self._direction(footfall)
         onwards = footfall.place_m - last.place_m
         length_m, aside_m = float(onwards @ along), float(along[0] * onwards[1] - along[1] * onwards[0])
