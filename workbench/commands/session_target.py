@@ -1,8 +1,9 @@
 """The target of a command that opens a session: a simulator or hardware, with or without sound."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from underfoot.errors import BadValue
 
