@@ -128,7 +128,7 @@ def test_a_recording_is_asked_about_before_it_is_played_through_its_own_patch(qt
     desk = window.workspaces["Recordings"]
     about = {"patch": own_node.patch.read_text(), "folder": str(own_node.folder)}
     window.open_file(write_recording(own_node.folder / "a.underfoot", 0.5, default_floor(1, 1), about=about))
-    qtbot.waitUntil(lambda: desk.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: desk.axis.content is not None, timeout=LONG_MS)
     desk.playback.play_or_stop()
     assert own_node.runs == 0
     assert not desk.playback.player.is_playing
