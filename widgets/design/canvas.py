@@ -33,10 +33,10 @@ from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
 DROP_REACH = 10.0
-"""Pixels of the scene around the mouse in which a wire is meant, when a node is dropped."""
+"""A node dropped within this distance of a wire, in pixels of the scene, is inserted into it."""
 
 BESIDE_PX = 48
-"""Distance of a new node that is asked for by a key, from the node that feeds it."""
+"""Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
 
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
@@ -45,9 +45,9 @@ class Canvas(EditableView):
     """Shows the document's patch, and edits it."""
 
     play_requested = Signal()
-    """Space was pressed: what plays is to stop, or the other way round."""
+    """Space was pressed: stop if playing, else play."""
     audition_requested = Signal(str)
-    """The node whose button to be heard alone was pressed."""
+    """A node whose button was pressed, to play it alone."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)

@@ -22,7 +22,7 @@ from underfoot.widgets.escape import is_escape_override
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
-"""The choice in a list that is not a node."""
+"""The type of a row that is a choice, but not a node."""
 FAMILIES = (
     *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
     *("Modulation", "Outputs"),
@@ -146,7 +146,7 @@ class SearchField(QLineEdit):
     """Enter was pressed; True with Shift."""
     escaped = Signal()
 
-    def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
+    def __init__(self, hint: str, parent: QWidget | None = None, *, closes: bool = False) -> None:
         """Create the field; with `closes`, leaving it closes a list even if the field is empty."""
         super().__init__(parent)
         self.closes = closes

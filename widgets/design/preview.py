@@ -25,7 +25,7 @@ class PreviewPanel(QWidget):
     struck = Signal(str, float)
     pressed = Signal(str, float, float, float)
     distributions_requested = Signal()
-    """The person wants to see the distributions of the node, which come with the next preview."""
+    """The distributions of the node are needed with the next preview."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

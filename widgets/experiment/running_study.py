@@ -90,7 +90,8 @@ class RunningStudy(QObject):
         self._study = study
         session.send(Walk(False))
         title = protocol.title or study.name  # as the session was begun
-        self.experimenter.begin(floor, f"{title}  ·  {participant}", session.target.kind == "simulator")
+        is_simulated = session.target.kind == "simulator"
+        self.experimenter.begin(floor, f"{title}  ·  {participant}", presses=is_simulated)
 
     def stop(self, why: str) -> None:
         """Silence the output; the current presentation begins again on continuation."""
