@@ -15,7 +15,7 @@ class Bench:
     def __init__(self, window, qtbot, folder):
         self.window, self.qtbot, self.folder = window, qtbot, folder
         self.workspace = window.workspaces["Experiment"]
-        self.workspace.root = folder / "studies"
+        self.workspace.sessions.root = folder / "studies"
 
     @property
     def runner(self):
@@ -59,20 +59,20 @@ class Bench:
         """Open a protocol from a file, and begin it for a participant whose id is typed."""
         path = self.folder / "made.json"
         path.write_text(protocol_text(present_s=0.2, **protocol))
-        self.workspace.open_protocol(path)
+        self.workspace.library.open_protocol(path)
         self.begin()
 
     def begin(self, participant="P1"):
         self.type_id(participant)
-        self.click(self.workspace.overview.begin)
+        self.click(self.workspace.start.begin_button)
         self.wait(lambda: self.person is not None and self.person.isVisible())
 
     def type_id(self, participant):
-        self.workspace.overview.participant.clear()
-        self.qtbot.keyClicks(self.workspace.overview.participant, participant)
+        self.workspace.start.participant.clear()
+        self.qtbot.keyClicks(self.workspace.start.participant, participant)
 
     def entries(self, participant="P1"):
-        file = SessionFile.open(self.workspace.root / "made" / f"{participant}.session")
+        file = SessionFile.open(self.workspace.sessions.root / "made" / f"{participant}.session")
         entries = file.entries()
         file.close()
         return entries

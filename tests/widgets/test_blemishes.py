@@ -15,7 +15,7 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.design.node_list import NodeList
 from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
-from underfoot.widgets.design.preview import LEAST_SIDE_PX
+from underfoot.widgets.design.preview_plots import LEAST_SIDE_PX
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.main_bar import MainBar
 
@@ -131,8 +131,8 @@ def test_large_text_on_a_small_screen_cuts_neither_words_nor_plots(qtbot, tmp_pa
     about = shown("Scenes").panel.about
     assert about.height() >= about.heightForWidth(about.width())
     preview = shown("Design").preview
-    assert preview.waveform.width() > 1.5 * preview.spectrum.width()
-    assert preview.spectrum.width() >= LEAST_SIDE_PX
+    assert preview.plots.waveform.width() > 1.5 * preview.plots.spectrum.width()
+    assert preview.plots.spectrum.width() >= LEAST_SIDE_PX
 
 
 def test_a_node_and_its_family_do_not_lie_on_one_another_in_a_list(qtbot):

@@ -17,7 +17,7 @@ from underfoot.studies import floor_watch
 from underfoot.studies.phase import Phase
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
-from underfoot.widgets.experiment.workspace import ANOTHER_ID, GO_ON
+from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
 
 pytest.importorskip("statsmodels")
 LEFT = Qt.MouseButton.LeftButton
@@ -72,7 +72,7 @@ def test_a_pilot_on_oneself_goes_from_the_choice_to_the_end_by_keys(bench):
     assert bench.person is None
     overview = bench.workspace.overview
     assert bench.workspace.stack.currentWidget() is overview
-    assert overview.participant.text() == ""  # the next session is another's
+    assert bench.workspace.start.participant.text() == ""  # the next session is another's
     assert overview.state.text() == "P1 has come to the end of the study. The answers are kept."
 
 
@@ -121,8 +121,8 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
     path = bench.folder / "made.json"
     many = {"kind": "rating", "parameters": {"blocks": 30}}
     path.write_text(protocol_text(stages=[{**rated(start="step"), "method": many}], stimuli={"WC": CONSTANT}))
-    bench.workspace.open_protocol(path)
-    bench.click(bench.workspace.overview.pilot)
+    bench.workspace.library.open_protocol(path)
+    bench.click(bench.workspace.start.pilot_button)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
     for _ in range(2):
         bench.until(Phase.READY)
@@ -133,9 +133,9 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
         bench.key(Qt.Key.Key_Return)
     bench.until(Phase.END)
     bench.key(Qt.Key.Key_Space)
-    assert bench.workspace.overview.analyse.text() == "Analyse 0 sessions"
+    assert bench.workspace.findings.analyse_button.text() == "Analyse 0 sessions"
     assert bench.workspace.overview.state.text().startswith("Pilot 1 is done.")
-    file = SessionFile.open(bench.workspace.root / "made-pilot" / "1.session")
+    file = SessionFile.open(bench.workspace.sessions.root / "made-pilot" / "1.session")
     assert [entry.facts["most_force_n"] > 300.0 for entry in file.entries()] == [True, True]
     file.close()
 
@@ -177,7 +177,7 @@ def test_what_the_answers_say_is_drawn_while_the_study_runs(bench):
         "Learning",
         "All: confusions",
     ]
-    bench.workspace.background.join()
+    bench.workspace.running.background.join()
 
 
 def test_where_words_are_typed_control_and_space_play_again(bench):
@@ -275,7 +275,7 @@ def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):
     bench.until(Phase.READY)
     key = bench.runner.page.key
     bench.click(bench.workspace.experimenter.leave)
-    assert bench.workspace.overview.begin.text() == "Go on"
+    assert bench.workspace.start.begin_button.text() == "Go on"
     bench.begin()
     bench.until(Phase.READY)
     assert bench.runner.page.key == key
@@ -305,22 +305,22 @@ def test_the_patch_plays_again_behind_a_study(bench):
 
 def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     workspace = bench.workspace
-    row = [study.name for study in workspace.studies].index("detection-threshold")
-    workspace.list.list.setCurrentRow(row)
-    bench.click(workspace.overview.simulate)
-    bench.wait(lambda: workspace.overview.simulate.text() == "Stop")
-    bench.click(workspace.overview.simulate)
+    row = [study.name for study in workspace.library.studies].index("detection-threshold")
+    workspace.library.list.setCurrentRow(row)
+    bench.click(workspace.findings.simulate_button)
+    bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
+    bench.click(workspace.findings.simulate_button)
     assert workspace.overview.state.text() == "Stopped."
-    bench.click(workspace.overview.simulate)
-    bench.wait(lambda: "threshold TD" in workspace.overview.table.toPlainText())
-    assert len(workspace.overview.drawings.plots) == 2
-    workspace.background.join()
+    bench.click(workspace.findings.simulate_button)
+    bench.wait(lambda: "threshold TD" in workspace.findings.table.toPlainText())
+    assert len(workspace.findings.drawings.plots) == 2
+    workspace.findings.background.join()
 
 
 def test_who_is_simulated_is_chosen_and_said(bench):
-    workspace, overview = bench.workspace, bench.workspace.overview
-    workspace.list.list.setCurrentRow([study.name for study in workspace.studies].index("free-labels"))
-    bench.click(overview.people)
+    workspace, findings = bench.workspace, bench.workspace.findings
+    workspace.library.list.setCurrentRow([study.name for study in workspace.library.studies].index("free-labels"))
+    bench.click(findings.people_button)
     dialog = dialog_of(bench.window, PeopleDialog)
     for name, text in {"people": "6", "impact_share_it": "9"}.items():
         dialog.rows.controls[name].selectAll()
@@ -330,20 +330,20 @@ def test_who_is_simulated_is_chosen_and_said(bench):
     dialog.rows.controls["impact_share_it"].selectAll()
     bench.qtbot.keyClicks(dialog.rows.controls["impact_share_it"], "0.9")
     bench.click(dialog.use_button)
-    assert overview.simulate.text() == "Simulate 6 people, with your settings"
-    bench.click(overview.simulate)
-    bench.wait(lambda: "6 simulated participants" in overview.table.toPlainText())
-    assert "People differ: labels_differ." in overview.table.toPlainText()
-    assert [line.split()[1] for line in overview.table.toPlainText().splitlines() if "impact_share_it" in line] == [
+    assert findings.simulate_button.text() == "Simulate 6 people, with your settings"
+    bench.click(findings.simulate_button)
+    bench.wait(lambda: "6 simulated participants" in findings.table.toPlainText())
+    assert "People differ: labels_differ." in findings.table.toPlainText()
+    assert [line.split()[1] for line in findings.table.toPlainText().splitlines() if "impact_share_it" in line] == [
         "0.9"
     ]
-    workspace.background.join()
+    workspace.findings.background.join()
 
 
 def test_other_files_are_analysed_and_trials_are_written(bench):
     """A CSV of trials in; a BIDS data set of the sessions out."""
-    workspace, overview = bench.workspace, bench.workspace.overview
-    path, session = bench.folder / "made.json", workspace.root / "made" / "P1.session"
+    workspace, findings = bench.workspace, bench.workspace.findings
+    path, session = bench.folder / "made.json", workspace.sessions.root / "made" / "P1.session"
     path.write_text(protocol_text(stages=[rated()]))
     session.parent.mkdir(parents=True)
     file = SessionFile.create(session, Protocol.load(path, REGISTRY), "P1")
@@ -351,23 +351,23 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     while not study.is_done:
         file.add(study.answer(first_answers(study.page)))
     file.close()
-    workspace.open_protocol(path)
-    assert overview.analyse.text() == "Analyse 1 session"
+    workspace.library.open_protocol(path)
+    assert findings.analyse_button.text() == "Analyse 1 session"
     (bench.folder / "t.csv").write_text(
         "participant,method,trial,stimulus,rating\nQ7,rating,1,WC,40\nQ7,rating,2,X,20\n"
     )
-    bench.choose_from(overview.results, "Analyse files…")
+    bench.choose_from(findings.results_button, "Analyse files…")
     asked = dialog_of(bench.window, QFileDialog)
     asked.filesSelected.emit([str(bench.folder / "t.csv")])
     asked.close()
-    bench.wait(lambda: "Rating: main" in overview.table.toPlainText())
-    bench.choose_from(overview.results, "Write BIDS…")
+    bench.wait(lambda: "Rating: main" in findings.table.toPlainText())
+    bench.choose_from(findings.results_button, "Write BIDS…")
     asked = dialog_of(bench.window, QFileDialog)
     asked.fileSelected.emit(str(bench.folder / "bids"))
     asked.close()
-    bench.wait(lambda: "BIDS of 2 trials, participants: 1." in overview.table.toPlainText())
+    bench.wait(lambda: "BIDS of 2 trials, participants: 1." in findings.table.toPlainText())
     assert (bench.folder / "bids" / "sub-P1" / "beh").is_dir()
-    workspace.background.join()
+    workspace.findings.background.join()
 
 
 def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
@@ -375,9 +375,9 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     bench.workspace.notified.connect(said.append)
     path = bench.folder / "bad.json"
     path.write_text(json.dumps({"format": "underfoot-protocol", "version": 1, "stimuli": {"TD": TD}}))
-    before = len(bench.workspace.studies)
-    bench.workspace.open_protocol(path)
-    assert len(bench.workspace.studies) == before
+    before = len(bench.workspace.library.studies)
+    bench.workspace.library.open_protocol(path)
+    assert len(bench.workspace.library.studies) == before
     assert said == [f"{path}: $.stages is []; allowed: at least one"]
     shown = dialog_of(bench.window, FileErrorDialog)
     assert "at least one" in shown.error_text.text()
@@ -387,35 +387,35 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
 def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
     workspace, path = bench.workspace, bench.folder / "again.json"
     path.write_text(protocol_text(title="First", stages=[rated()]))
-    workspace.open_protocol(path)
-    listed = [study.name for study in workspace.studies]
+    workspace.library.open_protocol(path)
+    listed = [study.name for study in workspace.library.studies]
     assert listed.count("again") == 1
-    workspace.choose(0)
+    workspace.library.list.setCurrentRow(0)
     path.write_text(protocol_text(title="Second", stages=[rated()]))
-    workspace.open_protocol(bench.folder / "." / "again.json")
-    assert [study.name for study in workspace.studies] == listed
-    assert workspace.list.list.count() == len(listed)
-    assert workspace.study.protocol.title == "Second"
+    workspace.library.open_protocol(bench.folder / "." / "again.json")
+    assert [study.name for study in workspace.library.studies] == listed
+    assert workspace.library.list.count() == len(listed)
+    assert workspace.library.study.protocol.title == "Second"
 
 
 def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_where_the_person_says_so(bench):
-    workspace, overview = bench.workspace, bench.workspace.overview
+    workspace, start = bench.workspace, bench.workspace.start
     bench.choose(stages=[CONSENT, rated()], stimuli={"WC": CONSTANT, "X": {}})
     bench.until(Phase.PAGE)
     bench.runner.answer({"agreed": "yes"})
     workspace.running.leave()
     (bench.folder / "made.json").write_text(protocol_text(stages=[CONSENT, rated(practice=True)]))
-    workspace.open_protocol(bench.folder / "made.json")
+    workspace.library.open_protocol(bench.folder / "made.json")
 
     bench.type_id("P1")
-    bench.click(overview.begin)
+    bench.click(start.begin_button)
     question = dialog_of(bench.window, QMessageBox)
     assert question.text() == "P1 was begun with an earlier form of this study. Go on with that one?"
     bench.click(next(button for button in question.buttons() if button.text() == ANOTHER_ID))
     assert bench.runner is None
-    assert overview.participant.selectedText() == "P1"  # what is typed next is another's id
+    assert start.participant.selectedText() == "P1"  # what is typed next is another's id
 
-    bench.click(overview.begin)
+    bench.click(start.begin_button)
     question = dialog_of(bench.window, QMessageBox)
     bench.click(next(button for button in question.buttons() if button.text() == GO_ON))
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
@@ -426,11 +426,11 @@ def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_whe
 
 
 def test_an_id_that_looks_like_a_name_is_refused(bench):
-    overview = bench.workspace.overview
-    overview.participant.clear()
-    bench.qtbot.keyClicks(overview.participant, "Ann Other")
-    assert not overview.begin.isEnabled()
-    assert "names are not asked for" in overview.state.text()
+    start = bench.workspace.start
+    start.participant.clear()
+    bench.qtbot.keyClicks(start.participant, "Ann Other")
+    assert not start.begin_button.isEnabled()
+    assert "names are not asked for" in bench.workspace.overview.state.text()
 
 
 def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
@@ -442,14 +442,13 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
             actions.append(one)
             bench.qtbot.keyClick(widget, one)
 
-    workspace.own = bench.folder / "protocols"
     bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
-    bench.click(workspace.list.new)
+    bench.click(workspace.library.new)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_Escape)
     actions += ["Ctrl+4", "New study…", "Ctrl+S", "Esc"]
-    assert window.focusWidget() is workspace.overview.participant
-    key(workspace.overview.participant, "P", "1", Qt.Key.Key_Return)
+    assert window.focusWidget() is workspace.start.participant
+    key(workspace.start.participant, "P", "1", Qt.Key.Key_Return)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
     for _ in range(2):
         bench.until(Phase.READY)
@@ -459,10 +458,10 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     bench.until(Phase.END)
     key(bench.person, Qt.Key.Key_Return)
     assert bench.runner is None
-    file = SessionFile.open(workspace.root / "my-study" / "P1.session")
+    file = SessionFile.open(workspace.sessions.root / "my-study" / "P1.session")
     assert [round(entry.answers["rating"]) for entry in file.entries()] == [52, 52]
     file.close()
-    assert workspace.overview.analyse.text() == "Analyse 1 session"
+    assert workspace.findings.analyse_button.text() == "Analyse 1 session"
     assert len(actions) == 14
 
 

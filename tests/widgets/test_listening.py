@@ -150,7 +150,7 @@ def test_a_and_b_have_their_own_patch_file_and_undo(window, bench, qtbot, tmp_pa
     bench.canvas.patch_scene.select(["noise"])
     qtbot.waitUntil(lambda: "dB re A" in bench.preview.note.full_text)
     assert "+12.0 dB re A" in bench.preview.note.full_text
-    assert [line.colour for line in bench.preview.waveform.drawing.series].count("events") == 1
+    assert [line.colour for line in bench.preview.plots.waveform.drawing.series].count("events") == 1
     QTest.mouseClick(bench.listen_bar.overlay, LEFT)
     assert "re A" not in bench.preview.note.full_text
     QTest.mouseClick(bench.listen_bar.overlay, LEFT)
@@ -226,7 +226,7 @@ def test_a_blind_test_hides_all_and_keeps_every_answer(window, bench, qtbot, tmp
 def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
     bench.canvas.patch_scene.select(["noise"])
     qtbot.waitUntil(lambda: "peak" in bench.preview.note.full_text)
-    plot = bench.preview.waveform
+    plot = bench.preview.plots.waveform
     area = plot.frame.area
     middle = (area.top + area.bottom) / 2
     whole = plot.ranges[:2]
@@ -237,7 +237,7 @@ def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
     send(plot, QEvent.Type.MouseButtonRelease, places[1], LEFT)
     low, high = plot.ranges[:2]
     assert 0.0 < low < high < whole[1]
-    assert bench.preview.spectrogram.ranges[:2] == pytest.approx((low, high))
+    assert bench.preview.plots.spectrogram.ranges[:2] == pytest.approx((low, high))
     assert "ms: peak" in bench.preview.note.full_text
     plot.setFocus()
     QTest.keyClick(plot, Qt.Key.Key_Plus)
@@ -245,7 +245,7 @@ def test_zoom_and_cursor_of_the_preview(window, bench, qtbot):
     send(plot, QEvent.Type.MouseMove, places[1], Qt.MouseButton.NoButton)
     assert "m/s²" in bench.preview.note.full_text
     assert "dB" in bench.preview.note.full_text
-    spectrogram = bench.preview.spectrogram
+    spectrogram = bench.preview.plots.spectrogram
     area = spectrogram.frame.area
     send(spectrogram, QEvent.Type.MouseMove, _at(area.left + 50, area.top + 40), Qt.MouseButton.NoButton)
     assert " ms, " in bench.preview.note.full_text
@@ -258,10 +258,10 @@ def test_the_length_of_the_preview_is_chosen(window, bench, qtbot):
     bench.canvas.patch_scene.select(["noise"])
     bench.listen_bar.length.setCurrentIndex(3)
     bench.listen_bar.length.activated.emit(3)
-    qtbot.waitUntil(lambda: bench.preview.waveform.ranges[1] == pytest.approx(2000.0))
+    qtbot.waitUntil(lambda: bench.preview.plots.waveform.ranges[1] == pytest.approx(2000.0))
     bench.listen_bar.length.setCurrentIndex(0)
     bench.listen_bar.length.activated.emit(0)
-    qtbot.waitUntil(lambda: bench.preview.waveform.ranges[1] == pytest.approx(900.0))
+    qtbot.waitUntil(lambda: bench.preview.plots.waveform.ranges[1] == pytest.approx(900.0))
 
 
 def _at(x, y):

@@ -358,14 +358,14 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(path.exists, timeout=LONG_MS)
     recordings = window.workspaces["Recordings"]
     window.open_file(path)
-    qtbot.waitUntil(lambda: recordings.content is not None, timeout=LONG_MS)
+    qtbot.waitUntil(lambda: recordings.axis.content is not None, timeout=LONG_MS)
     qtbot.keyClick(window, Qt.Key.Key_M, control | Qt.KeyboardModifier.ShiftModifier)
     asked_s = window.controller.played_s
     dialog = dialog_of(window, QInputDialog)
     dialog.setTextValue("a dog barks")
     dialog.accept()
-    qtbot.waitUntil(lambda: len(recordings.content.opened.marks) == 2, timeout=LONG_MS)
-    said = recordings.content.opened.marks[1]
+    qtbot.waitUntil(lambda: len(recordings.axis.content.opened.marks) == 2, timeout=LONG_MS)
+    said = recordings.axis.content.opened.marks[1]
     assert said.text == "a dog barks"
     assert said.frame / 48_000.0 == pytest.approx(asked_s, abs=0.3)
     before_s = recordings.axis.length_s

@@ -29,8 +29,8 @@ class Scale(Struct, frozen=True):
     def of_sound(log: bool, rate_hz: float) -> "Scale":
         """Return the audible range, up to the Nyquist frequency.
 
-        >>> Scale.of_sound(True, 48000.0).range_hz, Scale.of_sound(True, 16000.0).range_hz
-        ((20.0, 20000.0), (20.0, 8000.0))
+        >>> [Scale.of_sound(log=True, rate_hz=rate_hz).range_hz for rate_hz in (48000.0, 16000.0)]
+        [(20.0, 20000.0), (20.0, 8000.0)]
         """
         return Scale(log, high_hz=min(HEARD_HZ, rate_hz / 2), is_felt=False)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
@@ -19,7 +18,6 @@ from shiboken6 import isValid
 
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Wire
 from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
@@ -27,58 +25,46 @@ from underfoot.widgets.design.editable_view import EditableView
 from underfoot.widgets.design.group_items import GroupNodeItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import TITLE
-from underfoot.widgets.design.node_list import MIME, NO_NODE, NodeSearch
-from underfoot.widgets.design.patch_editing import port_of, snapped
+from underfoot.widgets.design.node_list import MIME
+from underfoot.widgets.design.node_search import NodeSearch
+from underfoot.widgets.design.patch_editing import snapped
 from underfoot.widgets.design.patch_view import ZOOM_STEP
-from underfoot.widgets.design.rewiring import types_for_wire, types_of_unit, types_that_fit
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
 
 DROP_REACH = 10.0
-"""Pixels of the scene around the mouse in which a wire is meant, when a node is dropped."""
+"""A node dropped within this distance of a wire, in pixels of the scene, is inserted into it."""
 
 BESIDE_PX = 48
-"""Distance of a new node that is asked for by a key, from the node that feeds it."""
+"""Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
 
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
-
-
-class NodeRequest(NamedTuple):
-    """The purpose of the node to be chosen in the list."""
-
-    at: QPointF
-    from_port: tuple[str, str] | None = None
-    """The port that holds a wire, and its side: the node is connected to it."""
-    old: Wire | None = None
-    """The wire that was pulled off."""
-    into: Wire | None = None
-    """The wire that the node is put into."""
-    replaces: bool = False
-    """Whether the node replaces the selected one."""
 
 
 class Canvas(EditableView):
     """Shows the document's patch, and edits it."""
 
     play_requested = Signal()
-    """Space was pressed: what plays is to stop, or the other way round."""
+    """Space was pressed: stop if playing, else play."""
     audition_requested = Signal(str)
-    """The node whose button to be heard alone was pressed."""
+    """A node whose button was pressed, to play it alone."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
         self._dragged_wire: WireDrag | None = None
-        self._loose_wire: WireDrag | None = None
         self._pan: QPoint | None = None
         self._dragged_group: tuple[QPointF, list[tuple[QGraphicsItem, QPointF]]] | None = None
         self._space_state = ""
-        self._request = NodeRequest(QPointF())
-        self.search = NodeSearch(registry, self)
+        self.search = NodeSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
         self.actions_by_name = make_actions(self, self._handlers())
         self.addActions(list(self.actions_by_name.values()))
-        self.search.chosen.connect(self._use_type)
-        self.search.closed.connect(self._close_search)
+        self.search.add_requested.connect(self.add)
+        self.search.replace_requested.connect(self.replace)
+        self.search.disconnect_requested.connect(
+            lambda wire: self.document.edit(self.document.patch.disconnect([wire]), "Disconnect")
+        )
+        self.search.closed.connect(self.setFocus)
         self.patch_scene.selectionChanged.connect(self._selection_changed)
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
@@ -119,15 +105,8 @@ class Canvas(EditableView):
 
     def open_search(self, place: QPoint | None = None) -> None:
         """Open the list for a node to add at a position of the view, or at the mouse; on a wire it is inserted."""
-        place = place or self._mouse_position()
-        at = self.mapToScene(place)
-        wire = self.patch_scene.wire_at(at) if self.patch_scene.node_at(at) is None else None
-        if wire is not None and wire.wire in self.patch_scene.wires:
-            self.patch_scene.highlight_wire(wire)
-            allowed = types_for_wire(self.document.patch, self.registry, wire.wire)
-            self._open_list(place, NodeRequest(at, into=wire.wire), allowed, hint="Insert a node")
-        else:
-            self._open_list(place, NodeRequest(at), None)
+        at = place or self._mouse_position()
+        self.search.ask_for_addition(at, self.mapToScene(at))
 
     def open_replacements(self) -> None:
         """Open the list of types by which the selected node can be replaced."""
@@ -136,33 +115,7 @@ class Canvas(EditableView):
             self.show_message("Select one node to replace")
             return
         item = self.patch_scene.nodes[ids[0]]
-        others = [type for type in self.registry if type != item.node.type]
-        self._open_list(
-            self.mapFromScene(item.pos()), NodeRequest(item.pos(), replaces=True), others, hint="Replace by"
-        )
-
-    def _open_list(
-        self, place: QPoint, request: NodeRequest, allowed: list[str] | None, hint: str = "Add a node"
-    ) -> None:
-        self._request = request
-        self.search.open(place.x(), place.y(), allowed, hint=hint)
-
-    def _use_type(self, type: str) -> None:
-        """Use the type that was chosen in the list."""
-        request = self._request
-        if type == NO_NODE and request.old is not None:
-            self.document.edit(self.document.patch.disconnect([request.old]), "Disconnect")
-        elif request.replaces:
-            self.replace(type)
-        elif type != NO_NODE:
-            self.add(type, request.at, request.from_port, request.old, request.into)
-
-    def _close_search(self) -> None:
-        if self._loose_wire is not None:
-            self._loose_wire.end()
-            self._loose_wire = None
-        self.patch_scene.highlight_wire(None)
-        self.setFocus()
+        self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
 
     def open_connect_menu(self) -> None:
         """Open a menu, beside the selected node, of all inputs that its outputs can be wired to."""
@@ -173,7 +126,8 @@ class Canvas(EditableView):
         corner = self.mapFromScene(self.patch_scene.nodes[ids[0]].sceneBoundingRect().topRight())
 
         def add(source: str) -> None:
-            self._open_fitting(corner + QPoint(BESIDE_PX, BESIDE_PX), (source, "out"))
+            at = corner + QPoint(BESIDE_PX, BESIDE_PX)
+            self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
 
         menu = connect_menu(self, self.document.patch, self.registry, ids[0], self.connect_ports, add)
         menu.popup(self.viewport().mapToGlobal(corner))
@@ -303,9 +257,7 @@ class Canvas(EditableView):
         assert drag is not None
         result, place = drag.result(self.document.patch), self.mapToScene(at)
         if result is None and drag.is_loose(place):
-            # The wire is shown until a node is chosen; if the list closes without a choice, the edit is dropped.
-            self._loose_wire = drag
-            self._open_fitting(at, (drag.end_name, drag.placed.side), drag.old)
+            self.search.ask_for_end(at, place, (drag.end_name, drag.placed.side), drag)
             return
         drag.end()
         if result is not None:
@@ -313,16 +265,6 @@ class Canvas(EditableView):
             self.document.edit(*result)
             if gone:
                 self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
-
-    def _open_fitting(self, at: QPoint, from_port: tuple[str, str], old: Wire | None = None) -> None:
-        """Open the list of nodes to which a wire held at a port (name, and "in" or "out") can be connected."""
-        end, side = from_port
-        port = port_of(self.document.patch, self.registry, end, side)
-        fitting = types_that_fit(self.registry, port, side)
-        self._request = NodeRequest(self.mapToScene(at), from_port, old)
-        preferred = types_of_unit(self.registry, fitting, port, side)
-        first = "Remove the wire" if old else ""
-        self.search.open(at.x(), at.y(), fitting, first, "Connect to a new node", preferred)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         place, scene = self.mapToScene(event.position().toPoint()), self.patch_scene

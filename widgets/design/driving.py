@@ -19,7 +19,7 @@ from underfoot.widgets.design.undo import Document
 DRIVERS = ("lfo", "random-walk", "step-sequence", "stance-curve", "value")
 """Node types offered as drivers of a parameter."""
 DRIVER_SHARE = 0.1
-"""A new driver goes so far to both sides of the present value, of it; or of the control's way where it is 0."""
+"""Half the range of a new driver, as a share of the parameter's value; of the control's travel if the value is 0."""
 _WIDTH, _HEIGHT, _GAP = 176.0, 160.0, 48.0
 
 
@@ -29,7 +29,9 @@ def drivable_parameters(registry: Registry, type: str) -> tuple[Number, ...]:
 
 
 def driver_range(parameter: Number, value: float) -> tuple[float, float]:
-    """Return the range in which a new driver moves a parameter with `value`: a tenth of its range to each side.
+    """Return the range in which a new driver moves a parameter with `value`: a tenth of it to each side.
+
+    If the value is 0, it is a tenth of the control's travel to each side.
 
     >>> driver_range(Number(300.0, 1.0, 20_000.0, scale="log"), 300.0)
     (270.0, 330.0)
@@ -48,7 +50,7 @@ def driver_range(parameter: Number, value: float) -> tuple[float, float]:
 def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
-    The node moves the parameter by a tenth of its range. If it needs a force, it is wired to the patch's Tile force, or
+    The node moves the parameter within `driver_range`. If it needs a force, it is wired to the patch's Tile force, or
     to a new one.
     """
     node = patch.node(id)

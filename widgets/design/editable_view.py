@@ -24,16 +24,16 @@ from underfoot.widgets.design.undo import Document
 from underfoot.widgets.session.dropped_files import local_files
 
 GAP_BESIDE = 24.0
-"""Pixels left free at both sides of nodes that become one, for the wires."""
+"""Pixels left free for wires at both sides of a collapsed group."""
 
 
 class EditableView(PatchView):
-    """The base class of a view whose patch can be edited."""
+    """Edits the patch that it shows, by commands; the base class of the canvas."""
 
     selected = Signal(list)
     """The ids of the selected nodes."""
     files_pasted = Signal(list)
-    """The clipboard has no text of ours but files, which somebody is to open."""
+    """Paths of the files on the clipboard, to be opened."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
@@ -71,7 +71,7 @@ class EditableView(PatchView):
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
         feeds = from_port is not None and from_port[1] == "in"
-        at = self._free_place(type, place, feeds)
+        at = self._free_place(type, place, ends_there=feeds)
         after = patch.add(type, self.registry, at, **self.registry[type].initial)
         id = after.nodes[-1].id
         around = self._group_of(into) if into else self.inside
@@ -86,8 +86,8 @@ class EditableView(PatchView):
         self.patch_scene.select([id])
         self.ensure_visible([id])
 
-    def _free_place(self, type: str, place: QPointF, ends_there: bool = False) -> tuple[float, float]:
-        shape = node_geometry(description_of(self.registry[type]), (), False)
+    def _free_place(self, type: str, place: QPointF, *, ends_there: bool) -> tuple[float, float]:
+        shape = node_geometry(description_of(self.registry[type]))
         left = 16.0 if not ends_there else shape.width
         x, y = snapped(place.x() - left, place.y() - TITLE / 2)
         dx, dy = shift_to_free_place([(x, y, shape.width, shape.height)], self.patch_scene.boxes())
@@ -196,7 +196,7 @@ class EditableView(PatchView):
 
     def _box(self, patch: Patch, id: str) -> Box:
         node = patch.node(id)
-        shape = node_geometry(description_of(self.registry[node.type], node.label), (), False)
+        shape = node_geometry(description_of(self.registry[node.type], node.label))
         return (*node.at, shape.width, shape.height)
 
     # --- wires and places ---
@@ -355,7 +355,7 @@ class EditableView(PatchView):
             self.show_message("Select what to collapse: whole groups, or nodes of one group")
             return
         patch = self._with_group(id, patch, collapsed=True)
-        shape = node_geometry(description_of_group(patch, self.registry, patch.group(id)), (), False)
+        shape = node_geometry(description_of_group(patch, self.registry, patch.group(id)))
         middle = self.patch_scene.extent(chosen).center()
         x, y = snapped(middle.x() - shape.width / 2, middle.y() - shape.height / 2)
         room = (x - GAP_BESIDE, y, shape.width + 2 * GAP_BESIDE, shape.height)

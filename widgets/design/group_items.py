@@ -15,7 +15,7 @@ from underfoot.widgets.design.node_geometry import PAD, TITLE, NodeDescription, 
 
 FRAME_PAD = 2.0 * theme.GRID
 STUB = 40.0
-"""Pixels of a wire that leads out of the group that one looks into."""
+"""Visible length of a wire that leaves the open group, in pixels."""
 
 
 class GroupNodeItem(NodeItem):

@@ -83,8 +83,8 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
     for node in nodes:
         type = registry[node.type]
         plain = {port.name for port in type.inputs}
-        into = [p for n, p in type.input_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, n in plain)]
-        out = [p for n, p in type.output_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, True)]
+        into = [p for n, p in type.input_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, plain=n in plain)]
+        out = [p for n, p in type.output_ports.items() if _is_port(f"{node.id}.{n}", crossing, wired, plain=True)]
         inputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(into))) for p in into]
         outputs += [PortRow(p, f"{node.id}.{p.name}", _text(node, registry, p.name, len(out))) for p in out]
     title = group.title or "Sub-patch"
@@ -102,7 +102,7 @@ def node_of_group(patch: Patch, group: Group) -> PlacedNode:
     return PlacedNode(group.id, "", group.at, muted=muted, bypassed=bypassed, soloed=soloed)
 
 
-def _is_port(end: str, crossing: set[str], wired: set[str], plain: bool) -> bool:
+def _is_port(end: str, crossing: set[str], wired: set[str], *, plain: bool) -> bool:
     return end in crossing or (plain and end not in wired)
 
 

@@ -27,7 +27,7 @@ class InlineEdit(QPlainTextEdit):
         self.setAccessibleName("Name or note")
         self.hide()
 
-    def open(self, over: QRect, text: str, on_done: Callable[[str], object], one_line: bool = True) -> None:
+    def open(self, over: QRect, text: str, on_done: Callable[[str], object], *, one_line: bool = True) -> None:
         """Open over a rectangle of the parent; `on_done` receives the text if it is committed."""
         self._on_done, self._is_line = on_done, one_line
         min_height = HEIGHT if one_line else NOTE_HEIGHT

@@ -68,18 +68,16 @@ class Inspector(QScrollArea):
     """Field of the patch, value, and the same word."""
 
     publish_requested = Signal(str, bool)
-    """A parameter ("node.parameter") that is to be shown on the sub-patch around its node, or not any more."""
+    """A parameter ("node.parameter"), and whether to show it on the sub-patch around its node."""
 
     disconnect_requested = Signal(str)
-    """The input ("node.port") whose wire is to be taken away."""
+    """An input ("node.port") whose wire is to be removed."""
 
     errors_toggled = Signal()
-    """The person wants the node's run time over error measured, or not any more."""
+    """The measurement of the node's run time over error was switched on or off."""
 
     drive_requested = Signal(str, str, QPoint, list)
-    """Node and parameter, for which a menu of what may drive it is wanted, at this place of the screen; and further
-    actions of the menu.
-    """
+    """Open a menu of drivers: node, parameter, position on the screen, and further actions of the menu."""
 
     def __init__(self, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)

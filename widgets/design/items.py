@@ -51,7 +51,7 @@ class NodeItem(QGraphicsItem):
         self.node = node
         self.description = description
         self.wires: list[WireItem] = []
-        self.geometry: NodeGeometry = node_geometry(description, (), False)
+        self.geometry: NodeGeometry = node_geometry(description)
         self._bounds = _bounds_of(self.geometry)
         self.driven: tuple[str, ...] = ()
         self.shown_ports: tuple[str, ...] = ()
@@ -89,7 +89,7 @@ class NodeItem(QGraphicsItem):
 
     def _reshape(self) -> None:
         self.prepareGeometryChange()
-        self.geometry = node_geometry(self.description, self.driven + self.shown_ports, self.shows_all_ports)
+        self.geometry = node_geometry(self.description, self.driven + self.shown_ports, shows_all=self.shows_all_ports)
         self._bounds = _bounds_of(self.geometry)
         self._update_z()
         for wire in self.wires:
@@ -109,7 +109,11 @@ class NodeItem(QGraphicsItem):
     def set_curve(self, values: np.ndarray | None) -> None:
         """Show these samples in the small plot; None clears it."""
         if values is not None or self._plot is not None:
-            self._plot = None if values is None else thumbnail(values, self.description.outputs[0].port.kind == "event")
+            self._plot = (
+                None
+                if values is None
+                else thumbnail(values, are_events=self.description.outputs[0].port.kind == "event")
+            )
             self.update()
 
     def set_auditioned(self, auditioned: bool) -> None:
@@ -421,14 +425,14 @@ class WireItem(QGraphicsItem):
     def paint_line(self, painter: QPainter) -> None:
         """Paint the line, as straight segments, which Qt paints much faster; its width depends on the zoom."""
         far = painter.worldTransform().m11() < MIN_SHARP_SCALE
-        painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, self._hovered))
+        painter.setPen(_wire_pen(theme.ALARM if self.refused else self.colour, 1.0 if far else 2.0, lit=self._hovered))
         if not self._lines:
             self._lines = _straight_lines(self._path)
         painter.drawLines(self._lines)
 
 
 @lru_cache(maxsize=64)
-def _wire_pen(colour: str, width: float, lit: bool = False) -> QPen:
+def _wire_pen(colour: str, width: float, *, lit: bool = False) -> QPen:
     pen = QPen(QColor(colour).lighter(125) if lit else QColor(colour), width)
     pen.setCosmetic(width == 1.0)
     return pen

@@ -71,7 +71,7 @@ class ListenBar(QWidget):
         self.state = ElidedLabel("small")
         self.actions_by_name = self._make_actions(around)
         self._lay_out()
-        self.show_slot(SLOTS[0], False)
+        self.show_slot(SLOTS[0], has_other=False)
         self.show_auditioned("")
 
     @property
@@ -79,7 +79,7 @@ class ListenBar(QWidget):
         """The duration of a preview in seconds; 0 for the patch's own."""
         return LENGTHS_S[self.length.currentIndex()]
 
-    def show_slot(self, slot: str, has_other: bool) -> None:
+    def show_slot(self, slot: str, *, has_other: bool) -> None:
         """Show the edited slot; enable comparisons if there are two."""
         self.slots[slot].setChecked(True)
         text = f"Copy {slot} to {other_slot(slot)}"

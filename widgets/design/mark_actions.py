@@ -20,15 +20,15 @@ class MarkActions(QObject):
     """Adds its actions to a canvas, and edits the marks of its selected nodes."""
 
     audition_requested = Signal(str, bool)
-    """The node that is to be heard alone, and whether on all tiles. The same one again: no more."""
+    """A node to play alone, or to stop if it is playing alone, and whether on all tiles."""
 
     def __init__(self, canvas: Canvas, registry: Registry) -> None:
         super().__init__(canvas)
         self._canvas, self._registry = canvas, registry
         made = {
-            "audition": _action(canvas, "Audition node", "A", partial(self._audition, False)),
+            "audition": _action(canvas, "Audition node", "A", partial(self._audition, everywhere=False)),
             "audition everywhere": _action(
-                canvas, "Audition node on all tiles", "Shift+A", partial(self._audition, True)
+                canvas, "Audition node on all tiles", "Shift+A", partial(self._audition, everywhere=True)
             ),
             "mute": _action(canvas, "Mute", "M", partial(self.toggle, "muted")),
             "bypass": _action(canvas, "Bypass", "B", partial(self.toggle, "bypassed")),
@@ -47,7 +47,7 @@ class MarkActions(QObject):
         else:
             document.edit(after, what)
 
-    def _audition(self, everywhere: bool) -> None:
+    def _audition(self, *, everywhere: bool) -> None:
         ids = self._canvas.selected_ids()
         if len(ids) == 1:
             self.audition_requested.emit(ids[0], everywhere)

@@ -97,13 +97,13 @@ def accent(type: NodeType) -> str:
 def description_of(type: NodeType, label: str = "") -> NodeDescription:
     """Return the description of a node of `type`; `label` is its own name, if it has one."""
 
-    def rows(ports: Iterable[Port], parameters: bool = False) -> tuple[PortRow, ...]:
-        return tuple(PortRow(port, port.name, display_name(port.name), parameters) for port in ports)
+    def rows(ports: Iterable[Port], *, are_parameters: bool = False) -> tuple[PortRow, ...]:
+        return tuple(PortRow(port, port.name, display_name(port.name), are_parameters) for port in ports)
 
-    drivable = (port for name, port in type.input_ports.items() if name in type.parameters)
-    return NodeDescription(
-        label or type.label, type.doc, accent(type), rows(type.inputs), rows(type.outputs), rows(drivable, True)
+    drivable = rows(
+        (type.input_ports[name] for name in type.input_ports if name in type.parameters), are_parameters=True
     )
+    return NodeDescription(label or type.label, type.doc, accent(type), rows(type.inputs), rows(type.outputs), drivable)
 
 
 @lru_cache(maxsize=4096)
@@ -132,7 +132,9 @@ def geometry_of(title: str, inputs: tuple[PortRow, ...], outputs: tuple[PortRow,
     )
 
 
-def node_geometry(description: NodeDescription, driven: tuple[str, ...], shows_all: bool) -> NodeGeometry:
+def node_geometry(
+    description: NodeDescription, driven: tuple[str, ...] = (), *, shows_all: bool = False
+) -> NodeGeometry:
     """Return the layout of a node with wires at the parameters `driven`; `shows_all` shows all that could have one."""
     extra = description.drivable if shows_all else tuple(row for row in description.drivable if row.end in driven)
     return geometry_of(

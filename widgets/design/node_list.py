@@ -1,18 +1,16 @@
-"""The list of node types by family, with a search field, for the palette and the canvas."""
+"""The list of node types by family, and a search field, for the palette and the canvas."""
 
 from collections.abc import Collection
 
 from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import (
-    QFrame,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -24,14 +22,13 @@ from underfoot.widgets.escape import is_escape_override
 
 MIME = "application/x-underfoot-node"
 NO_NODE = "."
-"""The choice in a list that is not a node."""
+"""The type of a row that is a choice, but not a node."""
 FAMILIES = (
     *("Floor", "Timing", "Sources", "Tones", "Impacts", "Materials", "Shapes", "Filters"),
     *("Modulation", "Outputs"),
 )
 """The order of the families; others follow."""
 _ROW, _HEADING = 24, 28
-_SEARCH = QSize(248, 320)
 _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 
 
@@ -141,69 +138,6 @@ class NodeList(QListWidget):
             self.chosen.emit(self.current())
 
 
-class NodeSearch(QFrame):
-    """A search field with a list of node types, opened on the canvas; it emits the chosen type and closes."""
-
-    chosen = Signal(str)
-    closed = Signal()
-
-    def __init__(self, registry: Registry, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._parent_widget = parent
-        self.setObjectName("search")
-        self.setStyleSheet(
-            f"#search {{ background: {theme.PANEL}; border: 1px solid {theme.LINE}; border-radius: 6px; }}"
-            f"QListWidget {{ background: {theme.PANEL}; }}"
-        )
-        self.setFixedSize(_SEARCH)
-        self.field = SearchField("Add a node", self, closes=True)
-        self.list = NodeList(registry, self)
-        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.list.setDragEnabled(False)
-        self.list.itemClicked.connect(lambda: self._done(self.list.current()))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(8, 8, 8, 8)
-        column.setSpacing(8)
-        column.addWidget(self.field)
-        column.addWidget(self.list)
-        self.field.textChanged.connect(self.list.filter_by)
-        self.field.stepped.connect(self.list.step)
-        self.field.return_pressed.connect(lambda: self._done(self.list.current()))
-        self.field.escaped.connect(lambda: self._done(""))
-        self.hide()
-
-    def open(
-        self,
-        x: int,
-        y: int,
-        allowed: Collection[str] | None = None,
-        first: str = "",
-        hint: str = "Add a node",
-        preferred: Collection[str] = (),
-    ) -> None:
-        """Open at this position of its parent, moved inside it if necessary. It offers all types, or only `allowed`,
-        with `preferred` ones first. `first` is the text of a further choice at the top, for which `NO_NODE` is emitted.
-        """
-        room = self._parent_widget.rect()
-        self.setFixedHeight(min(_SEARCH.height(), room.height() - 16))
-        self.move(max(min(x, room.width() - self.width() - 8), 8), max(min(y, room.height() - self.height() - 8), 8))
-        self.field.clear()
-        self.field.setPlaceholderText(hint)
-        self.list.set_allowed(allowed, first, preferred)
-        self.list.filter_by("")
-        self.show()
-        self.raise_()
-        self.field.setFocus()
-
-    def _done(self, type: str) -> None:
-        if self.isHidden():
-            return
-        self.hide()
-        if type:
-            self.chosen.emit(type)
-        self.closed.emit()
-
-
 class SearchField(QLineEdit):
     """A field whose arrow keys move through a list. Escape clears and leaves it."""
 
@@ -212,7 +146,7 @@ class SearchField(QLineEdit):
     """Enter was pressed; True with Shift."""
     escaped = Signal()
 
-    def __init__(self, hint: str, parent: QWidget | None = None, closes: bool = False) -> None:
+    def __init__(self, hint: str, parent: QWidget | None = None, *, closes: bool = False) -> None:
         """Create the field; with `closes`, leaving it closes a list even if the field is empty."""
         super().__init__(parent)
         self.closes = closes

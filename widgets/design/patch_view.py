@@ -31,7 +31,7 @@ class PatchView(QGraphicsView):
     """Carries the reason why a wire or a paste was refused, which the canvas shows as well."""
 
     view_moved = Signal()
-    """Another part of the patch, or another zoom, is seen."""
+    """The visible part of the patch, or its zoom, has changed."""
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -110,7 +110,7 @@ class PatchView(QGraphicsView):
         """Zoom so that a node is drawn at `scale` times its size."""
         self.zoom(scale / self.transform().m11())
 
-    def fit_view(self, all_nodes: bool = False) -> None:
+    def fit_view(self, *, all_nodes: bool = False) -> None:
         """Show the selected items, or all, at actual size or smaller."""
         self._keeps_fitting = False
         self._fit(self.patch_scene.extent(() if all_nodes else self.patch_scene.selected()), MIN_ZOOM)
@@ -210,7 +210,7 @@ class PatchView(QGraphicsView):
 
     # --- what it says ---
 
-    def show_message(self, text: str, alarm: bool = True) -> None:
+    def show_message(self, text: str, *, alarm: bool = True) -> None:
         """Show a line over the canvas for a few seconds; "" clears it."""
         self._message.show_text(text, alarm)
         if text and alarm:

@@ -33,12 +33,12 @@ class PresetList(QListWidget):
 
     chosen = Signal(object)
     insertion_requested = Signal(object)
-    """Shift+Enter was pressed on this one."""
+    """The preset on which Shift+Enter was pressed."""
     current_changed = Signal(object)
     starred = Signal(object)
-    """The star of this one was clicked, or toggled with *."""
+    """The preset whose star was clicked, or toggled with *."""
     deletion_requested = Signal(object)
-    """Delete was pressed on this one."""
+    """The preset on which Delete was pressed."""
     escaped = Signal()
     """Escape was pressed."""
 

@@ -16,7 +16,7 @@ from underfoot.widgets.design.preset_list import PresetList, tooltip_text
 from underfoot.widgets.design.preset_pictures import PresetPictures
 
 AUDITION_DELAY_MS = 150
-"""A preset is heard when one has rested on it for so long."""
+"""Time after which the current preset is played."""
 _FILTERS = {"All": "All presets", "★": "Those with a star", "Mine": "Presets that you saved"}
 
 
@@ -28,7 +28,7 @@ class PresetPanel(QWidget):
 
     chosen = Signal(object)
     insertion_requested = Signal(object)
-    """The preset that is to be put into the patch that is open."""
+    """A preset to insert into the open patch."""
     audition_changed = Signal(object)
     notified = Signal(str)
     escaped = Signal()
@@ -162,7 +162,7 @@ class PresetPanel(QWidget):
             )
 
     def _enter(self, with_shift: bool) -> None:
-        """Open the current preset, or else the first; with Shift, put it into the patch."""
+        """Open the current preset, or else the first; with Shift, insert it into the patch."""
         meant = self.list.current() or next(iter(self.list.presets()), None)
         if meant is not None:
             (self._insert if with_shift else self._choose)(meant)

@@ -19,7 +19,7 @@ from underfoot.widgets.plots.spectrogram import FELT_HZ
 
 Array = NDArray[np.float64]
 SHORTEST_MS = 2.0
-"""The shortest stretch that is looked at."""
+"""The shortest visible range."""
 
 
 class PreviewSignal(Struct, frozen=True):

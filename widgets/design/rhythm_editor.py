@@ -49,9 +49,9 @@ class RhythmBar(QWidget):
     """
 
     changed = Signal(object)
-    """The notes, after every change that a person made."""
+    """The notes, after every change by the user."""
     edit_began = Signal()
-    """A new change begins: those that follow belong to it."""
+    """A change begins, to which the `changed` that follow belong."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

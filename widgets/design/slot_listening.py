@@ -30,9 +30,9 @@ class SlotListening(QObject):
     """Connects a workspace with `Listening` and `OpenPatch`, and selects the previews for comparing A and B."""
 
     preview_requested = Signal(str)
-    """The name of a preview that is wanted now."""
+    """The name of a preview that is needed."""
     preview_update_requested = Signal()
-    """`needed_preview` is to be asked again, when the hand rests."""
+    """`needed_preview` may return another name now; it is asked once edits have paused."""
     slot_chosen = Signal(str, object)
     """The slot that is edited from now on, and its `Patch`."""
 
@@ -296,7 +296,7 @@ class SlotListening(QObject):
     def _show(self) -> None:
         bar, listening = self._bar, self._listening
         has_other = self._open_patch.other is not None
-        bar.show_slot(self._open_patch.slot, has_other)
+        bar.show_slot(self._open_patch.slot, has_other=has_other)
         bar.show_auditioned(listening.auditioned_output.node if listening.auditioned_output is not None else "")
         bar.show_looping(listening.is_looping)
         self._canvas.patch_scene.show_auditioned(

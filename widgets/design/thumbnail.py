@@ -9,10 +9,10 @@ from underfoot.drawing.thinning import thinned
 BINS = 64
 
 
-def thumbnail(values: np.ndarray, events: bool = False) -> QPainterPath:
+def thumbnail(values: np.ndarray, *, are_events: bool = False) -> QPainterPath:
     """Return samples, or events as rows of (share of the duration, strength), as a path in the unit square."""
     path = QPainterPath()
-    if events:
+    if are_events:
         strongest_events = max(float(values[:, 1].max(initial=0.0)), 1e-12)
         path.moveTo(0.0, 1.0)
         path.lineTo(1.0, 1.0)

@@ -28,7 +28,7 @@ class Document(QObject):
     changed = Signal(object)
     """The patch, after every edit, undo, redo, load and switch."""
     other_changed = Signal(object)
-    """The patch of the slot that waits, when it was given another one."""
+    """The new patch of the slot that is not edited."""
 
     def __init__(self, patch: Patch, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -443,7 +443,7 @@ class DesignWorkspace(Workspace):
             patch, registry = self.patch(), self.registry
             node, is_heard = patch.node(id), is_only_heard(patch, registry, id)
             why = why_silent(patch, registry, id)
-            self.preview.expect(id, registry[node.type], why, is_heard, node.label)
+            self.preview.expect(id, registry[node.type], why_silent=why, is_heard=is_heard, label=node.label)
             self._request(id)
 
     def _request(self, id: str) -> None:

@@ -33,7 +33,7 @@ class Task:
 
 
 class BackgroundWorker(QObject):
-    """Runs one computation at a time. `found` carries its result, `failed` its error, and `said` its progress."""
+    """Runs one computation at a time. `found` carries its result, `failed` its error, and `notified` its progress."""
 
     found = Signal(list)
     failed = Signal(str)

@@ -95,7 +95,7 @@ class ExperimenterView(QWidget):
         self._lay_out()
         self._connect()
 
-    def begin(self, floor: Floor, title: str, presses: bool) -> None:
+    def begin(self, floor: Floor, title: str, *, presses: bool) -> None:
         """Show a new session; with `presses` the mouse can step on the simulated floor."""
         self.title.setText(title)
         self.map.set_floor(floor)

@@ -1,7 +1,6 @@
 """The editor of a protocol: questions, stimuli, stages and sounds, checked during typing."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
@@ -21,14 +20,19 @@ from underfoot.experiments.declared import fields_of
 from underfoot.experiments.draft import Draft, unused_path
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
+from underfoot.files import make_folder, read_file, write_file
+from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
-from underfoot.widgets.experiment.choice import facts_of
 from underfoot.widgets.experiment.field_rows import FieldRows
+from underfoot.widgets.experiment.overview import facts_of
 from underfoot.widgets.experiment.question_table import QuestionTable
 from underfoot.widgets.experiment.stage_page import StagePage
 from underfoot.widgets.experiment.stimulus_page import AskToRun, StimulusPage, ask_nothing
+from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 
+UNSAVED = "unsaved.draft"
+"""File beside the user's protocols with the draft that was open when the window was closed."""
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """The page of a mistake, by the first word of its place."""
@@ -37,20 +41,23 @@ _CHECK_DELAY_MS = 150
 
 
 class ProtocolEditor(QWidget):
-    """Edits a draft. `saved` carries the file after each save; `closed` is emitted when the editor is left."""
+    """Edits a new protocol, a copy of one, or one of the user's own."""
 
+    opened = Signal()
     saved = Signal(object)
-    closed = Signal()
+    """The file that was just saved."""
+    closed = Signal(bool)
+    """The editor was left; carries whether anything was saved since it was opened."""
     notified = Signal(str)
 
-    def __init__(self, sessions: Path, own_patches: Path) -> None:
-        """Create the editor; `sessions` is the folder of sessions, `own_patches` the folder of the user's presets."""
+    def __init__(self, registry: Registry, own: Path, own_patches: Path, sessions: SessionFolder) -> None:
+        """Create the editor; `own` is the folder of the user's protocols, `own_patches` that of the user's presets."""
         super().__init__()
-        self._sessions, self._own_patches = sessions, own_patches
+        self._registry, self._own, self._own_patches, self._sessions = registry, own, own_patches, sessions
         self.draft: Draft | None = None
         self.ask_to_run: AskToRun = ask_nothing
         self._path: Path | None = None
-        self._saved_text = ""
+        self._saved_text, self._has_saved = "", False
         self.title = theme.label("", "title")
         self.save_button, self.close_button = QPushButton("Save"), QPushButton("Close")
         self.save_button.setProperty("role", "primary")
@@ -76,9 +83,56 @@ class ProtocolEditor(QWidget):
         """Whether there are unsaved changes."""
         return self.draft is not None and json.dumps(self.draft.raw) != self._saved_text
 
-    def edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
+    def make_new(self) -> None:
+        """Open the editor with a new protocol of two trials."""
+        self._edit(Draft.new(self._registry, self._own))
+
+    def make_copy(self, study: StudyFile) -> None:
+        """Open the editor with a copy of a study; show errors."""
+        draft = Draft.of(study.protocol, self._registry, self._own)
+        draft.raw["title"] = f"{study.title}, my own"
+        try:
+            draft.take_patches(study.folder)
+        except UnderfootError as error:
+            self.notified.emit(str(error))
+            return
+        self._edit(draft)
+
+    def edit_study(self, study: StudyFile) -> None:
+        """Open the editor with a study, if it is the user's own."""
+        if study.is_own:
+            count = len(self._sessions.files(study))
+            begun = f"{count} {'session was' if count == 1 else 'sessions were'} begun with it as it is"
+            note = (
+                f"{begun}: they stay, and go on as they were begun, but are analysed here only while it is unchanged."
+            )
+            self._edit(Draft.of(study.protocol, self._registry, self._own), study.path, note if count else "")
+
+    def keep_unsaved(self) -> None:
+        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again."""
+        if self.draft is not None and self.is_changed:
+            kept = json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw})
+            write_file(make_folder(self._own) / UNSAVED, kept.encode())
+
+    def restore_unsaved(self) -> None:
+        """Open the editor with the draft that was unsaved when the window was closed; show errors."""
+        kept = self._own / UNSAVED
+        if not kept.is_file():
+            return
+        try:
+            found = json.loads(read_file(kept))
+            draft = Draft(found["protocol"], self._registry, self._own)
+            path = Path(found["path"]) if found["path"] else None
+            self._edit(draft, path, "Not saved when the window closed.")
+        except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
+            self.notified.emit(f"{kept} cannot be read; it is left as it is")
+            return
+        self._saved_text = ""  # the draft is in no file now
+        kept.unlink()
+
+    def _edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
         """Show a draft of the protocol in the file `path`, or a new one; `note` is a remark for the user."""
-        self.draft, self._path = draft, path
+        self.draft, self._path, self._has_saved = draft, path, False
         raw = draft.raw
         raw["participant"] = [dict(one) for one in raw.get("participant") or ()]
         raw["sounds"] = dict(raw.get("sounds") or {})
@@ -106,6 +160,7 @@ class ProtocolEditor(QWidget):
         self.show_page(0)
         self._check()
         self.rows["study"].controls["title"].setFocus()
+        self.opened.emit()
 
     def show_page(self, index: int) -> None:
         """Show the page with this index."""
@@ -119,13 +174,13 @@ class ProtocolEditor(QWidget):
         self._check()
         if self.draft is None or self.problem.text():
             return
-        path = self._path or unused_path(str(self.draft.raw["title"]), self.draft.folder, self._sessions)
+        path = self._path or unused_path(str(self.draft.raw["title"]), self.draft.folder, self._sessions.root)
         try:
             self.draft.save(path)
         except UnderfootError as error:
             self.notified.emit(str(error))
             return
-        self._path, self._saved_text = path, json.dumps(self.draft.raw)
+        self._path, self._saved_text, self._has_saved = path, json.dumps(self.draft.raw), True
         self.title.setText("Edit a study")
         self.saved.emit(path)
 
@@ -133,20 +188,9 @@ class ProtocolEditor(QWidget):
         """Leave the editor, after a question if there are unsaved changes."""
         if not self.is_changed:
             self._end()
-            self.closed.emit()
             return
         text = "The protocol has changes that are not saved."
-        ask(self.window(), "Close without saving", text, "Discard the changes", self._discard, "Go on with it")
-
-    def unsaved(self) -> bytes:
-        """Return the unsaved draft as bytes, to be restored later; b"" without changes."""
-        if self.draft is None or not self.is_changed:
-            return b""
-        return json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw}).encode()
-
-    def mark_unsaved(self) -> None:
-        """Mark the draft as stored in no file."""
-        self._saved_text = ""
+        ask(self.window(), "Close without saving", text, "Discard the changes", self._end, "Go on with it")
 
     def event(self, event: QEvent) -> bool:
         # In this editor, Ctrl+S saves the protocol and Escape closes it, instead of the window's own shortcuts.
@@ -163,14 +207,11 @@ class ProtocolEditor(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def _discard(self) -> None:
-        self._end()
-        self.closed.emit()
-
     def _end(self) -> None:
         self._check_timer.stop()
         self.stimuli.background.stop()
         self.draft, self._saved_text = None, ""
+        self.closed.emit(self._has_saved)
 
     def _check(self) -> None:
         if self.draft is None:
@@ -213,12 +254,6 @@ class ProtocolEditor(QWidget):
         column.addWidget(self.pages, 1)
         column.addWidget(self.problem)
         column.addWidget(self.facts)
-
-
-def ask_to_delete(parent: QWidget, title: str, sessions: int, then: Callable[[], object]) -> None:
-    """Ask whether to delete one of the user's protocols; its sessions are kept."""
-    kept = f" Its {sessions} {'session stays' if sessions == 1 else 'sessions stay'}." if sessions else ""
-    ask(parent, "Delete protocol", f"Delete the protocol “{title}”? Its file goes to the trash.{kept}", "Delete", then)
 
 
 def _is_own_key(event: QKeyEvent) -> bool:

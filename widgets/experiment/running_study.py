@@ -1,6 +1,6 @@
 """A running study: the runner, the experimenter's view, and the participant's window."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from underfoot.engine.commands import PressTile, Walk
 from underfoot.engine.reports import Report
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
+from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
 from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
@@ -30,19 +31,21 @@ MIN_ANSWERS = 4
 
 
 class RunningStudy(QObject):
-    """At most one running study, on the window's session. `background` computes the analysis so far."""
+    """Runs one study at a time on the window's session, and draws what the answers so far say."""
 
     notified = Signal(str)
-    ended = Signal(str)
-    """The session has ended; carries the id of a participant who has finished the study, or ""."""
+    ended = Signal(object, str)
+    """The session has ended; carries the `StudyFile`, and the id of a participant who has finished it, or ""."""
 
-    def __init__(self, experimenter: ExperimenterView, background: BackgroundWorker) -> None:
+    def __init__(self, experimenter: ExperimenterView) -> None:
         super().__init__(experimenter)
-        self.experimenter, self._background = experimenter, background
+        self.experimenter = experimenter
+        self.background = BackgroundWorker(self)
         self.runner: Runner | None = None
         self.window_of_participant: ParticipantWindow | None = None
         self._controller: SessionController | None = None
-        self._walked, self._drawn, self._is_pilot = False, 0, False
+        self._study: StudyFile | None = None
+        self._walked, self._drawn = False, 0
         self._foot = SimulatedFoot()
         self._connect()
 
@@ -54,7 +57,8 @@ class RunningStudy(QObject):
     @property
     def has_participant(self) -> bool:
         """Whether a participant is in an unfinished session; a pilot does not count."""
-        return self.runner is not None and not self._is_pilot and not self.runner.study.is_done
+        is_pilot = self._study is not None and self._study.is_pilot
+        return self.runner is not None and not is_pilot and not self.runner.study.is_done
 
     def begin(
         self, controller: SessionController, study: StudyFile, participant: str, path: Path, choice: EquipmentChoice
@@ -83,10 +87,11 @@ class RunningStudy(QObject):
             controller.take_back()
             raise
         self._controller, self._walked, self._drawn = controller, session.target.walker, 0
-        self._is_pilot = study.is_pilot
+        self._study = study
         session.send(Walk(False))
-        title = protocol.title or study.name
-        self.experimenter.begin(floor, f"{title}  ·  {participant}", session.target.kind == "simulator")
+        title = protocol.title or study.name  # as the session was begun
+        is_simulated = session.target.kind == "simulator"
+        self.experimenter.begin(floor, f"{title}  ·  {participant}", presses=is_simulated)
 
     def stop(self, why: str) -> None:
         """Silence the output; the current presentation begins again on continuation."""
@@ -117,6 +122,7 @@ class RunningStudy(QObject):
     def leave(self) -> None:
         """End the session for now; it can be continued later."""
         runner, self.runner = self.runner, None
+        self.background.stop()
         if self.window_of_participant is not None:
             self.window_of_participant.close()
         if runner is None or self._controller is None:
@@ -129,7 +135,7 @@ class RunningStudy(QObject):
         except UnderfootError as error:
             self.notified.emit(str(error))
         self._controller.take_back()
-        self.ended.emit(runner.study.participant if runner.study.is_done else "")
+        self.ended.emit(self._study, runner.study.participant if runner.study.is_done else "")
 
     def take(self, reports: list[Report]) -> None:
         """Pass the session's reports to the runner."""
@@ -151,10 +157,14 @@ class RunningStudy(QObject):
         """Analyse the answers in a thread after each new answer."""
         study, entries = runner.study, list(runner.study.entries)
         answered = sum(entry.trial is not None and not entry.spoiled for entry in entries)
-        if answered < MIN_ANSWERS or answered == self._drawn or self._background.is_busy:
+        if answered < MIN_ANSWERS or answered == self._drawn or self.background.is_busy:
             return
         self._drawn = answered
-        self._background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
+        self.background.compute(lambda _: answers_so_far(study.protocol, study.participant, entries))
+
+    def _show_findings(self, findings: Sequence[Findings], why_not: str = "") -> None:
+        """Show drawings of the answers so far, or why there are none."""
+        self.experimenter.drawings.show_drawings([one for found in findings for one in found.drawings], why_not)
 
     def _do(self, what: Callable[[Runner], object]) -> None:
         """Do an action of the runner; show its error, if any."""
@@ -196,6 +206,8 @@ class RunningStudy(QObject):
         self.window_of_participant = None
 
     def _connect(self) -> None:
+        self.background.found.connect(self._show_findings)
+        self.background.failed.connect(lambda why: self._show_findings((), why))
         experimenter = self.experimenter
         experimenter.next_requested.connect(self._go)
         experimenter.end_pause_requested.connect(lambda: self._do(lambda runner: runner.end_pause()))

@@ -38,11 +38,11 @@ NOTHING, FILE = "(no vibration)", "A file…"
 
 
 AskToRun = Callable[[Path, Callable[[], object]], object]
-"""Goes on with the second once the person was asked whether nodes beside the patch in the first may run."""
+"""Asks whether the nodes beside a patch file may run, then calls the function."""
 
 
 def ask_nothing(path: Path, then: Callable[[], object]) -> None:
-    """Continue without a question; whoever reads the file refuses nodes that are not allowed to run."""
+    """Call `then` without a question; nodes that are not allowed to run are refused when the file is read."""
     then()
 
 

@@ -26,6 +26,11 @@ class StudyFile:
     is_pilot: bool = False
 
     @property
+    def title(self) -> str:
+        """Its title, or the name of its file."""
+        return self.protocol.title or self.name
+
+    @property
     def folder(self) -> Path:
         """The folder of its patches."""
         return self.path.parent
@@ -35,7 +40,38 @@ class StudyFile:
         return replace(self, name=f"{self.name}-pilot", protocol=self.protocol.pilot(), is_pilot=True)
 
 
-def load_study(path: Path, registry: Registry, is_own: bool = False) -> StudyFile:
+@dataclass
+class SessionFolder:
+    """The session files of all studies, in one folder per study below `root`."""
+
+    root: Path
+
+    def of(self, study: StudyFile) -> Path:
+        """Return the folder of a study's sessions."""
+        return self.root / study.name
+
+    def path(self, study: StudyFile, participant: str) -> Path:
+        """Return the path of a participant's session file."""
+        return self.of(study) / f"{participant}.session"
+
+    def files(self, study: StudyFile) -> list[Path]:
+        """Return the session files of a study, sorted by name."""
+        return sorted(self.of(study).glob("*.session"))
+
+    def was_begun_otherwise(self, study: StudyFile, participant: str) -> bool:
+        """Return whether the participant's session was begun with another version of the study."""
+        path = self.path(study, participant)
+        if not path.exists():
+            return False
+        with closing(SessionFile.open(path)) as file:
+            return not file.is_of(study.protocol, study.folder)
+
+    def unused_id(self, study: StudyFile) -> str:
+        """Return the first number from 1 without a session in the study, as a participant's id."""
+        return next(str(k) for k in count(1) if not self.path(study, str(k)).exists())
+
+
+def load_study(path: Path, registry: Registry, *, is_own: bool = False) -> StudyFile:
     """Return the study in a protocol file; raise `BadFile` if it is not a protocol."""
     return StudyFile(path.stem, path, Protocol.load(path, registry), is_own)
 
@@ -63,29 +99,6 @@ def own_node_files(folder: Path) -> list[NodeFile]:
         with suppress(UnderfootError):  # `own_studies` reports the error
             found |= {file.path: file for file in node_files_of(path)}
     return list(found.values())
-
-
-def session_path(root: Path, study: StudyFile, participant: str) -> Path:
-    """Return the path of a participant's session file."""
-    return root / study.name / f"{participant}.session"
-
-
-def was_begun_otherwise(path: Path, study: StudyFile) -> bool:
-    """Return whether the session at `path` was begun with another version of the study."""
-    if not path.exists():
-        return False
-    with closing(SessionFile.open(path)) as file:
-        return not file.is_of(study.protocol, study.folder)
-
-
-def sessions_of(root: Path, study: StudyFile) -> list[Path]:
-    """Return the session files of a study, sorted by name."""
-    return sorted((root / study.name).glob("*.session"))
-
-
-def unused_id(root: Path, study: StudyFile) -> str:
-    """Return the first number from 1 without a session in the study, as a participant's id."""
-    return next(str(k) for k in count(1) if not session_path(root, study, str(k)).exists())
 
 
 def is_id(text: str) -> bool:

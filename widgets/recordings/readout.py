@@ -1,15 +1,85 @@
-"""The values at the cursor as text: N, m/s², Hz and dB."""
+"""The values at the cursor: as text in N, m/s², Hz and dB, and on the floor."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QObject
 
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import Floor
 from underfoot.quantities import quantity
-from underfoot.widgets.recordings.reader import CursorValues, Vibration
+from underfoot.widgets import theme
+from underfoot.widgets.controls.elided_label import ElidedLabel
+from underfoot.widgets.floor_map import FloorMap
+from underfoot.widgets.recordings.reader import CursorValues, RecordingReader, Vibration
+from underfoot.widgets.recordings.timeline import Axis
 from underfoot.widgets.recordings.tracks import RecordingContent, time_text
+
+
+class CursorReadout(QObject):
+    """Shows the values at the cursor of `axis` in `text` and on `map`, on which a tile is selected."""
+
+    def __init__(self, axis: Axis, reader: RecordingReader, parent: QObject) -> None:
+        super().__init__(parent)
+        self._axis, self._reader = axis, reader
+        self.text = ElidedLabel("small")
+        self.text.setFixedHeight(4 * theme.GRID)
+        self.text.setContentsMargins(2 * theme.GRID, 0, 0, 0)
+        self.map = FloorMap()
+        axis.cursor_moved.connect(self._request)
+        axis.tile_chosen.connect(self.choose_tile)
+        self.map.tile_chosen.connect(self._choose_on_map)
+        reader.cursor_values_read.connect(self._show)
+
+    def clear(self) -> None:
+        """Show no values, and nobody on the floor."""
+        self.text.set_full_text("")
+        if self._axis.content is not None:
+            self._show_unloaded(self._axis.content, 0.0)
+
+    def choose_tile(self, row: int) -> None:
+        """Show the vibration of a tile, by its row of the floor."""
+        content = self._axis.content
+        if content is None:
+            return
+        self._axis.choose_tile(row)
+        tile = content.opened.floor.tiles[row].id
+        if self.map.chosen_tile() != tile:
+            self.map.choose_tile(tile)
+        self._request(self._axis.cursor_s)
+
+    def _choose_on_map(self, tile: str) -> None:
+        content = self._axis.content
+        if content is not None and tile in content.opened.floor.ids:
+            self.choose_tile(content.opened.floor.index(tile))
+
+    def _request(self, time_s: float) -> None:
+        if self._axis.content is not None:
+            opened = self._axis.content.opened
+            self._reader.request_cursor_values(opened.first + time_s * opened.rate, self._axis.view.tile)
+
+    def _show(self, values: CursorValues) -> None:
+        content = self._axis.content
+        if content is None:
+            return
+        opened, overview = content.opened, content.overview
+        time_s = (values.frame - opened.first) / opened.rate
+        baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
+        self.text.set_full_text(readout_text(opened.floor, values, baseline_n, time_s))
+        if values.corners_n is None:
+            self._show_unloaded(content, time_s)
+            return
+        loads = np.nan_to_num(values.corners_n.sum(axis=1)) - baseline_n[:-1]
+        self.map.set_loads(loads, np.zeros(len(loads), bool))
+        self.map.set_contacts(contacts_at(content, time_s), time_s)
+        self.map.update()
+
+    def _show_unloaded(self, content: RecordingContent, time_s: float) -> None:
+        tiles = len(content.opened.floor.tiles)
+        self.map.set_loads(np.zeros(tiles), np.zeros(tiles, bool))
+        self.map.set_contacts((), time_s)
+        self.map.update()
 
 
 def readout_text(floor: Floor, values: CursorValues, baseline_n: NDArray[np.floating], time_s: float) -> str:

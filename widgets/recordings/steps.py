@@ -29,7 +29,7 @@ class RecordedSteps(QWidget):
     chosen = Signal(int)
     """The number of a step in the list that `show_steps` was given."""
     filtered = Signal()
-    """Others of the steps are let through than before."""
+    """The filters have changed."""
     notified = Signal(str)
 
     def __init__(self) -> None:

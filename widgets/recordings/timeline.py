@@ -23,9 +23,9 @@ from underfoot.widgets import theme
 from underfoot.widgets.recordings.tracks import GUTTER_PX, RULER_PX, RecordingContent, TimelineView, TrackPainter
 
 MIN_VIEW_S = 0.01
-"""The shortest stretch that is shown."""
+"""The shortest visible range."""
 ZOOM = 1.6
-"""A key or a button zooms by this much."""
+"""The zoom factor of a key or a button."""
 _SHARED_KEYS = (
     *(Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus, Qt.Key.Key_0, Qt.Key.Key_Backspace),
     *(Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight, Qt.Key.Key_Comma, Qt.Key.Key_Period),
@@ -42,7 +42,7 @@ class Axis(QWidget):
     """Seconds of the recording."""
     view_changed = Signal()
     selected = Signal()
-    """Another stretch, or none, is selected."""
+    """The selected time range has changed."""
     step_chosen = Signal(int)
     """The number of a step in the list."""
     tile_chosen = Signal(int)
@@ -122,7 +122,7 @@ class Axis(QWidget):
         span_s = self.view.end_s - self.view.begin_s
         self.set_view(self.view.begin_s + share * span_s, self.view.end_s + share * span_s)
 
-    def set_cursor(self, time_s: float, follow: bool = True) -> None:
+    def set_cursor(self, time_s: float, *, follow: bool = True) -> None:
         """Set the cursor, and with `follow` scroll to it."""
         self.cursor_s = min(max(time_s, 0.0), self.length_s)
         span_s = self.view.end_s - self.view.begin_s

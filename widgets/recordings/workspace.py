@@ -18,19 +18,12 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.panels import tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
-from underfoot.widgets.floor_map import FloorMap
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.mark_editing import MarkEditing
 from underfoot.widgets.recordings.playback import Playback
-from underfoot.widgets.recordings.reader import (
-    FINE_S,
-    CursorValues,
-    DetailEnvelopes,
-    OpenedRecording,
-    OverviewEnvelopes,
-    RecordingReader,
-)
-from underfoot.widgets.recordings.readout import contacts_at, readout_text
+from underfoot.widgets.recordings.read_ahead import ReadAhead
+from underfoot.widgets.recordings.reader import OpenedRecording, OverviewEnvelopes, RecordingReader
+from underfoot.widgets.recordings.readout import CursorReadout
 from underfoot.widgets.recordings.recording_follower import RecordingFollower
 from underfoot.widgets.recordings.recording_list import RecordingList
 from underfoot.widgets.recordings.steps import RecordedSteps
@@ -56,8 +49,6 @@ SHORTCUTS = (
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
 TITLE_PX = 180
 """Minimum width of a recording's name."""
-_MARGIN = 0.6
-"""Read-ahead on each side, as a multiple of the visible range, for scrolling."""
 
 
 class RecordingsWorkspace(Workspace):
@@ -71,14 +62,14 @@ class RecordingsWorkspace(Workspace):
         self.timeline = Timeline()
         self.axis = self.timeline.axis
         self.steps = RecordedSteps()
-        self.map = FloorMap()
         self.reader = RecordingReader(self)
         self.surveyor = Surveyor(self)
         self.exporting = Exporting(self)
         self.follower = RecordingFollower(self.reader, self)
+        self.read_ahead = ReadAhead(self.axis, self.reader, self)
+        self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self)
-        self.content: RecordingContent | None = None
         self._build()
         self._connect()
         self.axis.show_content(None, NOTHING)
@@ -116,34 +107,29 @@ class RecordingsWorkspace(Workspace):
 
     def open(self, path: Path) -> None:
         """Open a recording; show errors."""
-        self._close_recording()
-        self.axis.show_content(None, f"Opening {path.name}…")
+        self._close_recording(f"Opening {path.name}…")
         self.title.setText(path.stem)
         self.recordings.mark(path)
         self.reader.open(path.absolute())
 
-    def _close_recording(self) -> None:
+    def _close_recording(self, note: str) -> None:
+        """Show no recording, but a note."""
         self.playback.stop()
         self.surveyor.stop()
-        if self.content is not None:
-            tiles = len(self.content.opened.floor.tiles)
-            self.map.set_loads(np.zeros(tiles), np.zeros(tiles, bool))
-            self.map.set_contacts((), 0.0)
-            self.map.update()
-        self.content = None
+        self.readout.clear()
+        self.axis.show_content(None, note)
         self.title.setText("")
         self.facts.set_full_text("")
-        self.readout.set_full_text("")
         self.progress.setText("")
         self.steps.show_steps(())
         self._enable()
 
     def _show_opened(self, opened: OpenedRecording) -> None:
         survey = opened.survey or Survey()
-        self.content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps)
-        self.content.visible_steps = self.steps.matching(survey.steps)
-        self.map.set_floor(opened.floor)
-        self.axis.show_content(self.content)
+        content = RecordingContent(opened, contacts=survey.contacts, steps=survey.steps)
+        content.visible_steps = self.steps.matching(survey.steps)
+        self.readout.map.set_floor(opened.floor)
+        self.axis.show_content(content)
         self.steps.show_steps(survey.steps)
         self.recordings.mark(opened.path)
         folder = opened.about.get("target", "")
@@ -157,12 +143,12 @@ class RecordingsWorkspace(Workspace):
             self.progress.setText("recording…")
         elif opened.survey is None or not opened.is_drawn:
             self.surveyor.begin(opened.path)
-        self._choose_tile(0)
+        self.readout.choose_tile(0)
         self.axis.set_cursor(0.0)
 
     def _show_extended(self, opened: OpenedRecording) -> None:
         """Show a recording that has grown; follow its end if that was visible."""
-        content, view = self.content, self.axis.view
+        content, view = self.axis.content, self.axis.view
         if content is None or content.opened.path != opened.path:
             return
         more_s = opened.length_s - content.opened.length_s
@@ -172,33 +158,27 @@ class RecordingsWorkspace(Workspace):
             self.axis.set_view(0.0 if sees_all else view.begin_s + more_s, view.end_s + more_s)
 
     def _show_overview(self, overview: OverviewEnvelopes) -> None:
-        if self.content is None:
+        if self.axis.content is None:
             return
-        if self.content.overview is None and len(overview.levels["force"][0]):
+        if self.axis.content.overview is None and len(overview.levels["force"][0]):
             loads = overview.levels["force"][-1].high[:, :-1] - overview.baseline_n[:-1]
-            self._choose_tile(int(np.argmax(np.nanmean(loads, axis=0))))
-        self.content.overview = overview
-        self._request_detail()
+            self.readout.choose_tile(int(np.argmax(np.nanmean(loads, axis=0))))
+        self.axis.content.overview = overview
         self.axis.redraw()
 
-    def _show_detail(self, detail: DetailEnvelopes) -> None:
-        if self.content is not None:
-            self.content.detail = detail
-            self.axis.redraw()
-
     def _show_survey(self, survey: Survey) -> None:
-        if self.content is not None:
-            self.content.show_survey(list(survey.contacts), list(survey.steps))
-            self.content.visible_steps = self.steps.matching(self.content.steps)
+        if self.axis.content is not None:
+            self.axis.content.show_survey(list(survey.contacts), list(survey.steps))
+            self.axis.content.visible_steps = self.steps.matching(self.axis.content.steps)
             if survey.whole or len(survey.steps) > 1.5 * self.steps.every:
-                self.steps.show_steps(self.content.steps, self.axis.view.step)
+                self.steps.show_steps(self.axis.content.steps, self.axis.view.step)
             self.axis.redraw()
             if survey.whole:
                 self.recordings.refresh()
 
     def _show_marks(self, marks: list[Mark]) -> None:
-        if self.content is not None:
-            self.content.opened.marks[:] = marks
+        if self.axis.content is not None:
+            self.axis.content.opened.marks[:] = marks
             self.axis.redraw()
 
     def _show_progress(self, progress: Progress) -> None:
@@ -207,81 +187,27 @@ class RecordingsWorkspace(Workspace):
             self.reader.reread()
             return
         self.progress.setText(f"{progress.text}: {100.0 * progress.share:.0f} %")
-        if self.content is not None and not self.content.opened.is_drawn:
+        if self.axis.content is not None and not self.axis.content.opened.is_drawn:
             self.reader.reread()
 
     def _fail(self, why: str) -> None:
         self.notified.emit(why)
-        if self.content is None:
+        if self.axis.content is None:
             self.axis.show_content(None, why)
 
-    # --- the visible part ---
-
-    def _request_detail(self) -> None:
-        content, view = self.content, self.axis.view
-        if content is None or self.axis.seconds_per_px >= FINE_S:
-            return
-        opened, span_s = content.opened, view.end_s - view.begin_s
-        begin, end = (opened.first + opened.rate * at for at in (view.begin_s, view.end_s))
-        frames = self.axis.seconds_per_px * opened.rate
-        detail = content.detail
-        if detail is not None and detail.begin <= begin and end <= detail.end and detail.tile == view.tile:
-            inner = _MARGIN * 0.3 * span_s * opened.rate
-            near_edge = begin - inner < detail.begin > opened.first or end + inner > detail.end < opened.end
-            if not near_edge and 0.5 <= detail.frames / frames <= 2.0:
-                return
-        margin = _MARGIN * span_s * opened.rate
-        self.reader.request_detail(max(begin - margin, opened.first), min(end + margin, opened.end), frames, view.tile)
-
-    def _move_cursor(self, time_s: float) -> None:
-        if self.content is not None:
-            opened = self.content.opened
-            self.reader.request_cursor_values(opened.first + time_s * opened.rate, self.axis.view.tile)
-
-    def _show_cursor_values(self, values: CursorValues) -> None:
-        if self.content is None:
-            return
-        content = self.content
-        opened, overview = content.opened, content.overview
-        time_s = (values.frame - opened.first) / opened.rate
-        baseline_n = overview.baseline_n if overview is not None else np.zeros(len(opened.floor.tiles) + 1)
-        self.readout.set_full_text(readout_text(opened.floor, values, baseline_n, time_s))
-        if values.corners_n is None:
-            self.map.set_loads(np.zeros(len(opened.floor.tiles)), np.zeros(len(opened.floor.tiles), bool))
-            self.map.set_contacts((), time_s)
-        else:
-            loads = np.nan_to_num(values.corners_n.sum(axis=1)) - baseline_n[:-1]
-            self.map.set_loads(loads, np.zeros(len(loads), bool))
-            self.map.set_contacts(contacts_at(content, time_s), time_s)
-        self.map.update()
-
-    def _choose_tile(self, row: int) -> None:
-        if self.content is None:
-            return
-        self.axis.choose_tile(row)
-        tile = self.content.opened.floor.tiles[row].id
-        if self.map.chosen_tile() != tile:
-            self.map.choose_tile(tile)
-        self._move_cursor(self.axis.cursor_s)
-        self._request_detail()
-
-    def _choose_on_map(self, tile: str) -> None:
-        if self.content is not None and tile in self.content.opened.floor.ids:
-            self._choose_tile(self.content.opened.floor.index(tile))
-
     def _filter(self) -> None:
-        if self.content is not None:
-            self.content.visible_steps = self.steps.matching(self.content.steps)
+        if self.axis.content is not None:
+            self.axis.content.visible_steps = self.steps.matching(self.axis.content.steps)
             self.axis.redraw()
 
     def _choose_step(self, number: int) -> None:
         """Show the curve, time and tile of a step selected on the axis or in the table."""
-        if self.content is None:
+        if self.axis.content is None:
             return
-        step = self.content.steps[number].step
+        step = self.axis.content.steps[number].step
         self.axis.choose_step(number)
         self.steps.choose(number)
-        self._choose_tile(self.content.opened.floor.index(step.tile))
+        self.readout.choose_tile(self.axis.content.opened.floor.index(step.tile))
         self.axis.set_cursor(step.start_s)
         self.axis.select(step.start_s, step.start_s + 1e-3 * step.contact_ms)
 
@@ -289,22 +215,21 @@ class RecordingsWorkspace(Workspace):
 
     def export(self) -> bool:
         """Ask for a file, and export the recording to it."""
-        if self.content is not None:
-            self.exporting.ask(self.content.opened.path)
+        if self.axis.content is not None:
+            self.exporting.ask(self.axis.content.opened.path)
         else:
             self.notified.emit("No recording is open: choose one in the list, then export it.")
         return True
 
     def _close_if_open(self, path: Path) -> None:
-        if self.content is not None and self.content.opened.path == path:
-            self._close_recording()
+        if self.axis.content is not None and self.axis.content.opened.path == path:
+            self._close_recording(NOTHING)
             self.reader.close_file()
-            self.axis.show_content(None, NOTHING)
 
     def _enable(self) -> None:
-        self._export_action.setEnabled(self.content is not None)
+        self._export_action.setEnabled(self.axis.content is not None)
         for widget in self._needs_one:
-            widget.setEnabled(self.content is not None)
+            widget.setEnabled(self.axis.content is not None)
 
     # --- layout ---
 
@@ -314,18 +239,12 @@ class RecordingsWorkspace(Workspace):
         reader.extended.connect(self._show_extended)
         self.follower.ended.connect(self.open)
         reader.overview_read.connect(self._show_overview)
-        reader.detail_read.connect(self._show_detail)
-        reader.cursor_values_read.connect(self._show_cursor_values)
         reader.marked.connect(self._show_marks)
         reader.failed.connect(self._fail)
         self.surveyor.progressed.connect(self._show_progress)
         self.surveyor.found.connect(self._show_survey)
         self.surveyor.failed.connect(self.notified)
-        axis.view_changed.connect(self._request_detail)
-        axis.cursor_moved.connect(self._move_cursor)
         axis.step_chosen.connect(self._choose_step)
-        axis.tile_chosen.connect(self._choose_tile)
-        self.map.tile_chosen.connect(self._choose_on_map)
         self.steps.chosen.connect(self._choose_step)
         self.steps.filtered.connect(self._filter)
         self.steps.notified.connect(self.notified)
@@ -351,13 +270,10 @@ class RecordingsWorkspace(Workspace):
         self.setFocusProxy(self.axis)
 
     def _build(self) -> None:
-        self.readout = ElidedLabel("small")
-        self.readout.setFixedHeight(4 * theme.GRID)
-        self.readout.setContentsMargins(2 * theme.GRID, 0, 0, 0)
         below = QSplitter(Qt.Orientation.Horizontal)
         below.setObjectName("recordings below")
         below.addWidget(self.steps)
-        floor = with_header([theme.label("Floor at the cursor", "title"), None], self.map)
+        floor = with_header([theme.label("Floor at the cursor", "title"), None], self.readout.map)
         floor.setMinimumWidth(20 * theme.GRID)
         below.addWidget(floor)
         below.setStretchFactor(0, 1)
@@ -368,7 +284,7 @@ class RecordingsWorkspace(Workspace):
         column.setSpacing(0)
         head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
         column.addWidget(with_header(head, self.timeline, shrinking), 1)
-        column.addWidget(self.readout)
+        column.addWidget(self.readout.text)
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("recordings down")
         down.addWidget(over)

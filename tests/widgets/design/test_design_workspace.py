@@ -217,9 +217,9 @@ def test_distributions_are_asked_for_with_the_preview_and_take_its_place(workspa
     assert distributions.plots[0].isVisible()
     assert distributions.plots[0].drawing is drawing
     assert not distributions.plots[1].isVisible()
-    assert not workspace.preview.waveform.isVisible()
+    assert not workspace.preview.plots.waveform.isVisible()
     QTest.mouseClick(workspace.preview.distributions, Qt.MouseButton.LeftButton)
-    assert workspace.preview.waveform.isVisible()
+    assert workspace.preview.plots.waveform.isVisible()
 
 
 def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):

@@ -48,42 +48,42 @@ def test_silence_is_drawn_on_an_axis_that_means_something():
 
 def test_the_spectrum_of_silence_ends_at_0_db(shown):
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": np.zeros(4800)}))
-    assert shown.spectrum.ranges[:2] == pytest.approx((-60.0, 0.0))
+    assert shown.plots.spectrum.ranges[:2] == pytest.approx((-60.0, 0.0))
     shown.show_preview(Preview(3, 48_000.0, np.zeros(4800), {"out": sine(3e-5)}))
-    assert shown.spectrum.ranges[1] == pytest.approx(-90.0)
+    assert shown.plots.spectrum.ranges[1] == pytest.approx(-90.0)
 
 
 def test_what_is_awaited_for_long_leaves_no_picture_of_the_patch_before(shown, qtbot):
-    assert len(shown.waveform.drawing.series[0].x) == 4800
+    assert len(shown.plots.waveform.drawing.series[0].x) == 4800
     shown.expect("hum", REGISTRY["hum"])
     qtbot.waitUntil(lambda: shown.note.full_text == "being made…")
-    assert shown.waveform.drawing.note == "being made…"
-    assert all(not line.x.size for line in shown.waveform.drawing.series)
+    assert shown.plots.waveform.drawing.note == "being made…"
+    assert all(not line.x.size for line in shown.plots.waveform.drawing.series)
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(1.0)}))
     assert "peak 1 m/s²" in shown.note.full_text
-    assert shown.waveform.drawing.note == ""
+    assert shown.plots.waveform.drawing.note == ""
 
 
 def test_another_slots_signal_lies_over_this_one_until_it_is_forgotten(shown):
     other = Preview(2, 48_000.0, np.zeros(9600), {"out": sine(1.5, 9600)})
     shown.show_other(other, "hum", Port("out", "signal", "m/s^2"), "B")
     assert "+6.0 dB re B" in shown.note.full_text
-    assert shown.waveform.ranges[1] == pytest.approx(200.0)
+    assert shown.plots.waveform.ranges[1] == pytest.approx(200.0)
     shown.forget_other()
     assert "re B" not in shown.note.full_text
-    assert shown.waveform.ranges[1] == pytest.approx(100.0)
+    assert shown.plots.waveform.ranges[1] == pytest.approx(100.0)
 
 
 def test_commanded_measured_and_the_other_slot_are_named_on_their_curves(shown):
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(3.0), MEASURED: sine(2.0)}))
-    named = {line.name: line.y.max() for line in shown.waveform.drawing.series}
+    named = {line.name: line.y.max() for line in shown.plots.waveform.drawing.series}
     assert named == {"commanded": pytest.approx(3.0, rel=1e-3), "measured": pytest.approx(2.0, rel=1e-3)}
-    words = [shape.text for shape in shown.waveform.frame.above if isinstance(shape, Text)]
+    words = [shape.text for shape in shown.plots.waveform.frame.above if isinstance(shape, Text)]
     assert sorted(words) == ["commanded", "measured"]
     shown.show_other(
         Preview(3, 48_000.0, np.zeros(4800), {"out": sine(1.0)}), "hum", Port("out", "signal", "m/s^2"), "A"
     )
-    assert {line.name for line in shown.waveform.drawing.series} == {"commanded", "measured", "slot A"}
+    assert {line.name for line in shown.plots.waveform.drawing.series} == {"commanded", "measured", "slot A"}
 
 
 def test_a_tile_that_was_just_calibrated_is_previewed_anew(qtbot, tmp_path):
@@ -105,19 +105,26 @@ def test_events_have_the_axis_of_their_own_time_also_where_the_empty_spectrogram
     panel.resize(900, 300)
     panel.expect("beat", REGISTRY["beat"])
     panel.show_preview(Preview(1, 48_000.0, np.zeros(86_400), {}, events={"out": np.array([[72_000.0, 1.0, 0.0]])}))
-    assert panel.waveform.ranges[:2] == pytest.approx((0.0, 1800.0))
-    assert panel.spectrogram.ranges[:2] == pytest.approx((0.0, 1800.0))
-    panel.waveform.range_requested.emit(1400.0, 1600.0)
-    assert panel.waveform.ranges[:2] == panel.spectrogram.ranges[:2] == pytest.approx((1400.0, 1600.0))
+    assert panel.plots.waveform.ranges[:2] == pytest.approx((0.0, 1800.0))
+    assert panel.plots.spectrogram.ranges[:2] == pytest.approx((0.0, 1800.0))
+    panel.plots.waveform.range_requested.emit(1400.0, 1600.0)
+    assert panel.plots.waveform.ranges[:2] == panel.plots.spectrogram.ranges[:2] == pytest.approx((1400.0, 1600.0))
 
 
 def test_tab_goes_through_the_header_from_left_to_right(shown):
     passed = []
-    shown.shows["Waveform"].setFocus()
+    shown.plots.shows["Waveform"].setFocus()
     for _ in range(8):
         passed.append(QApplication.focusWidget())
         QTest.keyClick(passed[-1], Qt.Key.Key_Tab)
-    order = [*shown.shows.values(), shown.log, shown.range, shown.tiles, shown.waveform, shown.spectrogram]
+    order = [
+        *shown.plots.shows.values(),
+        shown.plots.log,
+        shown.plots.range,
+        shown.tiles,
+        shown.plots.waveform,
+        shown.plots.spectrogram,
+    ]
     assert passed == order
     across = [widget.mapTo(shown, widget.rect().topLeft()).x() for widget in order[:6]]
     assert across == sorted(across)
@@ -167,7 +174,7 @@ def test_without_a_node_there_are_no_distributions_to_be_shown(shown):
     shown.clear()
     assert shown.distributions.isHidden()
     assert not shown.wants_distributions
-    assert shown.waveform.isVisible()
+    assert shown.plots.waveform.isVisible()
 
 
 def test_distributions_of_what_is_no_more_do_not_stay(shown, qtbot):
@@ -185,7 +192,7 @@ def test_distributions_of_what_is_no_more_do_not_stay(shown, qtbot):
 
 def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogram(shown, qtbot):
     def named():
-        return [line.name for line in shown.spectrogram.drawing.lines if line.name]
+        return [line.name for line in shown.plots.spectrogram.drawing.lines if line.name]
 
     assert shown.title.text() == "Hum"
     assert named()
@@ -202,20 +209,20 @@ def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogra
 
 def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(shown):
     def lines():
-        return shown.spectrogram.drawing.lines, shown.spectrum.drawing.lines
+        return shown.plots.spectrogram.drawing.lines, shown.plots.spectrum.drawing.lines
 
     assert all(lines())
-    assert shown.spectrum.ranges[3] == pytest.approx(2000.0)
+    assert shown.plots.spectrum.ranges[3] == pytest.approx(2000.0)
     crackle = np.sin(2 * np.pi * 8000.0 * np.arange(4800) / 48_000.0)
     shown.expect("sound", NODES["sound-output"], is_heard=True)
     assert not any(lines())
     shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"heard": crackle}))
     assert not any(lines())
-    assert shown.spectrum.ranges[3] == pytest.approx(20_000.0)
-    line = shown.spectrum.drawing.series[0]
+    assert shown.plots.spectrum.ranges[3] == pytest.approx(20_000.0)
+    line = shown.plots.spectrum.drawing.series[0]
     assert line.y[line.x.argmax()] == pytest.approx(8000.0, rel=0.03)
     shown.show_preview(Preview(3, 16_000.0, np.zeros(1600), {"heard": crackle[::3]}))
-    assert shown.spectrum.ranges[3] == pytest.approx(8000.0), "no more than is sampled"
+    assert shown.plots.spectrum.ranges[3] == pytest.approx(8000.0), "no more than is sampled"
 
 
 def test_what_was_awaited_is_no_more_awaited_when_no_node_is_meant(shown, qtbot):
@@ -223,14 +230,21 @@ def test_what_was_awaited_is_no_more_awaited_when_no_node_is_meant(shown, qtbot)
     qtbot.waitUntil(lambda: shown.note.full_text == "being made…")
     shown.clear()
     assert shown.note.full_text == "select a node"
-    assert shown.waveform.drawing.note == ""
+    assert shown.plots.waveform.drawing.note == ""
 
 
 @pytest.mark.parametrize(("width_px", "beside"), [(900, "title"), (520, "short_title")])
 def test_in_a_narrow_panel_no_button_is_cut(shown, qtbot, width_px, beside):
     shown.expect("slip", NODES["stick-slip"])
     shown.resize(width_px, 300)
-    row = (shown.output, shown.distributions, *shown.shows.values(), shown.log, shown.range, shown.tiles)
+    row = (
+        shown.output,
+        shown.distributions,
+        *shown.plots.shows.values(),
+        shown.plots.log,
+        shown.plots.range,
+        shown.tiles,
+    )
 
     def is_arranged():
         assert all(widget.width() >= widget.sizeHint().width() for widget in row)

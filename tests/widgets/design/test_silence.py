@@ -92,8 +92,8 @@ def test_a_patch_that_cannot_sound_says_why(design, patch, words):
 
 def test_a_silent_preview_says_why(design):
     design.set_patch(UNFED)
-    design.preview.expect("modal-bank", REGISTRY["modal-bank"], why_silent(UNFED, REGISTRY, "modal-bank"))
+    design.preview.expect("modal-bank", REGISTRY["modal-bank"], why_silent=why_silent(UNFED, REGISTRY, "modal-bank"))
     silence = np.zeros(480, np.float32)
     made = Preview(1, 48_000.0, silence, {"modal-bank.out": silence})
     design.preview.show_preview(made)
-    assert design.preview.waveform.drawing.note == "nothing comes to strike"
+    assert design.preview.plots.waveform.drawing.note == "nothing comes to strike"

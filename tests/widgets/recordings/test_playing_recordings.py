@@ -34,7 +34,9 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     controller = window.controller
     window.open_file(walk)
     workspace = window.workspaces["Recordings"]
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None, timeout=LONG_MS
+    )
     workspace.axis.select(1.0, 1.8)
     played, seen = [], []
 
@@ -58,7 +60,9 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     assert window.settings.kind == "simulator"
 
     window.open_file(walk)  # and played again, until another target is chosen: that one stays
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None, timeout=LONG_MS)
+    qtbot.waitUntil(
+        lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None, timeout=LONG_MS
+    )
     workspace.playback.looping.setChecked(True)
     workspace.playback.play_or_stop()
     qtbot.waitUntil(lambda: math.isfinite(workspace.axis.playing_s), timeout=LONG_MS)

@@ -54,7 +54,7 @@ def workspace(qtbot, folder):
 def opened(workspace, walk, qtbot):
     """The workspace with a recording whose steps were found."""
     workspace.open_file(walk)
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None)
     qtbot.waitUntil(lambda: len(workspace.steps.visible_steps()) >= 6 and not workspace.surveyor.is_busy)
     workspace.axis.setFocus()
     return workspace
@@ -92,13 +92,13 @@ def test_a_click_opens_and_what_was_found_is_there_the_next_time(workspace, fold
     workspace.recordings.refresh()
     place = workspace.recordings.list.visualItemRect(workspace.recordings.list.item(0)).center()
     qtbot.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(lambda: workspace.content is not None)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
     assert workspace.title.text() == "monday"
-    qtbot.waitUntil(lambda: bool(workspace.content.steps) and not workspace.surveyor.is_busy)
-    steps = len(workspace.content.steps)
+    qtbot.waitUntil(lambda: bool(workspace.axis.content.steps) and not workspace.surveyor.is_busy)
+    steps = len(workspace.axis.content.steps)
     workspace.open(folder / "monday.underfoot")
-    qtbot.waitUntil(lambda: workspace.content is not None)
-    assert len(workspace.content.steps) == steps
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
+    assert len(workspace.axis.content.steps) == steps
     assert not workspace.surveyor.is_busy
 
 
@@ -116,8 +116,8 @@ def test_wheel_keys_and_drags_zoom_scroll_scrub_and_select(opened, qtbot):
     assert (axis.view.begin_s, axis.view.end_s) == (0.0, pytest.approx(6.0, abs=0.01))
     drag(axis, axis.position_of(1.0, "force"), axis.position_of(2.0, "force"))
     assert axis.cursor_s == pytest.approx(2.0, abs=0.02)
-    qtbot.waitUntil(lambda: opened.readout.full_text.startswith(f"{axis.cursor_s:.3f} s"))
-    assert all(unit in opened.readout.full_text for unit in (" N", "commanded", "measured"))
+    qtbot.waitUntil(lambda: opened.readout.text.full_text.startswith(f"{axis.cursor_s:.3f} s"))
+    assert all(unit in opened.readout.text.full_text for unit in (" N", "commanded", "measured"))
     drag(axis, axis.position_of(2.0, "force"), axis.position_of(4.0, "force"), Qt.KeyboardModifier.ShiftModifier)
     assert axis.selection == (pytest.approx(2.0, abs=0.02), pytest.approx(4.0, abs=0.02))
     qtbot.keyClick(axis, Qt.Key.Key_Backspace)
@@ -138,21 +138,21 @@ def test_the_cursor_reads_newtons_acceleration_hertz_and_decibels(opened, qtbot)
     """The recording is of 200 Hz: 1 mm/s² a newton was asked, and 0.8 of it was done."""
     moments = []
     opened.reader.cursor_values_read.connect(moments.append)
-    step = opened.content.steps[2].step
-    opened._choose_tile(opened.content.opened.floor.index(step.tile))
+    step = opened.axis.content.steps[2].step
+    opened.readout.choose_tile(opened.axis.content.opened.floor.index(step.tile))
     opened.axis.set_cursor(step.start_s + 0.4 * 1e-3 * step.contact_ms)
-    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.full_text)
-    assert "dB" in opened.readout.full_text
+    qtbot.waitUntil(lambda: "200 Hz" in opened.readout.text.full_text)
+    assert "dB" in opened.readout.text.full_text
     moment = moments[-1]
     assert moment.vibration["measured"].peak_m_s2 == pytest.approx(0.8 * moment.vibration["commanded"].peak_m_s2)
     assert moment.vibration["commanded"].peak_m_s2 == pytest.approx(1e-3 * moment.corners_n.sum(axis=1).max(), rel=0.25)
 
 
 def test_close_up_it_shows_the_samples_themselves(opened, qtbot):
-    step = opened.content.steps[2].step
+    step = opened.axis.content.steps[2].step
     opened.axis.set_view(step.start_s + 0.2, step.start_s + 0.25)
-    qtbot.waitUntil(lambda: opened.content.detail is not None and opened.content.detail.frames < 10.0)
-    samples = opened.content.detail.envelopes["commanded"]
+    qtbot.waitUntil(lambda: opened.axis.content.detail is not None and opened.axis.content.detail.frames < 10.0)
+    samples = opened.axis.content.detail.envelopes["commanded"]
     assert (samples.end - samples.begin == 1.0).all()
     opened.axis.repaint()
 
@@ -161,19 +161,19 @@ def test_m_marks_the_cursor_in_the_file(workspace, folder, walk, qtbot):
     path = folder / "marked.underfoot"
     shutil.copy(walk, path)
     workspace.open_file(path)
-    qtbot.waitUntil(lambda: workspace.content is not None and workspace.content.overview is not None)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None)
     workspace.axis.setFocus()
     workspace.axis.set_cursor(1.5)
     qtbot.keyClick(workspace.axis, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: len(workspace.content.opened.marks) == 1)
+    qtbot.waitUntil(lambda: len(workspace.axis.content.opened.marks) == 1)
     with Recording(path) as recording:
         assert [mark.frame for mark in recording.marks()] == [72_000]
     qtbot.keyClick(workspace.axis, Qt.Key.Key_Backspace, Qt.KeyboardModifier.ShiftModifier)
-    qtbot.waitUntil(lambda: not workspace.content.opened.marks)
+    qtbot.waitUntil(lambda: not workspace.axis.content.opened.marks)
 
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
-    third = opened.content.steps[3].step
+    third = opened.axis.content.steps[3].step
     at = next(bar for contact, bar in opened.axis._painter().bars() if contact.id == third.contact).center()
     qtbot.mouseClick(opened.axis, Qt.MouseButton.LeftButton, pos=at.toPoint())
     assert opened.steps.table.selected_steps() == [third]
@@ -181,13 +181,13 @@ def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
     assert opened.axis.selection == (third.start_s, pytest.approx(third.start_s + 1e-3 * third.contact_ms))
     assert [series.name for series in opened.steps.plot.drawing.series][-1] == f"step {third.step}"
     qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
-    assert opened.steps.table.selected_steps() == [opened.content.steps[4].step]
+    assert opened.steps.table.selected_steps() == [opened.axis.content.steps[4].step]
     opened.steps.table.selectRow(0)
     qtbot.waitUntil(lambda: opened.axis.view.step == 0)
 
 
 def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qtbot):
-    starts_s = [step.step.start_s for step in opened.content.steps]
+    starts_s = [step.step.start_s for step in opened.axis.content.steps]
     opened.axis.set_cursor(0.5 * (starts_s[3] + starts_s[4]))
     opened.steps.table.setFocus()
     for key, step in ((Qt.Key.Key_Period, 4), (Qt.Key.Key_Period, 5), (Qt.Key.Key_Comma, 4)):
@@ -199,7 +199,7 @@ def test_next_and_last_step_go_from_the_cursor_and_from_the_table_too(opened, qt
 
 
 def test_next_and_last_step_pass_over_what_is_filtered_out(opened, qtbot):
-    panel, steps = opened.steps, [step.step for step in opened.content.steps]
+    panel, steps = opened.steps, [step.step for step in opened.axis.content.steps]
     tile = steps[0].tile
     panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
     passing_s = sorted(step.start_s for step in steps if step.tile == tile)
@@ -216,9 +216,9 @@ def test_next_and_last_step_pass_over_what_is_filtered_out(opened, qtbot):
 
 
 def test_feet_stand_on_the_map_where_they_press(opened):
-    for contact in opened.content.contacts:
-        (found,) = (one for one in contacts_at(opened.content, contact.start_s + 0.2) if one.id == contact.id)
-        tile = opened.content.opened.floor.tiles[contact.tiles[0]]
+    for contact in opened.axis.content.contacts:
+        (found,) = (one for one in contacts_at(opened.axis.content, contact.start_s + 0.2) if one.id == contact.id)
+        tile = opened.axis.content.opened.floor.tiles[contact.tiles[0]]
         assert np.abs(np.array([found.x_m, found.y_m]) - tile.centre_m).max() < 0.6 * tile.size_m[0]
         assert 0.3 * contact.peak_n < found.force_n <= 1.01 * contact.peak_n
 
@@ -233,7 +233,7 @@ def test_steps_are_sorted_filtered_and_copied(opened):
     table.sortByColumn(column, Qt.SortOrder.DescendingOrder)
     rates = [step.loading_kn_s for step in table.steps_in_order()]
     assert rates == sorted(rates, reverse=True)
-    tile = opened.content.steps[0].step.tile
+    tile = opened.axis.content.steps[0].step.tile
     panel.filters["tile"].setCurrentIndex(panel.filters["tile"].findData(tile))
     assert {step.tile for step in table.steps_in_order()} == {tile}
     assert f"mean of {len(panel.visible_steps())}" in [series.name for series in panel.plot.drawing.series]
@@ -247,7 +247,7 @@ def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, 
     path = folder / "old.underfoot"
     shutil.copy(walk, path)
     workspace.open_file(path)
-    qtbot.waitUntil(lambda: workspace.content is not None)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
     monkeypatch.setattr("underfoot.widgets.recordings.recording_list.move_to_trash", lambda path: False)
     qtbot.mouseClick(workspace.recordings.delete, Qt.MouseButton.LeftButton)
     box = workspace.recordings.findChild(QMessageBox)
@@ -259,7 +259,7 @@ def test_one_is_deleted_only_when_that_was_said(workspace, folder, walk, qtbot, 
         box = next(one for one in workspace.recordings.findChildren(QMessageBox) if one.isVisible())
         qtbot.mouseClick(box.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
     assert not path.exists()
-    assert workspace.content is None
+    assert workspace.axis.content is None
     assert workspace.recordings.list.count() == 0
 
 
@@ -281,7 +281,7 @@ def test_one_key_exports_the_recording_here_and_the_patch_elsewhere(qtbot, folde
     assert dialogs_after_key() == []
     assert window.status.message == "No recording is open: choose one in the list, then export it."
     window.open_file(walk)
-    qtbot.waitUntil(lambda: window.workspaces["Recordings"].content is not None)
+    qtbot.waitUntil(lambda: window.workspaces["Recordings"].axis.content is not None)
     assert dialogs_after_key() == [ExportDialog.__name__]
 
 
@@ -294,11 +294,11 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     assert dialog.vibration.isVisible()
     assert "force" in dialog.omissions.text()
     dialog.reject()
-    opened.exporting.begin(opened.content.opened.path, folder / "walk.wav", "measured")
+    opened.exporting.begin(opened.axis.content.opened.path, folder / "walk.wav", "measured")
     qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert (folder / "walk.wav").exists()
     assert any("was exported to" in line for line in said)
-    opened.exporting.begin(opened.content.opened.path, folder / "walk.csv", "measured")
+    opened.exporting.begin(opened.axis.content.opened.path, folder / "walk.csv", "measured")
     opened.exporting.stop()
     qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert not (folder / "walk.csv").exists()
@@ -335,7 +335,7 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     QApplication.sendEvent(window, QDropEvent(QPointF(600, 400), Qt.DropAction.CopyAction, data, *none))
     workspace = window.workspaces["Recordings"]
     assert window.workspaces.chosen == "Recordings"
-    qtbot.waitUntil(lambda: workspace.content is not None)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None)
     assert str(walk) in window.settings.recordings
     workspace.close_down()
 

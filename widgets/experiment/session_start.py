@@ -1,0 +1,134 @@
+"""The row that begins a session of a study: the participant's id, a pilot, and the equipment."""
+
+import msgspec
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QWidget
+
+from underfoot.errors import UnderfootError
+from underfoot.studies.equipment import EquipmentChoice
+from underfoot.widgets import theme
+from underfoot.widgets.controls.question import ask
+from underfoot.widgets.experiment.equipment_dialog import EquipmentDialog, choice_of_settings
+from underfoot.widgets.experiment.studies import SessionFolder, StudyFile, is_id
+from underfoot.widgets.session.controller import SessionController
+from underfoot.widgets.session.settings import Settings
+
+GO_ON, ANOTHER_ID = "Go on with that one", "Begin anew under another id"
+_HOW = "Pilot: try two trials of each stage yourself. Begin: type a participant's id first."
+
+
+class SessionStart(QWidget):
+    """Asks for a participant's id and for the equipment, and says why no session can begin."""
+
+    begin_requested = Signal(object, str)
+    """The `StudyFile`, and the id of a participant whose session is to begin or to continue."""
+    stated = Signal(str)
+    """Why no session can begin, or what came of the last one; "" for neither."""
+
+    def __init__(self, study: StudyFile, sessions: SessionFolder) -> None:
+        super().__init__()
+        self._study, self._sessions = study, sessions
+        self._controller: SessionController | None = None
+        self._settings: Settings | None = None
+        self.equipment = EquipmentChoice()
+        self.participant = QLineEdit()
+        self.participant.setPlaceholderText("Participant's id, such as P01")
+        self.participant.setAccessibleName("Participant's id")
+        self.participant.setMinimumWidth(26 * theme.GRID)
+        self.participant.setMaximumWidth(30 * theme.GRID)
+        self.begin_button, self.pilot_button = QPushButton("Begin"), QPushButton("Pilot")
+        self.equipment_button = QPushButton()
+        self.begin_button.setProperty("role", "primary")
+        self.pilot_button.setToolTip(
+            "Try it yourself: two trials of each stage, kept apart from the participants' sessions"
+        )
+        self.equipment_button.setToolTip("Plate, masking sound, trigger and LSL streams of sessions in this window")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme.GRID)
+        for part in (self.participant, self.begin_button, self.pilot_button, self.equipment_button):
+            row.addWidget(part)
+        row.addStretch(1)
+        self._use_equipment(self.equipment)
+        self.begin_button.clicked.connect(self.begin)
+        self.participant.returnPressed.connect(self.begin)
+        self.participant.textChanged.connect(self.show_availability)
+        self.pilot_button.clicked.connect(self.begin_pilot)
+        self.equipment_button.clicked.connect(self.ask_equipment)
+
+    def attach(self, controller: SessionController, settings: Settings) -> None:
+        """Begin sessions on the window's session, with the equipment of its settings."""
+        self._controller, self._settings = controller, settings
+        self._use_equipment(choice_of_settings(settings.study_equipment))
+        controller.opened.connect(self.show_availability)
+        self.show_availability()
+
+    def show_study(self, study: StudyFile) -> None:
+        """Begin sessions of this study from now on."""
+        self._study = study
+        self.show_availability()
+
+    def show_availability(self) -> None:
+        """Enable the buttons for the id that was typed, and say why a session cannot begin."""
+        person = self.participant.text()
+        has_session = self._controller is not None and self._controller.session is not None
+        goes_on = is_id(person) and self._sessions.path(self._study, person).exists()
+        why_not = "The session is not open yet." if not has_session else "" if person else _HOW
+        if person and not is_id(person):
+            why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
+        self.pilot_button.setEnabled(has_session)
+        self.begin_button.setEnabled(has_session and is_id(person))
+        self.begin_button.setText("Go on" if goes_on else "Begin")
+        self.stated.emit(why_not)
+
+    def show_end(self, participant: str, *, is_pilot: bool) -> None:
+        """Say that this participant has finished the study, and wait for the next one's id."""
+        self.participant.clear()
+        if is_pilot:
+            self.stated.emit(f"Pilot {participant} is done. Its answers are kept apart from the participants'.")
+        else:
+            self.stated.emit(f"{participant} has come to the end of the study. The answers are kept.")
+
+    def begin(self) -> None:
+        """Begin or continue the session of the participant whose id was typed.
+
+        If the study was changed since that session began, ask first.
+        """
+        study, participant = self._study, self.participant.text()
+        if not self.begin_button.isEnabled():
+            return
+        try:
+            is_other = self._sessions.was_begun_otherwise(study, participant)
+        except UnderfootError as error:
+            self.stated.emit(str(error))
+            return
+        if not is_other:
+            self.begin_requested.emit(study, participant)
+            return
+        text = f"{participant} was begun with an earlier form of this study. Go on with that one?"
+        self.participant.setFocus()
+        self.participant.selectAll()  # so that another id can be typed
+        ask(
+            self.window(),
+            "An earlier form",
+            text,
+            GO_ON,
+            lambda: self.begin_requested.emit(study, participant),
+            ANOTHER_ID,
+        )
+
+    def begin_pilot(self) -> None:
+        """Begin a pilot: two trials of each stage of the study."""
+        pilot = self._study.pilot()
+        self.begin_requested.emit(pilot, self._sessions.unused_id(pilot))
+
+    def ask_equipment(self) -> None:
+        """Ask for the equipment beside the floor."""
+        calibrated = "" if self._settings is None else self._settings.calibrated_plate
+        EquipmentDialog(self._use_equipment, self.equipment, self.window(), calibrated).open()
+
+    def _use_equipment(self, choice: EquipmentChoice) -> None:
+        self.equipment = choice
+        if self._settings is not None:
+            self._settings.study_equipment = msgspec.to_builtins(choice)
+        self.equipment_button.setText(f"Equipment: {choice.text}…" if choice.text else "Equipment…")
