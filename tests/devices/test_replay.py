@@ -1,3 +1,5 @@
+"""A replayed force file: every sample once, at its own time, also over and over and across gaps."""
+
 import numpy as np
 import pytest
 

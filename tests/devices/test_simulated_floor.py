@@ -1,3 +1,5 @@
+"""The simulated floor: its samples in time, its walker, hands, and an engine that takes over."""
+
 import numpy as np
 import pytest
 

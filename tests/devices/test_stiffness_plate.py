@@ -3,7 +3,7 @@
 import pytest
 import serial
 
-from underfoot.devices.emulation.plate import EmulatedPlate
+from underfoot.devices.emulation.plate import EmulatedPlate, SimulatedServo
 from underfoot.devices.plate import Plate, PlateCalibration, calibration_of, plate_of
 from underfoot.errors import BadFile, BadValue, DeviceError
 
@@ -22,6 +22,14 @@ def plate(emulated):
     made = Plate(emulated.name, CALIBRATION, move_s=0.15)
     yield made
     made.close()
+
+
+@pytest.mark.parametrize("line", ["MOVE 1.5 1", "MOVE nan 1", "MOVE 0.5 nan", "MOVE 0.5 inf", "MOVE 0.5 -1", "GO"])
+def test_an_order_that_is_none_is_refused_and_moves_nothing(line):
+    servo = SimulatedServo()
+    servo.write(f"{line}\n".encode())
+    assert servo.read(servo.in_waiting).startswith(b"ERR ")
+    assert (servo.is_moving, servo.moves, servo.position) == (False, [], 0.0)
 
 
 def test_it_goes_where_it_is_wanted_in_the_same_time_for_every_distance(plate, emulated, until):

@@ -1,3 +1,5 @@
+"""The engine's loop: commands at span edges, the same bytes for any block, swaps that cannot be heard."""
+
 import tracemalloc
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The recorder: all that was played is in its file, whatever is killed, and nothing is written over."""
+
 import multiprocessing
 import os
 import signal
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 from live import live
 from made_patches import hum, stepped_bank
+from made_recordings import ABOUT
 
 from underfoot.engine.commands import Level, Panic, Play, PressTile, Set, Strike, Swap, from_text, to_text
 from underfoot.engine.recorder import RecordCommand, Recorder, RecordMark
@@ -15,17 +18,8 @@ from underfoot.engine.reports import Notice, ProcessDied
 from underfoot.engine.rings import Ring
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadFile
-from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.records.recording import Gap, Recording, Writer, is_recording
-
-ABOUT = {
-    "patch": hum().dumps().decode(),
-    "floor": default_floor(1, 2).dumps().decode(),
-    "rate": "48000",
-    "force_rate": "1000.0",
-    "target": "simulator",
-}
 
 
 class Rings:

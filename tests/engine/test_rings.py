@@ -1,3 +1,5 @@
+"""Rings in shared memory: read once and in order, from another process, and beside a busy writer."""
+
 import threading
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Live sessions: replayed to the same bytes, edited, silenced, and restarted after a process is killed."""
+
 import os
 import signal
 import subprocess

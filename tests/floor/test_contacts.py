@@ -1,3 +1,5 @@
+"""Contacts and centroids: of measured walks beside a reference, and thresholds at their limits."""
+
 import numpy as np
 import pytest
 from made_walks import Foot, corner_forces, read, touching_floor, walk

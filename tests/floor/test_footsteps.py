@@ -1,3 +1,5 @@
+"""Figures of footsteps: of measured walks beside a table, and of made ones beside what they were made with."""
+
 import dataclasses
 import math
 

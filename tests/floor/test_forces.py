@@ -1,3 +1,5 @@
+"""Force CSVs: as written here, by spreadsheets and statistics, and with every kind of error."""
+
 import numpy as np
 import pytest
 from measured import WALKS, needs_data, walk

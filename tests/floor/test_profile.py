@@ -229,7 +229,8 @@ def test_a_part_never_goes_into_another_tile_s_file(tmp_path):
 
 
 def test_a_replaced_part_is_kept_compared_and_restored():
-    old, new = fsr(error=4.0, figures={"noise_n": 1.0}), fsr(error=2.0, figures={"noise_n": 0.5, "more": 7.0})
+    old = fsr(error=4.0, error_unit="% of full scale", figures={"noise_n": 1.0})
+    new = fsr(error=2.0, error_unit="% of full scale", figures={"noise_n": 0.5, "more": 7.0})
     profile = Profile(tile="t1").with_part(old, TODAY).with_part(new, TODAY)
     assert [(one.kind, one.replaced) for one in profile.earlier] == [("fsr", "2024-06-01")]
     compared = profile.compare(0)

@@ -6,20 +6,11 @@ from contextlib import closing, suppress
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from made_patches import hum
+from made_recordings import ABOUT
 
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
-from underfoot.floor.layout import default_floor
 from underfoot.records.recording import APPLICATION_ID, Recording, Writer
-
-ABOUT = {
-    "patch": hum().dumps().decode(),
-    "floor": default_floor(1, 2).dumps().decode(),
-    "rate": "48000",
-    "force_rate": "1000.0",
-    "target": "simulator",
-}
 
 
 @pytest.fixture

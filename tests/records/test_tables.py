@@ -1,3 +1,5 @@
+"""Tables of steps and contacts on disk: whole or not there."""
+
 import math
 
 import numpy as np

@@ -81,6 +81,30 @@ def starts(window):
     return found
 
 
+def build_the_tacton(hand):
+    """A rhythm of impacts on the tiles, in at most eight actions."""
+    hand.add("rhythm")
+    hand.rhythm("R1")
+    hand.pull("rhythm", "out", "impact", QPoint(120, 0))
+    hand.pull("impact", "acceleration", "tile output", QPoint(120, 0))
+    assert hand.actions <= 8
+    patch = hand.design.patch()
+    assert [node.type for node in patch.nodes] == ["rhythm", "impact", "tile-output"]
+    assert patch.wires == (("rhythm.out", "impact.strike"), ("impact.acceleration", "tile-output.acceleration"))
+    assert np.abs(render(patch, seconds=1.0).samples).max() > 0.001
+
+
+def hear_it_again_and_again(window, qtbot):
+    """In a loop the engine begins the patch anew, and the tiles vibrate."""
+    design = window.workspaces["Design"]
+    heard, begun = VibrationRecorder(window), starts(window)
+    qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: len(begun) > 2 and heard.any())
+    assert window.controller.session.patch.types.keys() >= design.patch().types.keys()
+    qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
+    assert not window.listening.is_looping
+
+
 def test_the_thesis_s_tacton_is_built_heard_kept_found_compared_and_undone(window, qtbot):
     """By keys and mouse alone, in a window that plays."""
     design = window.workspaces["Design"]
@@ -95,25 +119,8 @@ def test_the_thesis_s_tacton_is_built_heard_kept_found_compared_and_undone(windo
 
     press((Qt.Key.Key_N, CONTROL))
     assert design.patch().nodes == ()
-    hand.add("rhythm")
-    hand.rhythm("R1")
-    hand.pull("rhythm", "out", "impact", QPoint(120, 0))
-    hand.pull("impact", "acceleration", "tile output", QPoint(120, 0))
-    assert hand.actions <= 8
-    types = [node.type for node in design.patch().nodes]
-    assert types == ["rhythm", "impact", "tile-output"]
-    assert design.patch().wires == (
-        ("rhythm.out", "impact.strike"),
-        ("impact.acceleration", "tile-output.acceleration"),
-    )
-    assert np.abs(render(design.patch(), seconds=1.0).samples).max() > 0.001
-    # heard again and again: the engine begins it anew, and the tiles vibrate
-    heard, begun = VibrationRecorder(window), starts(window)
-    qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: len(begun) > 2 and heard.any())
-    assert window.controller.session.patch.types.keys() >= design.patch().types.keys()
-    qtbot.mouseClick(design.listen_bar.loop, Qt.MouseButton.LeftButton)
-    assert not window.listening.is_looping
+    build_the_tacton(hand)
+    hear_it_again_and_again(window, qtbot)
     # grouped, and kept as a preset
     press((Qt.Key.Key_A, CONTROL), (Qt.Key.Key_G, CONTROL))
     assert len(design.patch().groups) == 1

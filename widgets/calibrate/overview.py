@@ -144,5 +144,4 @@ def _figures(part: Part | None) -> dict[str, float]:
     """Return the part's error and its other figures; a figure with the same label is left out."""
     if part is None:
         return {}
-    others = {name: value for name, value in part.figures.items() if label_of(name) != label_of("error")}
-    return {"error": part.error, **others}
+    return {name: x for name, x in part.measured.items() if name == "error" or label_of(name) != label_of("error")}

@@ -40,5 +40,5 @@ class ResultView(QWidget):
         theme.set_role(self.verdict, "good" if result.good else "alarm")
         self.warnings.setText("\n".join(f"•  {pretty_text(line)}" for line in result.warnings))
         self.warnings.setVisible(bool(result.warnings))
-        old = None if before is None else {"error": before.error, **before.figures}
+        old = None if before is None else before.measured
         self.table.show_quantities(result.quantities, "this time", old, "" if before is None else f"of {before.made}")

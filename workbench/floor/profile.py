@@ -58,6 +58,11 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     def __post_init__(self) -> None:
         _require_date("made", self.made)
 
+    @property
+    def measured(self) -> dict[str, float]:
+        """All figures by name, with the error first, if it is known."""
+        return {"error": self.error, **self.figures} if self.error_unit else self.figures
+
 
 class Fsr(Part, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Readings to newtons: one curve a sensor, exactly four."""
@@ -352,8 +357,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         require(0 <= place < len(self.earlier), "place", place, f"0 to {len(self.earlier) - 1}")
         then: Part = getattr(self.earlier[place], self.earlier[place].kind)
         now = self.part(self.earlier[place].kind)
-        new = {} if now is None else {"error": now.error, **now.figures}
-        old = {"error": then.error, **then.figures}
+        old, new = then.measured, {} if now is None else now.measured
         return {name: (old.get(name, np.nan), new.get(name, np.nan)) for name in {**old, **new}}
 
     def dumps(self) -> bytes:

@@ -1,5 +1,6 @@
 """A simulated variable stiffness plate, in this process or on a pseudo-terminal, with the real one's protocol."""
 
+import math
 import os
 import threading
 import time
@@ -62,6 +63,9 @@ class SimulatedServo:
                     return
                 if not 0.0 <= to <= 1.0:
                     self._say(f"ERR position {to:g} is not within 0 to 1")
+                    return
+                if not 0.0 <= takes < math.inf:  # a servo that never arrives, or has arrived before
+                    self._say(f"ERR {takes:g} seconds are no duration")
                     return
                 self._from, self._to, self._takes = self.position, to, takes
                 self._began, self.is_moving = self._clock(), True
