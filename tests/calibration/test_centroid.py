@@ -1,11 +1,14 @@
 """Where a load stands: presses of a robot that errs in known ways, and what the correction makes of them."""
 
+import dataclasses
+
 import made_sensors
+import msgspec
 import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import Presses
-from underfoot.calibration.results.centroid import part_of, quantities_of, verdict_of
+from underfoot.calibration.results.centroid import drawings_of, part_of, quantities_of, verdict_of
 from underfoot.calibration.science.centroid import SHEAR_SHARE, assess, best_static_forces
 from underfoot.calibration.science.centroid_fit import centroid, convex_hull, fit_correction
 from underfoot.calibration.science.press_plausibility import load_groups
@@ -116,6 +119,29 @@ def test_errors_are_told_by_load_edge_and_shear():
     assert figures["shear_mm"] == pytest.approx(1e3 * SHEAR_SHARE * TILE.sensor_depth_m)
     assert {"mean_after_mm_0_to_3_cm_from_edge", "mean_after_mm_over_10_cm_from_edge"} <= figures.keys()
     assert (figures["presses"], figures["places"]) == (147.0, 49.0)
+
+
+def test_lengths_are_told_in_millimetres_and_centimetres():
+    """A tile of 30.5 cm, its sensors 13.35 cm from its middle and 2 cm deep; presses, and where they seemed to be."""
+    tile = msgspec.structs.replace(TILE, sensor_depth_m=0.02)
+    found = assess(presses(gains=(1.2, 0.85, 1.0, 0.95)), tile)
+    edge, sensors, pressed, arrows = drawings_of(found)[0].series
+    for drawn, reach_mm in ((edge, 152.5), (sensors, 133.5), (pressed, 132.5)):
+        assert [np.abs(drawn.x).max(), np.abs(drawn.y).max()] == pytest.approx([reach_mm, reach_mm])
+    np.testing.assert_allclose(np.column_stack([arrows.x, arrows.y]), 1000 * found.at_m)
+    np.testing.assert_allclose(arrows.to, 1000 * found.before_m)
+    assert "20 mm below the surface" in verdict_of(found)
+    assert "mean_after_mm_6_to_10_cm_from_edge" in {name for name, *_ in quantities_of(found)}
+
+
+@pytest.mark.parametrize(("off_m", "good"), [(0.018, True), (0.022, False)])
+def test_twenty_millimetres_on_average_are_good_enough(off_m, good):
+    """What the thesis found typical of one calibrated tile (section 5.4)."""
+    found = assess(presses(), TILE)
+    found = dataclasses.replace(found, after_m=found.at_m + np.array([off_m, 0.0]))
+    part = part_of(found, "a robot")
+    assert (part.good, part.error, part.error_allowed) == (good, pytest.approx(1000 * off_m), 20.0)
+    assert ("; 20 mm on average is allowed." in part.verdict) is not good
 
 
 def test_readings_go_through_the_profile_s_curves():

@@ -11,6 +11,7 @@ from scipy.io import wavfile
 from scipy.signal import lfilter
 
 from underfoot.__main__ import cli
+from underfoot.calibration.results.latency import result_of
 from underfoot.calibration.science.clicks import click_delays, click_onsets, click_train
 from underfoot.errors import BadMeasurement
 from underfoot.floor.profile import Profile
@@ -54,6 +55,13 @@ def test_clicks_that_did_not_come_back_are_counted():
     found = click_delays(*returned(np.full(50, 0.005), lost=(3, 20, 21)), RATE)
     assert found.lost == 3
     assert len(found.delay_s) == len(found.played_s) == 47
+
+
+def test_figures_and_pictures_are_in_milliseconds():
+    often, over = (drawing.series[0] for drawing in result_of(
+        click_delays(*returned(np.full(50, 0.005)), RATE), RATE, 128).drawings)  # fmt: skip
+    assert over.y == pytest.approx(np.full(50, 5.0), abs=0.05)
+    assert often.x == pytest.approx(np.full(len(often.x), 5.0), abs=1.0)
 
 
 def test_silence_and_another_signal_are_refused():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import Pairs
-from underfoot.calibration.results.fsr import part_of, quantities_of, verdict_of
+from underfoot.calibration.results.fsr import drawings_of, part_of, quantities_of, verdict_of
 from underfoot.calibration.science.linearisation import VoltageDivider, linearise
 from underfoot.errors import BadValue
 from underfoot.floor.profile import Profile
@@ -48,6 +48,13 @@ def test_every_curve_is_found_to_half_a_percent_on_loadings_not_seen(curve):
     assert found.error_percent < 0.5
     assert unseen_error_percent(profile_of(found), curve) < 0.5
     assert found.good
+
+
+def test_the_errors_drawn_are_percents_of_full_scale():
+    """Of a straight sensor of 60 counts a newton, read to 3 counts: 0.05 N, of about 200 N."""
+    drawn = next(one for one in drawings_of(fitted("straight, with an offset")) if "held-out" in one.title)
+    errors = np.concatenate([line.y for line in drawn.series])
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(100 * 0.05 / made_sensors.FULL_N, rel=0.6)
 
 
 def test_the_curve_that_made_the_readings_is_chosen_where_it_is_simple():

@@ -6,10 +6,12 @@ from datetime import date
 import numpy as np
 import pytest
 
-from underfoot.calibration.science.plate_stiffness import line_of, plate_fit
+from underfoot.calibration.files.plate_profiles import write_plate_file
+from underfoot.calibration.results.plate import result_of
+from underfoot.calibration.science.plate_stiffness import FootstepLine, line_of, plate_fit
 from underfoot.devices.plate import PlateCalibration
 from underfoot.errors import BadMeasurement
-from underfoot.floor.profile import Profile
+from underfoot.floor.profile import PlateStiffness, Profile
 from underfoot.models.gait import vertical_force
 
 TRUTH = {0.0: 40.0, 0.25: 62.0, 0.5: 90.0, 0.75: 122.0, 1.0: 160.0}
@@ -89,3 +91,26 @@ def test_the_command_calibrates_from_a_table(underfoot, tmp_path):
     (tmp_path / "bad.csv").write_text("position,footstep,force_n,displacement_mm\n0.5,1,x,2\n")
     assert "bad.csv, line 2: allowed: numbers" in underfoot("plate", "--footsteps", tmp_path / "bad.csv").error
     assert "give --footsteps" in underfoot("plate").error
+
+
+@pytest.mark.parametrize(("stiffer", "good"), [(1.04, True), (1.06, False)])
+def test_errors_are_told_in_percent_and_three_are_allowed(stiffer, good):
+    """One of three lines is stiffer than two that agree: by the share, and those are off the mean of the others."""
+    lines = [
+        FootstepLine(at, stiffness * factor, 0.0, 1.0)
+        for at, stiffness in ((0.0, 50.0), (1.0, 100.0)) for factor in (1.0, 1.0, stiffer)
+    ]  # fmt: skip
+    samples = [(np.linspace(0.0, 500.0, 20), np.linspace(0.0, 500.0, 20) / line.stiffness_n_mm) for line in lines]
+    result = result_of(lines, samples, "a load cell")
+    part = result.apply(Profile(tile="t1")).plate
+    others = (stiffer - 1.0) / (0.5 + 0.5 * stiffer) / 2.0
+    mean_percent = 100 * ((stiffer - 1.0) + 2.0 * others) / 3.0
+    assert (part.error, part.error_allowed, part.good) == (pytest.approx(mean_percent, rel=0.02), 3.0, good)
+    assert part.figures["worst_error_percent"] == pytest.approx(100 * (stiffer - 1.0), rel=0.01)
+    assert ("That is more than 3 %" in result.verdict) is not good
+
+
+def test_the_error_in_the_file_for_studies_is_a_share(tmp_path):
+    part = PlateStiffness(made="2024-05-01", error=1.2, positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0))
+    path = write_plate_file(Profile(tile="t1").with_part(part), tmp_path / "t1.json")
+    assert PlateCalibration.load(path).error == pytest.approx(0.012)

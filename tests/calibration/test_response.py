@@ -5,7 +5,7 @@ from datetime import date
 
 import numpy as np
 import pytest
-from scipy.signal import sosfreqz
+from scipy.signal import freqz, lfilter, sosfreqz
 
 from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures.response import LOUDEST, ResponseProcedure
@@ -13,6 +13,7 @@ from underfoot.calibration.results.response import result_of
 from underfoot.calibration.rig import Sound
 from underfoot.calibration.science.response import ResponseMeasurements, equalise, flatness_db, usable_band_hz
 from underfoot.calibration.science.sweep import exponential, train
+from underfoot.calibration.science.tones import DistortionOverLevel
 from underfoot.calibration.science.transfer_function import measure
 from underfoot.engine.safety import Limits
 from underfoot.engine.shaker_rigs import SimulatedShaker
@@ -269,6 +270,27 @@ def test_from_two_recordings_alone():
     assert Profile.loads(profile.dumps()).equaliser.tobytes() == profile.equaliser.tobytes()
     kept = np.interp(inner, profile.response.frequencies_hz, profile.response.magnitude)
     assert np.abs(20.0 * np.log10(kept / np.abs(tile.transfer(inner)))).max() < 0.5
+
+
+def test_distortion_is_told_in_percent():
+    """A square and a cube of a sine of 0.4 make harmonics of a u / 2 and b u^2 / 4 of it, before a low-pass."""
+    sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.4), 1, RATE)
+    found = measure(sweep, lfilter([0.2], [1.0, -0.8], sweep + 0.1 * sweep**2 + 0.75 * sweep**3), RATE)
+    share = np.array([0.01, 0.12])
+    tones = DistortionOverLevel(np.array([0.1, 0.4]), np.array([5.0, 20.0]), share)
+    result = result_of(ResponseMeasurements({"none": found}, 50.0, RATE, 2, tones=tones))
+    passed = np.abs(freqz([0.2], [1.0, -0.8], [300.0, 600.0, 900.0], fs=RATE)[1])
+    second, third = 100 * np.array([0.1 * 0.4 / 2.0, 0.75 * 0.4**2 / 4.0]) * passed[1:] / passed[0]
+    assert result.figures["distortion_2_percent"] == pytest.approx(second, rel=0.15)
+    assert result.figures["distortion_3_percent"] == pytest.approx(third, rel=0.15)
+    assert result.figures["thd_loudest_percent"] == pytest.approx(12.0)
+    assert "the loudest tone has 12 % of harmonic distortion" in result.warnings
+    drawn = {drawing.title: drawing.series for drawing in result.drawings}
+    assert np.interp(300.0, drawn["Distortion by order"][0].x, drawn["Distortion by order"][0].y) == pytest.approx(
+        second, rel=0.15
+    )
+    (over_level,) = (series for title, (series, *_) in drawn.items() if title.startswith("Distortion at"))
+    assert over_level.y == pytest.approx([1.0, 12.0])
 
 
 def test_a_tile_that_cannot_be_made_flat_is_not_good():

@@ -1,0 +1,100 @@
+"""Where a measurement is refused as implausible, and what may just pass."""
+
+import numpy as np
+import pytest
+
+from underfoot.calibration.science.load_checks import require_weight
+from underfoot.calibration.science.pair_plausibility import require_plausible
+from underfoot.calibration.science.press_checks import is_steady, require_place, require_signal, require_unclipped
+from underfoot.calibration.science.recording_checks import require_not_silent, require_same_sweep
+from underfoot.errors import BadMeasurement, BadValue
+
+REST = np.full(4, 1000.0)
+
+
+def weighed(given_n, change=2000.0, other=0.0, apparent_n=None):
+    """A weight over the first of four sensors of 200 N, the change of its reading, and that of another one's."""
+    require_weight(0, given_n, 1000.0 + change, REST + np.array([change, other, 0.0, 0.0]), REST, 200.0, apparent_n)
+
+
+@pytest.mark.parametrize("ratio", [0.4, 2.5])
+def test_a_weight_may_differ_from_what_its_reading_suggests(ratio):
+    weighed(100.0 * ratio, apparent_n=100.0)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 3.5])
+def test_a_weight_is_refused_at_about_three_times_what_its_reading_suggests(ratio):
+    with pytest.raises(BadMeasurement, match="reads as under about 100 N; check the weight"):
+        weighed(100.0 * ratio, apparent_n=100.0)
+
+
+def test_a_sensor_is_silent_that_changes_by_a_few_counts_under_a_third_of_full_scale():
+    weighed(40.0, change=15.0)
+    weighed(70.0, change=45.0)
+    with pytest.raises(BadMeasurement, match="sensor 1 gives no signal"):
+        weighed(70.0, change=15.0)
+
+
+def test_another_sensor_responds_if_it_changes_by_more_than_noise():
+    weighed(40.0, change=100.0, other=300.0)
+    with pytest.raises(BadMeasurement, match="sensor 2 responds when sensor 1 is loaded; are their wires swapped"):
+        weighed(40.0, change=300.0, other=900.0)
+
+
+@pytest.mark.parametrize(("full_n", "plausible"), [(0.3, False), (1.0, True), (15_000.0, True), (25_000.0, False)])
+def test_full_scale_is_that_of_a_floors_sensor(full_n, plausible):
+    share = np.tile(np.linspace(0.0, 1.0, 50), 2)
+    table = [(np.arange(100) * 0.02, 30_000.0 * share, full_n * share)]
+    if plausible:
+        require_plausible(table)
+    else:
+        with pytest.raises(BadValue, match="is it in newtons"):
+            require_plausible(table)
+
+
+def test_a_press_is_steady_or_waited_for_or_given_up():
+    assert is_steady(0.03, 0.004, 1.0)
+    assert not is_steady(0.08, 0.004, 1.0)
+    assert not is_steady(0.03, 0.010, 1.0)
+    assert not is_steady(0.08, 0.010, 15.0)
+    with pytest.raises(BadMeasurement, match=r"its force varies by 8 %, its place by 10 mm"):
+        is_steady(0.08, 0.010, 25.0)
+
+
+def test_a_press_elsewhere_is_refused_from_some_centimetres_on():
+    require_place((0.05, 0.04), (0.0, 0.0))
+    with pytest.raises(BadMeasurement, match="measured 100 mm from where it was asked for"):
+        require_place((0.06, 0.08), (0.0, 0.0))
+
+
+def test_sensors_are_silent_that_give_a_hundredth_of_the_load():
+    require_signal(100.0, np.full(9, 100.0), np.full(9, 4.0))
+    with pytest.raises(BadMeasurement, match="no signal: the sensors add up to 1 N under 100 N"):
+        require_signal(100.0, np.full(9, 100.0), np.full(9, 1.0))
+
+
+def test_a_sensor_clips_whose_rest_is_elsewhere():
+    readings = np.tile([65535.0, 3000.0, 3000.0, 3000.0], (20, 1))
+    require_unclipped(readings, np.array([65535.0 - 200.0, 0.0, 0.0, 0.0]))
+    with pytest.raises(BadMeasurement, match="sensor 1 clips"):
+        require_unclipped(readings, np.array([65535.0 - 900.0, 0.0, 0.0, 0.0]))
+
+
+def test_a_recording_is_silent_below_the_last_bit_of_sixteen():
+    """One bit of 16 is 3e-5 of full scale; a good converter hears a third of that."""
+    tone = np.sin(np.arange(4800) / 10.0)
+    require_not_silent(2e-5 * tone)
+    with pytest.raises(BadMeasurement, match="is the accelerometer connected"):
+        require_not_silent(5e-6 * tone)
+
+
+@pytest.mark.parametrize(("late_ms", "same"), [(20.0, True), (60.0, False)])
+def test_octaves_that_arrive_late_are_of_another_sweep(late_ms, same):
+    """An impulse whose octaves above 1 kHz come later."""
+    f = np.fft.rfftfreq(16_000, 1.0 / 16_000.0)
+    response = np.fft.irfft(np.exp(-2j * np.pi * f * np.where(f > 1000.0, 0.1 + 1e-3 * late_ms, 0.1)))
+    if same:
+        require_same_sweep(response, 20.0, 4000.0, 16_000.0)
+    else:
+        with pytest.raises(BadMeasurement, match=r"some octaves arrive (59|60|61) ms later"):
+            require_same_sweep(response, 20.0, 4000.0, 16_000.0)
