@@ -111,6 +111,9 @@ def test_errors_are_told_in_percent_and_three_are_allowed(stiffer, good):
 
 
 def test_the_error_in_the_file_for_studies_is_a_share(tmp_path):
-    part = PlateStiffness(made="2024-05-01", error=1.2, positions=(0.0, 1.0), stiffness_n_mm=(40.0, 160.0))
+    positions, stiffness_n_mm = (0.0, 1.0), (40.0, 160.0)
+    part = PlateStiffness(
+        made="2024-05-01", error=1.2, error_unit="%", positions=positions, stiffness_n_mm=stiffness_n_mm
+    )
     path = write_plate_file(Profile(tile="t1").with_part(part), tmp_path / "t1.json")
     assert PlateCalibration.load(path).error == pytest.approx(0.012)
