@@ -5,6 +5,9 @@ import time
 
 import pytest
 
+EVERY_S = 1.0 / 60.0
+"""How often is looked, unless something else is said: as often as the window polls its session."""
+
 
 class Poll:
     """Polls until a condition holds; fails after `seconds` by the clock."""
@@ -13,7 +16,7 @@ class Poll:
         self.seconds = seconds
         self._pause = threading.Event()
 
-    def __call__(self, holds, what="", seconds=None, every=0.005, seen=str):
+    def __call__(self, holds, what="", seconds=None, every=EVERY_S, seen=str):
         """Return what `holds()` returns once it is true; a failure tells `what`, and what `seen()` returns."""
         end = time.monotonic() + (seconds or self.seconds)
         while True:

@@ -3,7 +3,7 @@
 import numpy as np
 from on_screen import show
 from polling import Poll
-from PySide6.QtCore import QCoreApplication
+from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from underfoot.engine.target import Target
@@ -43,6 +43,18 @@ def play_on_simulator(folder):
     wait_until_playing(window)
     assert window.bridge.wait_for_kernels(LONG_MS / 1000)
     return window
+
+
+def end_window(window):
+    """End a window for good: one that is only closed keeps its widgets, and later tests would style and time them."""
+    window.leave()
+    window.deleteLater()
+    delete_widgets()
+
+
+def delete_widgets():
+    """Delete the widgets that are to be deleted later."""
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def wait_until_playing(window):

@@ -39,7 +39,7 @@ def test_a_cluster_of_which_a_worker_is_killed_gives_the_same_people(until, tmp_
             if done == 1:
                 workers[0].kill()
 
-        assert simulate_on_cluster(jobs(60), address, kill) == simulate_locally(jobs(60), 1)
+        assert simulate_on_cluster(jobs(30), address, kill) == simulate_locally(jobs(30), 1)
         assert workers[0].wait() == -signal.SIGKILL
 
 

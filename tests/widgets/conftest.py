@@ -97,13 +97,11 @@ def patch_folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def playing(qapp, patch_folder):
     """A window whose session plays on the simulated floor, shared by the tests of a file."""
-    from windows import play_on_simulator
+    from windows import end_window, play_on_simulator
 
     window = play_on_simulator(patch_folder)
     yield window
-    window.leave()
-    window.deleteLater()
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    end_window(window)
 
 
 @pytest.fixture

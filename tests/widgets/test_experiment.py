@@ -5,10 +5,10 @@ import json
 import pytest
 from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from study_bench import SLOW_MS, Bench
-from windows import dialog_of, noise_patch, play_on_simulator
+from windows import dialog_of, end_window, noise_patch, play_on_simulator
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
@@ -31,9 +31,7 @@ def window(qapp, tmp_path_factory):
     made = play_on_simulator(folder)
     made.main_bar.tabs["Experiment"].click()
     yield made
-    made.leave()
-    made.close()
-    QCoreApplication.processEvents()
+    end_window(made)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from on_screen import show
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QWidget
-from windows import quiet_window
+from windows import delete_widgets, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -24,6 +24,7 @@ from underfoot.widgets.view_menu import ViewMenu
 @pytest.fixture(autouse=True)
 def _dark_again():
     yield
+    delete_widgets()  # or the test's windows are coloured once more
     if theme.NAME != "dark":
         application.application(Settings())
 

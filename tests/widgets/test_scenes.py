@@ -4,9 +4,9 @@ import threading
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
-from windows import noise_patch, play_on_simulator
+from windows import end_window, noise_patch, play_on_simulator
 
 from underfoot.engine.commands import Walk
 from underfoot.floor.layout import default_floor
@@ -25,9 +25,7 @@ def window(qapp, tmp_path_factory):
     (folder / "hiss.json").write_bytes(noise_patch().dumps())
     made = play_on_simulator(folder)
     yield made
-    made.leave()
-    made.close()
-    QCoreApplication.processEvents()
+    end_window(made)
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from design_samples import drag, port
 from on_screen import choose, show
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from windows import VibrationRecorder, dialog_of, play_on_simulator, quiet_window
+from windows import VibrationRecorder, dialog_of, end_window, play_on_simulator, quiet_window
 
 from underfoot import render
 from underfoot.engine.commands import Swap
@@ -55,9 +55,7 @@ def window(qapp, patch_folder):
     """A window that plays, for one test: what draws the pictures of its presets ends with it."""
     made = play_on_simulator(patch_folder)
     yield made
-    made.leave()
-    made.deleteLater()
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    end_window(made)
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from windows import (
     choose_file,
     design,
     dialog_of,
+    end_window,
     monitor,
     noise_patch,
     quiet_window,
@@ -330,6 +331,7 @@ def test_a_window_leaves_no_process_behind(qtbot, tmp_path):
     window.leave()
     assert set(multiprocessing.active_children()) <= before
     assert window not in [w for w in QApplication.topLevelWidgets() if w.isVisible()]
+    end_window(window)
 
 
 def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):

@@ -1,5 +1,6 @@
 """Child processes of a session: start, send and receive, end."""
 
+import gc
 import multiprocessing
 import os
 import sys
@@ -152,9 +153,11 @@ def _run_nodes(files: tuple[NodeFile, ...]) -> None:
 
 
 def _run(module: str, connection: Any, nodes: tuple[NodeFile, ...], *given: Any) -> None:
+    gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     _run_nodes(nodes)
     import_module(module).run(_Listening(connection), *given)
+    gc.freeze()  # or it looks through all that was loaded as it ends
 
 
 def _end_with_parent() -> None:

@@ -40,7 +40,6 @@ def run(connection: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     try:
         load_common_kernels()  # so that an engine on standby takes over sooner
-        gc.collect()
         gc.freeze()  # keep the collector from scanning existing objects before the first sound
         rehearsed = None
         while isinstance(message := connection.recv(), StandBy):

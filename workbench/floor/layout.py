@@ -96,8 +96,8 @@ class Tile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         >>> default_floor().tiles[0].distance_m([[0.1, 0.1], [0.1, -0.2]])
         array([0. , 0.2])
         """
-        beyond = np.abs(self.to_tile(points_m)) - np.array(self.size_m) / 2.0
-        return np.hypot(*np.moveaxis(np.maximum(beyond, 0.0), -1, 0))
+        beyond = np.maximum(np.abs(self.to_tile(points_m)) - np.array(self.size_m) / 2.0, 0.0)
+        return np.asarray(np.hypot(beyond[..., 0], beyond[..., 1]))
 
 
 class Floor(msgspec.Struct, frozen=True):

@@ -8,6 +8,7 @@ times step time; this determines the contact time.
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import lru_cache
 
 import msgspec
 import numpy as np
@@ -225,6 +226,22 @@ def corner_forces(force_n: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, sensors_m:
     """
     sensors = np.asarray(sensors_m, dtype=np.float64)
     require(sensors.shape == (4, 2), "sensors_m", sensors_m, "four points (x, y)")
+    centre, sides = _rectangle(tuple(map(tuple, sensors.tolist())))
+    place = np.stack(np.broadcast_arrays(np.asarray(x_m, float), np.asarray(y_m, float)), axis=-1) - centre
+    weights = np.full(4, 0.25)
+    for half, reach, signs in sides:
+        weights = weights * (1.0 + (place @ half)[..., None] / reach * signs)
+    return np.asarray(force_n, dtype=np.float64)[..., None] * weights
+
+
+@lru_cache(maxsize=256)
+def _rectangle(
+    sensors_m: tuple[tuple[float, float], ...],
+) -> tuple[NDArray[np.float64], list[tuple[NDArray[np.float64], float, NDArray[np.float64]]]]:
+    """Return the centre of a rectangle of sensors, and of each direction half a side, its square, and each sensor's end
+    of it, -1 or 1. Samples come one by one, and always from the same sensors.
+    """
+    sensors = np.array(sensors_m)
     centre = sensors.mean(axis=0)
     across = sensors - sensors[0]
     near, middle, _ = sorted(across[1:], key=lambda edge: float(edge @ edge))
@@ -233,13 +250,8 @@ def corner_forces(force_n: ArrayLike, x_m: ArrayLike, y_m: ArrayLike, sensors_m:
     apart = np.abs(across[:, None] - corners[None, :]).max(axis=2).min(axis=0)
     is_rectangle = apart.max() <= 1e-6 * size and abs(near @ middle) <= 1e-6 * size**2 and near @ near > 1e-12 * size**2
     require(bool(is_rectangle), "sensors_m", sensors.tolist(), "the corners of a rectangle")
-    place = np.stack(np.broadcast_arrays(np.asarray(x_m, float), np.asarray(y_m, float)), axis=-1) - centre
-    weights = np.full(4, 0.25)
-    for edge in (near, middle):
-        half = edge / 2.0
-        reach = half @ half
-        weights = weights * (1.0 + (place @ half)[..., None] / reach * np.sign((sensors - centre) @ half))
-    return np.asarray(force_n, dtype=np.float64)[..., None] * weights
+    halves = (near / 2.0, middle / 2.0)
+    return centre, [(half, float(half @ half), np.sign((sensors - centre) @ half)) for half in halves]
 
 
 def _raised_cosine(u: NDArray[np.float64]) -> NDArray[np.float64]:

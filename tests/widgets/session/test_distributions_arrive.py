@@ -3,7 +3,7 @@
 import pytest
 from polling import Poll
 from PySide6.QtCore import QCoreApplication
-from windows import LONG_MS, design, play_on_simulator
+from windows import LONG_MS, design, end_window, play_on_simulator
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -17,8 +17,7 @@ def window(qtbot, tmp_path):
     made.save(tmp_path / "hiss.json")
     window = play_on_simulator(tmp_path)
     yield window
-    window.leave()
-    window.deleteLater()
+    end_window(window)
 
 
 def test_distributions_come_though_other_previews_were_asked_for_after_them(window):
