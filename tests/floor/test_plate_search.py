@@ -1,6 +1,7 @@
 """The search over modulus and thickness: each plate that fits does, by the closed forms, and the page and command."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from underfoot.patch import preset_files
 TILE = default_floor(1, 1).tiles[0]
 
 
+@cache
 def found_of(**asked):
     return search(TILE, TileParameters(), PlateSearch(**asked))
 
