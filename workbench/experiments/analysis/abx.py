@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from underfoot.experiments.analysis.estimate import Estimate
+from underfoot.experiments.analysis.estimate import Estimate, share_interval
 from underfoot.experiments.analysis.findings import Findings, Table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.blind_comparison import chance_p
@@ -40,8 +40,4 @@ def _right(rows: Sequence[Row]) -> int:
 
 
 def _rate(rows: Sequence[Row]) -> Estimate:
-    from scipy import stats
-
-    right = _right(rows)
-    ends = stats.binomtest(right, len(rows)).proportion_ci(method="wilson")
-    return Estimate("rate", right / len(rows), float(ends.low), float(ends.high))
+    return share_interval("rate", _right(rows), len(rows))
