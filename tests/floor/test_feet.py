@@ -70,7 +70,7 @@ def test_turned_tiles_and_gaps_do_not_matter(gap_m, degrees):
         assert late.max() < 0.2
 
 
-@pytest.mark.parametrize("half_ms", [1, 10])
+@pytest.mark.parametrize("half_ms", [1, 10, 20])
 def test_a_loose_wire_takes_no_more_time_the_longer_it_hums(half_ms):
     """Four tiles whose loads come and go for 5 s: this would take hours if each load were compared with all others."""
     time_s = np.arange(5000) / 1000.0
@@ -81,6 +81,23 @@ def test_a_loose_wire_takes_no_more_time_the_longer_it_hums(half_ms):
     ids = [contact.id for contact in finished(parts)]
     assert len(set(ids)) == len(ids) > 0
     assert ids == [contact.id for contact in finished(others)]
+
+
+@pytest.mark.parametrize("seed", [20, 23, 27])
+def test_chunks_change_nothing_of_loads_that_come_and_go_at_random(seed):
+    """Shorter than a foot's, beside each other and with short pauses: each may be a part of many others."""
+    random = np.random.default_rng(seed)
+    time_s, force_n = np.arange(3000) / 1000.0, np.zeros((3000, 4, 4))
+    for tile in range(4):
+        begin = 300 + int(random.integers(200))
+        while begin < len(time_s):
+            end = begin + 1 + int(random.exponential(25.0))
+            force_n[begin:end, tile] = random.uniform(5.0, 300.0, 4)
+            begin = end + 1 + int(random.exponential(30.0))
+    expected, found = (contacts_of(default_floor(2, 2), time_s, force_n, chunk=chunk) for chunk in (1000, 13))
+    assert len(finished(expected)) > 5
+    for one, other in zip(finished(expected), finished(found), strict=True):
+        np.testing.assert_equal(msgspec.structs.astuple(one), msgspec.structs.astuple(other))
 
 
 @pytest.mark.parametrize("chunk", [1, 37, 100_000])

@@ -36,6 +36,7 @@ class FootFinder:
         self._shared_samples = math.ceil(BOTH_FEET_S * rate_hz)
         self._delay_samples = math.ceil(DELIVERY_DELAY_S * rate_hz)
         self._present: dict[int, Load] = {}  # by tile
+        self._dropped: list[Load] = []  # not compared any more, with rows or events that `take` has not returned
         self._latest: list[deque[Load]] = [deque(maxlen=MOST_LOADS) for _ in floor.tiles]
         self._renamed: dict[int, int] = {}  # a divided load's token in new rows: that of its last part
         self._foot_of: dict[int, int] = {}  # by token
@@ -60,17 +61,17 @@ class FootFinder:
         at_event = at_row = 0
         for edge in [*edges, *([count] if not edges or edges[-1] != count else [])]:
             while at_event < len(events) and events[at_event]["sample"] < edge:
-                self._handle(events[at_event])
+                event = events[at_event]
+                at_row = self._append_until(int(event["sample"]), thin, at_row)
+                self._handle(event)
                 at_event += 1
-            until = int(np.searchsorted(thin["sample"], edge))
-            if until > at_row:
-                self._append(thin[at_row:until])
-                at_row = until
+            at_row = self._append_until(edge, thin, at_row)
             self._count = edge
             if edge > first:
                 self._evidence.now_s = float(time_s[edge - first - 1])
             if edge % tick == 0 and self._evidence.loads:
                 self._check()
+                self._drop()
 
     def finish(self, events: NDArray[np.void]) -> None:
         """Take the events at the end of the stream, and decide what is still open."""
@@ -83,13 +84,7 @@ class FootFinder:
         self, *, everything: bool = False
     ) -> tuple[NDArray[np.void], NDArray[np.int64], list[tuple[int, np.void]]]:
         """Return what was decided since the last call, in temporal order: rows, their feet, events with their feet."""
-        until = self._count + 1
-        if not everything:
-            until -= self._evidence.longest_gap_samples
-            if self._present:
-                # In larger pieces: each one costs.
-                until = (self._count - self._delay_samples) // self._evidence.doubtful * self._evidence.doubtful
-            until = min([until, *(self._oldest(load) for load in self._evidence.loads if load.foot == 0)])
+        until = self._count + 1 if everything else self._decided_until()
         ready = int(np.searchsorted(self._rows["sample"], until))
         if not ready and not (self._events and self._events[0]["sample"] < until):
             return self._held[:0], np.zeros(0, np.int64), []
@@ -100,7 +95,10 @@ class FootFinder:
         self._events = self._events[number:]
         tokens, which = np.unique(rows["token"], return_inverse=True)
         feet = np.array([self._foot_of[int(token)] for token in tokens], np.int64)[which]
-        self._forget(until)
+        for load in [load for load in self._dropped if load.end is not None and load.end < until]:
+            self._dropped.remove(load)
+            del self._foot_of[load.token]
+            self._renamed = {old: new for old, new in self._renamed.items() if new != load.token}
         return rows, feet, events
 
     def awaited(self) -> set[int]:
@@ -128,6 +126,14 @@ class FootFinder:
         self._held[self._end : self._end + len(rows)] = rows
         self._end += len(rows)
 
+    def _decided_until(self) -> int:
+        """Return the sample until which nothing changes any more."""
+        until = self._count + 1 - self._evidence.doubtful
+        if self._present:
+            # In larger pieces: each one costs.
+            until = (self._count - self._delay_samples) // self._evidence.doubtful * self._evidence.doubtful
+        return min([until, *(self._oldest(load) for load in self._evidence.loads if load.foot == 0)])
+
     def _oldest(self, load: Load) -> int:
         """Return the first sample that an undecided load may still change."""
         is_unsplit = load.divided_from is not None and not load.is_split
@@ -153,6 +159,13 @@ class FootFinder:
             event["token"] = load.token
             load.end, load.end_s, load.is_cut = int(event["sample"]), float(event["time_s"]), bool(event["cut"])
 
+    def _append_until(self, edge: int, thin: NDArray[np.void], begin: int) -> int:
+        """Append thinned rows, from index `begin` up to the sample `edge`, to tracks; return where the rest begins."""
+        end = int(np.searchsorted(thin["sample"], edge))
+        if end > begin:
+            self._append(thin[begin:end])
+        return end
+
     def _append(self, thin: NDArray[np.void]) -> None:
         """Append thinned rows to the tracks of their loads."""
         for load in self._evidence.loads:
@@ -170,8 +183,9 @@ class FootFinder:
         load.foot = foot
         self._foot_of[load.token] = foot
 
-    def _forget(self, until: int) -> None:
+    def _drop(self) -> None:
         """Drop loads that no later load can be compared with, and more of them on a tile than feet make."""
+        until = self._decided_until()
         oldest = min([until, *(load.sample for load in self._evidence.loads if load.end is None or load.foot == 0)])
         live = {load.foot for load in self._evidence.loads if load.foot and (load.end is None or load.end >= oldest)}
         gone = [
@@ -184,9 +198,7 @@ class FootFinder:
         ]
         if gone:
             self._evidence.loads = [load for load in self._evidence.loads if load not in gone]
-            for load in gone:
-                del self._foot_of[load.token]
-                self._renamed = {old: new for old, new in self._renamed.items() if new != load.token}
+            self._dropped += gone
 
     def _check(self) -> None:
         """Divide the loads that went over to another foot, then decide what can be decided."""

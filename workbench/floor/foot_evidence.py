@@ -97,8 +97,6 @@ class FootEvidence:
         self._are_neighbours = gaps_m <= GAP_M
         self._is_small = [math.hypot(*tile.size_m) <= LARGEST_TILE_DIAGONAL_M for tile in floor.tiles]
         self._gap_samples = np.ceil(gaps_m / GAP_ROLL_SPEED_M_S * rate_hz).astype(int)
-        self.longest_gap_samples = int(self._gap_samples[self._are_neighbours].max())
-        """Most samples for which a foot can be between two neighbouring tiles."""
 
     def are_neighbours(self, load: Load, other: Load) -> bool:
         """Return whether two loads are on neighbouring tiles, or on one tile."""
