@@ -175,10 +175,10 @@ def test_a_preview_of_an_older_edit_sets_no_level(window, bench, qtbot):
     bench.undo_action.trigger()
     quiet_ones = []
     controller.previews.preview_computed.connect(lambda preview, node: quiet_ones.append((preview, node)))
-    bench.preview_requested.emit("tile-output", tile, False)
+    bench.previews.preview_requested.emit("tile-output", tile, False)
     qtbot.waitUntil(lambda: any(node == "tile-output" for _, node in quiet_ones))
     bench.redo_action.trigger()
-    bench.show_preview(quiet_ones[-1][0], "tile-output")  # as if it had arrived only now
+    bench.previews.show_preview(quiet_ones[-1][0], "tile-output")  # as if it had arrived only now
     assert listening.level(slot) is None
     qtbot.waitUntil(lambda: listening.level(slot) is not None)
     assert listening.level(slot) == pytest.approx(4.0 * loudness, rel=0.02)

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 
 from underfoot.engine.commands import PressTile, Strike
-from underfoot.engine.reports import Costs, Distributions, Fault, Health, Outlines, Preview
+from underfoot.engine.reports import Costs, Fault, Health
 from underfoot.engine.target import Target
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
@@ -21,27 +21,20 @@ from underfoot.widgets.design.inspector import Inspector, edited_patch
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
 from underfoot.widgets.design.node_palette import NodePalette
-from underfoot.widgets.design.patch_editing import changed_nodes, downstream, is_only_heard
 from underfoot.widgets.design.preset_browsing import PresetBrowsing
 from underfoot.widgets.design.preset_panel import PresetPanel
 from underfoot.widgets.design.preview import PreviewPanel
+from underfoot.widgets.design.preview_requests import PreviewRequests
 from underfoot.widgets.design.side_panel import SidePanel
-from underfoot.widgets.design.silence import SilenceHint, why_silent
-from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
-from underfoot.widgets.design.small_plots import SmallPlots
+from underfoot.widgets.design.silence import SilenceHint
+from underfoot.widgets.design.slot_listening import SlotListening
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.dialogs.shortcuts import Keys, keys_of
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
 _NATIVE = QKeySequence.SequenceFormat.NativeText
 
-PREVIEW_DELAY_MS = 10
-"""Edits in a row, as from a slider, ask for one preview."""
-IDLE_MS = 150
-"""Time without edits after which the small plots of the other nodes are updated."""
 UNDO_FILE = "undo.json"
-TIMEOUT_MS = 5000
-"""Time after which a missing preview is requested again, because the compiler may not have been running."""
 
 
 class DesignWorkspace(Workspace):
@@ -49,13 +42,6 @@ class DesignWorkspace(Workspace):
 
     patch_edited = Signal(object)
     """The patch after every edit, undo and redo; not after `set_patch`."""
-
-    preview_requested = Signal(str, str, bool)
-    """A preview of this node of `patch()` on this tile should be rendered and handed to `show_preview`, and whether its
-    distributions should be drawn. With `OTHER_PREFIX`, a node of the patch in the other slot."""
-
-    errors_requested = Signal(str)
-    """The run time over error of this node of `patch()` should be measured, and handed to the inspector."""
 
     struck = Signal(str, float)
     """Tile and strength: the person clicked on the tile."""
@@ -72,25 +58,19 @@ class DesignWorkspace(Workspace):
         self.document = Document(Patch(), self)
         self._last_patch = self.document.patch
         self._loading = False
-        self._previewed = self._requested = self._distributions_of = self._said = ""
+        self._said = ""
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
         self.canvas = Canvas(self.document, registry, self)
-        self.small_plots = SmallPlots(self.canvas)
         self.inspector = Inspector(registry, self)
         self.preview = PreviewPanel(self)
+        self.previews = PreviewRequests(self.canvas, self.inspector, self.preview, registry)
         self.listen_bar = ListenBar(self)
         self.mark_actions = MarkActions(self.canvas, registry)
         self.silence_hint = SilenceHint(lambda text: self.canvas.show_message(text, alarm=False))
         self.slots: SlotListening | None = None
         self._lay_out()
-        self._preview_timer = QTimer(self, singleShot=True, interval=PREVIEW_DELAY_MS)
-        self._preview_timer.timeout.connect(self._request_previewed)
-        self._timeout_timer = QTimer(self, singleShot=True, interval=TIMEOUT_MS)
-        self._timeout_timer.timeout.connect(self._request_again)
-        self._idle_timer = QTimer(self, singleShot=True, interval=IDLE_MS)
-        self._idle_timer.timeout.connect(self._request_next)
         group = self.document.group
         self.undo_action = self._undo_action("Undo", ("Ctrl+Z",), self.undo)
         self.redo_action = self._undo_action("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
@@ -119,21 +99,19 @@ class DesignWorkspace(Workspace):
         controller.bridge.costs_measured.connect(self.show_costs)
         controller.bridge.health_reported.connect(self.show_health)
         controller.bridge.faulted.connect(self.show_fault)
-        controller.previews.preview_computed.connect(self.show_preview)
-        controller.previews.outlines_computed.connect(self.show_outlines)
-        controller.previews.distributions_computed.connect(self.show_distributions)
+        controller.previews.preview_computed.connect(self.previews.show_preview)
+        controller.previews.outlines_computed.connect(self.previews.show_outlines)
+        controller.previews.distributions_computed.connect(self.previews.show_distributions)
         controller.previews.errors_measured.connect(self.inspector.show_errors)
-        controller.equaliser_changed.connect(lambda tile: self._preview_timer.start())
-        self.small_plots.outlines_requested.connect(
+        controller.equaliser_changed.connect(lambda tile: self.previews.request_chosen())
+        self.previews.small_plots.outlines_requested.connect(
             lambda nodes: controller.previews.request_outlines(
                 self.patch(), nodes, self.preview_tile(), self.listen_bar.seconds
             )
         )
-        self.errors_requested.connect(lambda node: controller.previews.measure_errors(self.patch(), node))
+        self.previews.errors_requested.connect(lambda node: controller.previews.measure_errors(self.patch(), node))
         self.slots = SlotListening(self.canvas, self.mark_actions, self.preview, self.listen_bar, context)
-        self.preview_requested.connect(self.slots.request)
-        self.slots.preview_requested.connect(self._request)
-        self.slots.preview_update_requested.connect(self._idle_timer.start)
+        self.previews.compare(self.slots)
         self.slots.slot_chosen.connect(self.show_slot)
         self.canvas.play_requested.connect(controller.play_or_stop)
         self.struck.connect(lambda tile, strength: controller.send(Strike("", tile, strength)))
@@ -206,37 +184,6 @@ class DesignWorkspace(Workspace):
 
     # --- reports of the engine ---
 
-    def show_preview(self, preview: Preview, node: str = "") -> None:
-        """Show a preview of `node`, or of the node requested last."""
-        node = node or self._requested or self._previewed
-        if node == self._requested:
-            self._requested = ""
-            self._timeout_timer.stop()
-        if self.slots is not None:
-            self.slots.use_preview(preview, node, node == self._previewed)
-        if node.startswith(OTHER_PREFIX):
-            self._idle_timer.start()
-            return
-        if not preview.error:
-            self.small_plots.show_preview(node, preview)
-        if node == self._previewed:
-            self.preview.show_preview(preview)
-        self._idle_timer.start()
-
-    def show_outlines(self, outlines: Outlines) -> None:
-        """Show the small plots of visible nodes."""
-        shown = self.small_plots.show_outlines(outlines)
-        if self.slots is not None:
-            self.slots.use_outlines(outlines, shown)
-        self._idle_timer.start()
-
-    def show_distributions(self, distributions: Distributions) -> None:
-        """Show the distributions of the previewed node."""
-        if self._distributions_of != self._previewed:
-            return
-        self.preview.show_distributions(distributions)
-        self.inspector.show_distributions(distributions)
-
     def show_costs(self, costs: Costs | None) -> None:
         """Show each node's cost, and the nodes that are asleep; None if the engine is stopped."""
         self.canvas.patch_scene.show_costs(costs)
@@ -260,10 +207,7 @@ class DesignWorkspace(Workspace):
         before = self.preview_tile()
         self.inspector.set_tiles([tile.id for tile in tiles])
         self.preview.set_tiles(tiles)
-        if self._requested:
-            self._request(self._requested)
-        elif self.preview_tile() != before:
-            self._tile_changed()
+        self.previews.update_tiles(tile_changed=self.preview_tile() != before)
 
     def set_folder(self, folder: Path | None) -> None:
         """Set the folder of the patch; paths of files below it are stored relative to it."""
@@ -332,7 +276,6 @@ class DesignWorkspace(Workspace):
         self.canvas.selected.connect(self._selected)
         self.canvas.refused.connect(self.refused)
         self.canvas.files_pasted.connect(self.files_pasted)
-        self.canvas.view_moved.connect(self._restart_idle)
         self.inspector.edited.connect(self._set)
         self.inspector.many_edited.connect(self._set_many)
         self.inspector.patch_edited.connect(self._set_patch_field)
@@ -341,24 +284,11 @@ class DesignWorkspace(Workspace):
         self.inspector.publish_requested.connect(self._publish)
         self.preview.struck.connect(self.struck)
         self.preview.pressed.connect(self.pressed)
-        self.preview.tiles.activated.connect(self._tile_changed)
-        self.preview.distributions_requested.connect(self._tile_changed)
-        self.small_plots.timed_out.connect(self._idle_timer.start)
-        self.small_plots.signal_ranges_changed.connect(self.inspector.show_signal_ranges)
-        self.inspector.errors_toggled.connect(self._request_previewed)  # which stops the measurement, or begins one
-        self.listen_bar.length_chosen.connect(self._tile_changed)
+        self.listen_bar.length_chosen.connect(self.previews.request_all)
         self.listen_bar.overlay_requested.connect(self.preview.set_overlay)
 
     def _set_target(self, target: Target) -> None:
         self.set_floor(target.floor.tiles)
-
-    def _tile_changed(self) -> None:
-        """Request all previews again, after a change of tile or duration: the selected node's first."""
-        if self.slots is not None:
-            self.slots.forget()
-        self.small_plots.mark_stale(node.id for node in self.patch().nodes)
-        self._preview_timer.start()
-        self._idle_timer.start()
 
     def _set(self, id: str, name: str, value: object, merge_key: str) -> None:
         patch = self.patch()
@@ -382,25 +312,14 @@ class DesignWorkspace(Workspace):
     def _changed(self, patch: Patch) -> None:
         self.withdrawn.emit(self._said)
         before, self._last_patch = self._last_patch, patch
-        changed = downstream(patch, changed_nodes(before, patch))
-        if self.slots is not None:
-            self.slots.patch_changed(patch, changed)
-        ids = {node.id for node in patch.nodes}
-        names = [{node.label for node in one.nodes if node.id == self._previewed} for one in (before, patch)]
-        self.small_plots.retain(ids)
-        self.small_plots.mark_stale(changed)
-        if self._previewed not in ids:
-            self._choose_previewed(self.canvas.selected_ids())
-        elif self._previewed in changed or names[0] != names[1]:
-            self._preview_timer.start()
+        self.previews.update_patch(before, patch)
         self._inspect(self.canvas.selected_ids())
-        self._restart_idle()
         if not self._loading:
             self.patch_edited.emit(patch)
 
     def _selected(self, ids: list[str]) -> None:
         self._inspect(ids)
-        self._choose_previewed(ids)
+        self.previews.choose(ids)
 
     def show_slot(self, slot: str, patch: Patch) -> None:
         """Edit this slot from now on, which holds this patch."""
@@ -420,67 +339,6 @@ class DesignWorkspace(Workspace):
     def _publish(self, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"
         self.document.edit(published(self.patch(), end, on), text)
-
-    def _choose_previewed(self, ids: Sequence[str]) -> None:
-        """Preview the selected node, or, without a selection, the tile's output."""
-        nodes = {node.id: node.type for node in self.patch().nodes}
-        played = [id for id, type in nodes.items() if self.registry[type].is_sink]
-        sinks = sorted(played, key=lambda id: self.registry[nodes[id]].to_sound)
-        wanted = ids[0] if len(ids) == 1 else self._previewed if self._previewed in nodes else (sinks or [""])[0]
-        if not ids and sinks:
-            wanted = sinks[0]
-        if wanted == self._previewed:
-            return
-        self._previewed = wanted
-        if wanted:
-            self._preview_timer.start()
-        else:
-            self.preview.clear()
-
-    def _request_previewed(self) -> None:
-        id = self._previewed
-        if any(node.id == id for node in self.patch().nodes):
-            patch, registry = self.patch(), self.registry
-            node, is_heard = patch.node(id), is_only_heard(patch, registry, id)
-            why = why_silent(patch, registry, id)
-            self.preview.expect(id, registry[node.type], why_silent=why, is_heard=is_heard, label=node.label)
-            self._request(id)
-
-    def _request(self, id: str) -> None:
-        self._requested = id
-        self._timeout_timer.start()
-        self.small_plots.forget_request()
-        shows = self.preview.wants_distributions or self.inspector.wants_distributions
-        wanted = shows and id == self._previewed
-        self._distributions_of = id if wanted else self._distributions_of
-        self.preview_requested.emit(id, self.preview_tile(), wanted)
-
-    def _request_again(self) -> None:
-        if self._requested and any(node.id == self._requested for node in self.patch().nodes):
-            self._request(self._requested)
-        elif self._requested.startswith(OTHER_PREFIX):
-            self._requested = ""
-            self._idle_timer.start()
-        else:
-            self._requested = ""
-
-    def _restart_idle(self) -> None:
-        if self.small_plots.are_stale:
-            self._idle_timer.start()
-
-    def _request_next(self) -> None:
-        """Request the next preview: for a comparison, then small plots, then the node's run time over error."""
-        if self._requested or self._preview_timer.isActive() or self.small_plots.is_waiting:
-            return
-        needed = self.slots.needed_preview(self._previewed) if self.slots is not None else ""
-        if needed:
-            self._request(needed)
-            return
-        if self.small_plots.request_visible(except_node=self._previewed):
-            return
-        if self.inspector.errors is not None and self.inspector.errors.wants_curve:
-            self.inspector.errors.start_measuring()
-            self.errors_requested.emit(self._previewed)
 
 
 def _set_step_name(action: QAction, word: str, text: str) -> None:

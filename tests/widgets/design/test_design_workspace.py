@@ -148,59 +148,59 @@ def test_set_patch_does_not_say_that_it_was_edited(workspace, qtbot):
 
 
 def test_previews_are_asked_for_and_shown(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_requested) as wanted:
+    with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
     assert wanted.args == ["hum", "t1", False]
     time_s = np.arange(4800) / 48000
     signal = 3.0 * np.sin(2 * np.pi * 250 * time_s)
-    workspace.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
+    workspace.previews.show_preview(Preview(1, 48000.0, np.full(4800, 700.0), {"out": signal}), "hum")
     assert "peak 3 m/s²" in workspace.preview.note.full_text
-    with qtbot.waitSignal(workspace.preview_requested) as wanted:
+    with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.inspector.edited.emit("hum", "frequency", 60.0, "")
     assert wanted.args == ["hum", "t1", False]
 
 
 def test_the_preview_is_of_the_tile_that_is_chosen_beside_it(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_requested):
+    with qtbot.waitSignal(workspace.previews.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
-    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
-    with qtbot.waitSignal(workspace.preview_requested) as wanted:
+    workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
     assert wanted.args == ["hum", "t2", False]
     assert workspace.preview.pad.tile.id == "t2"
-    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
-        workspace.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
+        workspace.previews.show_preview(Preview(2, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     assert {*wanted.args[0], "hum"} == {node.id for node in workspace.patch().nodes}
 
 
 def test_small_plots_come_together_and_what_was_edited_meanwhile_is_asked_for_again(workspace, qtbot):
     others = {node.id for node in workspace.patch().nodes} - {"hum"}
-    with qtbot.waitSignal(workspace.preview_requested):
+    with qtbot.waitSignal(workspace.previews.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
-        workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
+    with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
+        workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {"out": np.zeros(4800)}), "hum")
     assert set(wanted.args[0]) == others
     workspace.inspector.edited.emit("step", "threshold", 60.0, "")
     reached = []
-    workspace.small_plots.signal_ranges_changed.connect(lambda reach: reached.append(dict(reach)))
+    workspace.previews.small_plots.signal_ranges_changed.connect(lambda reach: reached.append(dict(reach)))
     outlines = Outlines(1, {"push.force": np.array([-2.0, 3.0])}, {"step.onset": np.array([[0.5, 1.0]])})
-    with qtbot.waitSignal(workspace.small_plots.outlines_requested) as wanted:
-        workspace.show_outlines(outlines)
+    with qtbot.waitSignal(workspace.previews.small_plots.outlines_requested) as wanted:
+        workspace.previews.show_outlines(outlines)
     assert reached[-1]["push.force"] == (-2.0, 3.0)
     assert wanted.args[0] == ["step"]
 
 
 def test_a_preview_of_a_tile_that_is_gone_is_asked_for_again(workspace, qtbot):
     QTest.keyClick(workspace.preview.tiles, Qt.Key.Key_Down)
-    with qtbot.waitSignal(workspace.preview_requested):
+    with qtbot.waitSignal(workspace.previews.preview_requested):
         workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.preview_requested) as wanted:
+    with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.set_floor(default_floor(1, 1).tiles)
     assert wanted.args == ["hum", "t1", False]
 
 
 def test_distributions_are_asked_for_with_the_preview_and_take_its_place(workspace, qtbot):
-    with qtbot.waitSignal(workspace.preview_requested) as wanted:
+    with qtbot.waitSignal(workspace.previews.preview_requested) as wanted:
         workspace.canvas.patch_scene.select(["hum"])
     assert wanted.args[2] is False
     assert not workspace.preview.distributions.isVisible()
@@ -224,18 +224,18 @@ def test_distributions_are_asked_for_with_the_preview_and_take_its_place(workspa
 
 def test_the_preview_of_an_event_output_shows_its_events(workspace, qtbot):
     workspace.canvas.patch_scene.select(["step"])
-    with qtbot.waitSignal(workspace.preview_requested):
+    with qtbot.waitSignal(workspace.previews.preview_requested):
         pass
     events = np.array([[480.0, 1.0, 0.0], [960.0, 0.5, 0.0]])
-    workspace.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
+    workspace.previews.show_preview(Preview(1, 48000.0, np.ones(4800), {}, events={"onset": events}), "step")
     assert "2 events" in workspace.preview.note.full_text
 
 
 def test_a_preview_that_failed_says_why(workspace, qtbot):
     workspace.canvas.patch_scene.select(["hum"])
-    with qtbot.waitSignal(workspace.preview_requested):
+    with qtbot.waitSignal(workspace.previews.preview_requested):
         pass
-    workspace.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
+    workspace.previews.show_preview(Preview(1, 48000.0, np.zeros(0), {}, "no such file"), "hum")
     assert workspace.preview.note.full_text == "no such file"
 
 

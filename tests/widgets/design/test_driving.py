@@ -119,7 +119,7 @@ def test_a_driven_parameter_shows_from_where_to_where_it_goes(qtbot, workspace):
     editor = workspace.inspector.editors["cutoff"]
     click(qtbot, ask(editor.slider, editor.slider.rect().center()), "LFO")
     curve = np.linspace(270.0, 330.0, 480)
-    workspace.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
+    workspace.previews.show_preview(Preview(0, 48_000.0, np.zeros(480), {"out": curve}), "lfo")
     assert editor.driver.text() == "LFO: 270 to 330 Hz  ×"
     send(editor.driver, QEvent.Type.MouseButtonPress, QPoint(20, 8), Qt.MouseButton.LeftButton)
     send(editor.driver, QEvent.Type.MouseButtonRelease, QPoint(20, 8), Qt.MouseButton.LeftButton)

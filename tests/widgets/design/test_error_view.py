@@ -21,7 +21,7 @@ def design(qtbot):
     made.resize(1280, 748)
     show(qtbot, made)
     made.set_patch(Patch().add("impact"))
-    with qtbot.waitSignal(made.preview_requested):
+    with qtbot.waitSignal(made.previews.preview_requested):
         made.canvas.patch_scene.select(["impact"])
     return made
 
@@ -37,8 +37,8 @@ def point(told, left):
 
 def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_another(design, qtbot):
     view = design.inspector.errors
-    with qtbot.waitSignal(design.errors_requested) as wanted:
-        design.show_preview(preview())
+    with qtbot.waitSignal(design.previews.errors_requested) as wanted:
+        design.previews.show_preview(preview())
     assert wanted.args == ["impact"]
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 3))
     assert view.summary.text() == "asked 0.001, found 0.0001; measuring, 3 to come"
@@ -46,7 +46,7 @@ def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_anot
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 0))
     assert len(view.plot.drawing.series) == 1
     assert not view.wants_curve, "all is known"
-    with qtbot.waitSignal(design.preview_requested):
+    with qtbot.waitSignal(design.previews.preview_requested):
         QTest.keyClick(design.inspector.editors["error"].slider, Qt.Key.Key_Right)
     assert view.wants_curve
     design.inspector.show_errors(point("asked 0.001, found 0.0001", 0))
@@ -55,13 +55,13 @@ def test_it_is_measured_once_the_preview_is_there_and_anew_when_the_node_is_anot
 
 def test_closed_it_measures_nothing_and_what_runs_is_stopped_by_the_next_request(design, qtbot):
     view = design.inspector.errors
-    with qtbot.waitSignal(design.errors_requested):
-        design.show_preview(preview())
-    with qtbot.waitSignal(design.preview_requested):  # anything that is asked for stops it
+    with qtbot.waitSignal(design.previews.errors_requested):
+        design.previews.show_preview(preview())
+    with qtbot.waitSignal(design.previews.preview_requested):  # anything that is asked for stops it
         qtbot.mouseClick(view.toggle_button, Qt.MouseButton.LeftButton)
     assert view.plot.isHidden()
-    with qtbot.assertNotEmitted(design.errors_requested, wait=300):
-        design.show_preview(preview())
+    with qtbot.assertNotEmitted(design.previews.errors_requested, wait=300):
+        design.previews.show_preview(preview())
 
 
 def test_a_node_that_is_exact_says_so_and_has_no_curve(design):

@@ -199,9 +199,11 @@ def test_the_intervals_of_a_random_process_stand_beside_their_distribution(selec
     workspace = selected("poisson")
     distribution = workspace.inspector.distribution
     assert not distribution.plots[0].isVisible(), "axes of nothing"
-    with qtbot.waitSignal(workspace.preview_requested, check_params_cb=lambda node, tile, distributions: distributions):
+    with qtbot.waitSignal(
+        workspace.previews.preview_requested, check_params_cb=lambda node, tile, distributions: distributions
+    ):
         workspace._set("poisson", "interval", 0.05, "")
-    workspace.show_distributions(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
+    workspace.previews.show_distributions(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
     assert distribution.plots[0].isVisible()
     drawing = distribution.plots[0].drawing
     assert drawing.series[1].name == "exponential distribution"

@@ -89,11 +89,11 @@ def test_commanded_measured_and_the_other_slot_are_named_on_their_curves(shown):
 def test_a_tile_that_was_just_calibrated_is_previewed_anew(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     design, asked = window.workspaces["Design"], []
-    design.preview_requested.connect(lambda node, tile, distributions: asked.append(node))
+    design.previews.preview_requested.connect(lambda node, tile, distributions: asked.append(node))
     window.controller.equaliser_changed.emit("t1")
     qtbot.waitUntil(lambda: len(asked) > 0)
     sink = asked[-1]
-    design.show_preview(Preview(1, 48_000.0, np.zeros(480), {"played": np.zeros(480)}), sink)
+    design.previews.show_preview(Preview(1, 48_000.0, np.zeros(480), {"played": np.zeros(480)}), sink)
     asked.clear()
     window.controller.use_profile(Profile(tile="t1"), "response", tmp_path)
     qtbot.waitUntil(lambda: asked == [sink])
