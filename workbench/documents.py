@@ -32,7 +32,7 @@ def read_document(text: bytes | str, source: str, format: str, version: int, kin
 
 
 @contextmanager
-def refusals(source: str, raw: Any) -> Iterator[None]:
+def refusals(source: str, raw: object) -> Iterator[None]:
     """Turn validation errors of the document `raw` into a `BadFile` that names `source` and the place.
 
     >>> with refusals("a.json", {"n": "many"}):
@@ -88,7 +88,7 @@ def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
     return raw
 
 
-def _require_plain(raw: Any, source: str, deepest: int) -> None:
+def _require_plain(raw: object, source: str, deepest: int) -> None:
     """Refuse values that are nested too deep, and text that cannot be encoded."""
     level, depth = [raw], 0
     while level:
@@ -115,7 +115,7 @@ def write_document(format: str, version: int, document: msgspec.Struct) -> bytes
     return msgspec.json.format(msgspec.json.encode({"format": format, "version": version, **fields}), indent=1)
 
 
-def _lean(value: Any) -> Any:
+def _lean(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _lean(item) for key, item in value.items() if item not in (None, "", (), [], {})}
     return [_lean(item) for item in value] if isinstance(value, list | tuple) else value

@@ -46,11 +46,11 @@ class Parameter:
         """Description of the allowed values."""
         raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
 
-    def check(self, value: Any) -> Any:
+    def check(self, value: object) -> Any:
         """Return the value as the program uses it, or raise `BadValue`."""
         raise AssertionError(f"{type(self).__name__} checks nothing")
 
-    def refuse(self, value: Any) -> BadValue:
+    def refuse(self, value: object) -> BadValue:
         text = " ".join(repr(value).split())
         return BadValue(f"{self.name} is {text if len(text) <= 60 else text[:57] + '...'}; allowed: {self.allowed}")
 
@@ -99,7 +99,7 @@ class Number(Parameter):
     def allowed(self) -> str:
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
-    def check(self, value: Any) -> float:
+    def check(self, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not self.low <= value <= self.high:
             raise self.refuse(value)
         return float(value)
@@ -152,7 +152,7 @@ class Count(Parameter):
     def allowed(self) -> str:
         return f"whole numbers {self.low} to {self.high} {self.unit}".rstrip()
 
-    def check(self, value: Any) -> int:
+    def check(self, value: object) -> int:
         if isinstance(value, bool) or not isinstance(value, int | float) or value != value // 1:
             raise self.refuse(value)
         if not self.low <= value <= self.high:
@@ -171,7 +171,7 @@ class Choice(Parameter):
     def allowed(self) -> str:
         return ", ".join(self.options)
 
-    def check(self, value: Any) -> str:
+    def check(self, value: object) -> str:
         if value not in self.options:
             raise self.refuse(value)
         return str(value)
@@ -192,7 +192,7 @@ class Numbers(Parameter):
     def allowed(self) -> str:
         return f"a list of {self.least} to {self.most} numbers, each {self.low:g} to {self.high:g} {self.unit}".rstrip()
 
-    def check(self, value: Any) -> tuple[float, ...]:
+    def check(self, value: object) -> tuple[float, ...]:
         if not isinstance(value, Sequence) or isinstance(value, str) or not self.least <= len(value) <= self.most:
             raise self.refuse(value)
         for item in value:
@@ -214,7 +214,7 @@ class Rows(Parameter):
         columns = ", ".join(f"{name} {low:g} to {high:g}" for name, low, high in self.columns)
         return f"up to {self.most} rows of [{columns}]"
 
-    def check(self, value: Any) -> tuple[tuple[float, ...], ...]:
+    def check(self, value: object) -> tuple[tuple[float, ...], ...]:
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > self.most:
             raise self.refuse(value)
         for row in value:
@@ -237,7 +237,7 @@ class Text(Parameter):
     def allowed(self) -> str:
         return f"text of at most {self.most} characters"
 
-    def check(self, value: Any) -> str:
+    def check(self, value: object) -> str:
         if not isinstance(value, str) or len(value) > self.most or "\0" in value:
             raise self.refuse(value)
         return value
@@ -261,7 +261,7 @@ class Tiles(Parameter):
     def allowed(self) -> str:
         return 'all, or tile ids joined by "+"'
 
-    def check(self, value: Any) -> str:
+    def check(self, value: object) -> str:
         if not isinstance(value, str) or not all(IDENTIFIER.fullmatch(tile) for tile in value.split("+")):
             raise self.refuse(value)
         return value

@@ -53,7 +53,7 @@ class ParameterEditor(QWidget):
         """Return the value, as checked by the parameter."""
         return self._value
 
-    def set_value(self, value: Any) -> None:
+    def set_value(self, value: object) -> None:
         """Show a value, without emitting a change."""
         self._value = self.parameter.check(value)
         self._show_reset()
@@ -76,7 +76,7 @@ class ParameterEditor(QWidget):
         """Show `_value` in the control; implemented by each kind of control."""
         raise AssertionError(f"{type(self).__name__} shows nothing")
 
-    def _commit(self, value: Any) -> None:
+    def _commit(self, value: object) -> None:
         """Commit a change by the user and emit it; raise `BadValue` if it is not allowed."""
         checked = self.parameter.check(value)
         if checked != self._value or self._mixed:

@@ -170,7 +170,7 @@ class AnswerForm(QWidget):
         return line
 
     def _choose(
-        self, question: Parameter, value: Any, row_buttons: Sequence[QPushButton], pressed: QPushButton
+        self, question: Parameter, value: object, row_buttons: Sequence[QPushButton], pressed: QPushButton
     ) -> None:
         self._chosen[question.name] = value
         for button in row_buttons:

@@ -84,11 +84,11 @@ class FieldRows(QWidget):
             self._grid.addWidget(said, row + narrow, 1 if narrow else 2)
             said.setVisible(bool(said.text()) or not narrow)
 
-    def _set(self, name: str, value: Any) -> None:
+    def _set(self, name: str, value: object) -> None:
         self._values[name] = value
         self.changed.emit(name)
 
-    def _control(self, name: str, parameter: Parameter, value: Any) -> QWidget:
+    def _control(self, name: str, parameter: Parameter, value: object) -> QWidget:
         match parameter:
             case BooleanField():
                 box = QCheckBox()
@@ -118,7 +118,7 @@ class FieldRows(QWidget):
         line.textEdited.connect(lambda typed: self._set(name, parsed_value(parameter, typed)))
         return line
 
-    def _choices(self, name: str, choices: Mapping[str, Any], value: Any) -> QComboBox:
+    def _choices(self, name: str, choices: Mapping[str, Any], value: object) -> QComboBox:
         box = QComboBox()
         for text, item in choices.items():
             box.addItem(text, item)
@@ -165,7 +165,7 @@ def parsed_value(parameter: Parameter, typed: str) -> Any:
     return typed
 
 
-def value_text(parameter: Parameter, value: Any) -> str:
+def value_text(parameter: Parameter, value: object) -> str:
     """Return a value as text that `parsed_value` reads.
 
     >>> value_text(TextLine(), ["yes, always", "no"]), value_text(Rows((), columns=()), [[1.0, 2.5], [3.0, 4.0]])
@@ -178,10 +178,10 @@ def value_text(parameter: Parameter, value: Any) -> str:
     return _number_text(value)
 
 
-def _joined(items: Any) -> str:
+def _joined(items: object) -> str:
     words = [_number_text(item) for item in items] if isinstance(items, list | tuple) else [str(items)]
     return ("; " if any("," in word for word in words) else ", ").join(words)
 
 
-def _number_text(value: Any) -> str:
+def _number_text(value: object) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)

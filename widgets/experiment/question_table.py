@@ -100,7 +100,7 @@ class QuestionTable(QWidget):
         column = COLUMNS[item.column()]
         self._put(self.questions[item.row()], column, parsed_value(_FIELDS[column], item.text()))
 
-    def _put(self, question: dict[str, Any], column: str, value: Any) -> None:
+    def _put(self, question: dict[str, Any], column: str, value: object) -> None:
         question[column] = value
         self.changed.emit()
 

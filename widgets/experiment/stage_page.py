@@ -248,7 +248,7 @@ def _words(stage: dict[str, Any]) -> str:
     return f"{stage.get('id', '')}  ·  {what}" + (f"  →  {stage['next']}" if stage.get("next") else "")
 
 
-def _deep_copy(value: Any) -> Any:
+def _deep_copy(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _deep_copy(item) for key, item in value.items()}
     return [_deep_copy(item) for item in value] if isinstance(value, list | tuple) else value

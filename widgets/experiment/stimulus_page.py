@@ -297,7 +297,7 @@ class StimulusForm(QWidget):
         box.activated.connect(lambda at: self._set("scaled_by", box.itemData(at)))
         return box
 
-    def _set(self, field: str, value: Any) -> None:
+    def _set(self, field: str, value: object) -> None:
         self._stimulus[field] = value
         self.changed.emit()
 

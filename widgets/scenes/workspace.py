@@ -114,7 +114,7 @@ class ScenesWorkspace(Workspace):
         self.panel.show_kind(self.kinds[name], self._values[name])
         self._show_availability()
 
-    def change(self, parameter: str, value: Any) -> None:
+    def change(self, parameter: str, value: object) -> None:
         """Change a parameter of the chosen scene, also while it plays."""
         self._values[self.chosen][parameter] = value
         if self.stage is not None:

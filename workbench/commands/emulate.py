@@ -60,7 +60,7 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the option of each transport; those that were given are one argument, `senders`."""
 
     @wraps(command)
-    def run(**given: Any) -> None:
+    def run(**given: object) -> None:
         values = {sender: given.pop(sender.option) for sender in _SENDERS}
         command(senders={sender: str(value) for sender, value in values.items() if value not in (None, False)}, **given)
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import click
 
@@ -50,7 +50,7 @@ def takes_options(kind: type[Options]) -> Callable[[Callable[[Options], None]], 
 
     def wrap(command: Callable[[Options], None]) -> Callable[..., None]:
         @wraps(command)
-        def run(**given: Any) -> None:
+        def run(**given: object) -> None:
             command(kind(**given))
 
         return run

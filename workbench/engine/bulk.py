@@ -59,7 +59,7 @@ def file_names(items: Sequence[tuple[str, Values]]) -> list[str]:
     return [f"{stem[:_LONGEST_NAME]}-{number:0{digits}}" for number, (stem, _) in enumerate(items, 1)]
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 

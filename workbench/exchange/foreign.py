@@ -59,13 +59,13 @@ def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
     return raw
 
 
-def convert(raw: Any, path: Path, kind: type[Document]) -> Document:
+def convert(raw: object, path: Path, kind: type[Document]) -> Document:
     """Convert to a document; `BadFile` names the file, the place in it, the value and what is allowed."""
     with refusals(str(path), raw):
         return msgspec.convert(raw, kind)
 
 
-def unread(raw: Any, kind: Any, silent: frozenset[str] = frozenset()) -> tuple[str, ...]:
+def unread(raw: object, kind: object, silent: frozenset[str] = frozenset()) -> tuple[str, ...]:
     """Return the fields of a document that its structure `kind` does not declare: each once, as a path with its count.
 
     `silent` are names of fields without effect on a vibration, such as versions and ids.
@@ -82,7 +82,7 @@ def unread(raw: Any, kind: Any, silent: frozenset[str] = frozenset()) -> tuple[s
     return tuple(place if count == 1 else f"{place} ({count} times)" for place, count in counts.items())
 
 
-def _unread(raw: Any, kind: Any, place: str) -> Iterator[str]:
+def _unread(raw: object, kind: object, place: str) -> Iterator[str]:
     kinds = _structures(kind)
     if isinstance(raw, dict) and kinds:
         hints = {
@@ -104,11 +104,11 @@ def _unread(raw: Any, kind: Any, place: str) -> Iterator[str]:
                 yield from _unread(value, item, place)
 
 
-def _structures(kind: Any) -> list[type]:
+def _structures(kind: object) -> list[type]:
     return [one for one in _flat(kind) if isinstance(one, type) and issubclass(one, msgspec.Struct)]
 
 
-def _flat(kind: Any) -> list[Any]:
+def _flat(kind: object) -> list[Any]:
     """Return the members of a union, or the type itself."""
     if get_origin(kind) is Annotated:
         return _flat(get_args(kind)[0])
@@ -117,7 +117,7 @@ def _flat(kind: Any) -> list[Any]:
     return [kind]
 
 
-def _numbers(raw: Any, place: str) -> Iterator[tuple[str, float]]:
+def _numbers(raw: object, place: str) -> Iterator[tuple[str, float]]:
     waiting = [(place, raw)]
     while waiting:
         place, value = waiting.pop()

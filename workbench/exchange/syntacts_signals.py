@@ -62,7 +62,7 @@ class Reading:
 
     # --- the tree ---
 
-    def parts(self, signal: Any) -> tuple[str, Any, float, float]:
+    def parts(self, signal: object) -> tuple[str, Any, float, float]:
         """Return the type of a signal, its fields, its gain and its bias."""
         if not isinstance(signal, dict) or not isinstance(signal.get("m_ptr"), dict):
             raise BadValue("a signal has no m_ptr; allowed: what Syntacts exports as JSON")
@@ -76,7 +76,7 @@ class Reading:
         kind = name.rpartition("<")[2].rstrip(">").rpartition("::")[2]
         return kind, model, number_in(signal, "gain", 1.0), number_in(signal, "bias", 0.0)
 
-    def terms(self, signal: Any, depth: int = 0) -> tuple[list[Term], float]:
+    def terms(self, signal: object, depth: int = 0) -> tuple[list[Term], float]:
         """Return the terms of a signal, and its length in seconds."""
         if depth > DEEPEST:
             raise BadValue(f"signals stand within one another more than {DEEPEST} deep")
@@ -92,7 +92,7 @@ class Reading:
             scaled.append(Term(lambda t: np.full_like(t, bias), 0.0, length_s))
         return scaled, length_s
 
-    def _terms(self, kind: str, model: Any, depth: int) -> tuple[list[Term], float]:
+    def _terms(self, kind: str, model: object, depth: int) -> tuple[list[Term], float]:
         if kind in _OSCILLATORS:
             phase, _ = self.sum_of(field_of(model, "IOscillator", "x"), depth)
             return [Term(_one, phase=phase, wave=_OSCILLATORS[kind])], np.inf
@@ -134,7 +134,7 @@ class Reading:
             end_s=min(a.end_s, b.end_s),
         )
 
-    def sum_of(self, signal: Any, depth: int) -> tuple[Curve, float]:
+    def sum_of(self, signal: object, depth: int) -> tuple[Curve, float]:
         """Return a signal as a function of time, including oscillators: for phases and envelopes."""
         terms, length_s = self.terms(signal, depth + 1)
 
@@ -143,7 +143,7 @@ class Reading:
 
         return curve, length_s
 
-    def _in_time(self, kind: str, model: Any, depth: int) -> tuple[list[Term], float]:
+    def _in_time(self, kind: str, model: object, depth: int) -> tuple[list[Term], float]:
         if kind == "Sequence":
             found: list[Term] = []
             for key in list_in(model, "m_keys"):
@@ -174,7 +174,7 @@ class Reading:
 
     # --- signals without oscillation ---
 
-    def _level(self, kind: str, model: Any, depth: int) -> tuple[Curve, float]:
+    def _level(self, kind: str, model: object, depth: int) -> tuple[Curve, float]:
         if kind == "Scalar":
             value = number_in(model, "value", 1.0)
             return lambda t: np.full_like(t, value), np.inf
@@ -203,7 +203,7 @@ class Reading:
             return _bezier(list_in(model, "points"))
         raise BadValue(f"it has a signal of type {kind[:60]}; allowed: those of Syntacts 1.3")
 
-    def _keyed(self, model: Any) -> tuple[Curve, float]:
+    def _keyed(self, model: object) -> tuple[Curve, float]:
         keys = []
         for one in list_in(model, "keys"):
             value = field_of(one, "value")
@@ -222,7 +222,7 @@ class Reading:
 
         return curve, keys[-1][0]
 
-    def _curve_name(self, value: Any) -> str:
+    def _curve_name(self, value: object) -> str:
         return self._type(field_of(value, "second", "m_ptr")).partition("Curves::")[2].rstrip(">")
 
     def _type(self, pointer: Any) -> str:
@@ -232,7 +232,7 @@ class Reading:
             raise BadValue("a signal does not say its type")
         return name
 
-    def _samples(self, model: Any) -> tuple[list[Term], float]:
+    def _samples(self, model: object) -> tuple[list[Term], float]:
         """Approximate samples by a single oscillation."""
         rate_hz = number_in(model, "m_sampleRate", 44_100.0)
         values = list_in(field_of(model, "m_samples", "ptr_wrapper"), "data")
@@ -246,7 +246,7 @@ class Reading:
         return [Term(lambda t: np.interp(t, points[:, 0], points[:, 1]), 0.0, length_s, phase, "sine")], length_s
 
 
-def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
+def voices_of(signal: object, lost: dict[str, None]) -> list[Voice]:
     """Return the voices of a signal; successive terms of one wave form one voice."""
     terms, length_s = Reading(lost, types_in(signal)).terms(signal)
     if length_s > LONGEST_S:
@@ -268,7 +268,7 @@ def voices_of(signal: Any, lost: dict[str, None]) -> list[Voice]:
     return [Voice(np.concatenate(parts), first.wave, first.duty) for first, parts in lanes]
 
 
-def types_in(raw: Any) -> dict[int, str]:
+def types_in(raw: object) -> dict[int, str]:
     """Return types by their numbers: a type is named at its first occurrence, and has only its number later."""
     found: dict[int, str] = {}
     waiting = [raw]
@@ -369,7 +369,7 @@ def _bezier(points: list[Any]) -> tuple[Curve, float]:
 # --- fields ---
 
 
-def field_of(raw: Any, *names: str) -> Any:
+def field_of(raw: object, *names: str) -> Any:
     """Return a nested field; raise `BadValue` if it is missing, or not an object."""
     for name in names:
         if not isinstance(raw, dict) or not isinstance(raw.get(name), dict):
@@ -378,7 +378,7 @@ def field_of(raw: Any, *names: str) -> Any:
     return raw
 
 
-def list_in(raw: Any, name: str) -> list[Any]:
+def list_in(raw: object, name: str) -> list[Any]:
     """Return a list by its name; raise `BadValue` if it is missing."""
     value = raw.get(name) if isinstance(raw, dict) else None
     if not isinstance(value, list) or len(value) > 10_000_000:
@@ -386,7 +386,7 @@ def list_in(raw: Any, name: str) -> list[Any]:
     return value
 
 
-def number_in(raw: Any, name: str, otherwise: float) -> float:
+def number_in(raw: object, name: str, otherwise: float) -> float:
     """Return a number by its name; raise `BadValue` if it is not one."""
     value = raw.get(name, otherwise) if isinstance(raw, dict) else otherwise
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e9:

@@ -43,7 +43,7 @@ class StimulusName(Parameter):
     def allowed(self) -> str:
         return "the name of a stimulus"
 
-    def check(self, value: Any) -> str:
+    def check(self, value: object) -> str:
         if not isinstance(value, str):
             raise self.refuse(value)
         return value

@@ -187,7 +187,7 @@ def _table(rows: Sequence[Row], columns: Sequence[str], delimiter: str, missing:
     return text.getvalue()
 
 
-def _cell(value: Any, missing: str) -> str:
+def _cell(value: object, missing: str) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if value in ("", None):

@@ -37,7 +37,7 @@ class CuedChanges:
         gone = set(tiles)
         return CuedChanges({tile: cue for tile, cue in self.presets.items() if tile not in gone})
 
-    def setting(self, node: str, parameter: str, value: Any) -> "CuedChanges":
+    def setting(self, node: str, parameter: str, value: object) -> "CuedChanges":
         """Return the changes with a value of a parameter."""
         return replace(self, values={**self.values, (node, parameter): value})
 
@@ -59,7 +59,7 @@ def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry:
     return patch
 
 
-def require_settable(patch: Patch, node: str, parameter: str, value: Any, registry: Registry) -> Any:
+def require_settable(patch: Patch, node: str, parameter: str, value: object, registry: Registry) -> Any:
     """Return the checked value of a parameter; `BadValue` for one that a cue may not set."""
     parameters = registry[patch.node(node).type].parameters
     allowed = [name for name, one in parameters.items() if one.kind in SETTABLE]

@@ -135,7 +135,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # --- edits ---
 
     def add(
-        self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: Any
+        self, type: str, registry: Registry | None = None, at: tuple[float, float] = (0.0, 0.0), **parameters: object
     ) -> "Patch":
         """Add a node of `type`; its id is the type's name with the first free number."""
         made = PlacedNode(self.free_id(type), type, at, {name: plain(value) for name, value in parameters.items()})
@@ -165,7 +165,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         require(not named, "wires", wires, 'a list, such as [("tone.out", "gain.signal")]')
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
-    def set(self, id: str, name: str, value: Any, registry: Registry | None = None) -> "Patch":
+    def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
         """Change one parameter of one node."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})

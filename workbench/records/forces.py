@@ -136,7 +136,7 @@ class Forces(ForceSeries, frozen=True):
         return Drawing("Ways of the contacts' centroids", "x, m", "y, m", (*outlines, *ways), equal=True)
 
 
-def _array(name: str, values: Any) -> NDArray[np.float64]:
+def _array(name: str, values: object) -> NDArray[np.float64]:
     """Return an array of numbers; `BadValue` if there is none in `values`."""
     try:
         return np.asarray(values, np.float64, order="C")

@@ -47,7 +47,7 @@ class Scene(ABC):
         for name, value in (given or {}).items():
             self.change(name, value)
 
-    def change(self, name: str, value: Any) -> None:
+    def change(self, name: str, value: object) -> None:
         """Change a parameter; `BadValue` for an unknown one or an invalid value."""
         known = ", ".join(self.parameters) or "none"
         require(name in self.parameters, "parameter", name, f"the parameters of {self.title}: {known}")

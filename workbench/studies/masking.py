@@ -4,7 +4,6 @@ It uses its own stream, because headphones are often on another card than the ti
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +91,7 @@ class Masking:
         """Close the device."""
         self._stream.close()
 
-    def _fill(self, out: NDArray[np.float32], frames: int, time: Any, status: Any) -> None:
+    def _fill(self, out: NDArray[np.float32], frames: int, time: object, status: object) -> None:
         out[:] = 0.0
         done = 0
         while done < frames:

@@ -136,7 +136,7 @@ def corrupt_database(path: Path, rng: np.random.Generator) -> None:
                         base.execute(f"update {table} set {column} = ? where {one}", (value,))
 
 
-def _places(value: Any) -> list[tuple[Any, Any]]:
+def _places(value: object) -> list[tuple[Any, Any]]:
     """Return every value of a document as its container and its key there."""
     found: list[tuple[Any, Any]] = []
     if isinstance(value, dict):

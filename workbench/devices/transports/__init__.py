@@ -4,7 +4,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Mapping
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 from underfoot.devices.transport import Sender, Transport
 from underfoot.errors import BadValue
@@ -32,7 +32,7 @@ def discover() -> dict[str, type[Transport]]:
     return found
 
 
-def _is_transport(value: Any) -> TypeGuard[type[Transport]]:
+def _is_transport(value: object) -> TypeGuard[type[Transport]]:
     if not (isinstance(value, type) and issubclass(value, Transport) and not inspect.isabstract(value)):
         return False
     _require_declared(value, Transport)

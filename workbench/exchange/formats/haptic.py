@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -121,7 +121,7 @@ def read(path: Path) -> Imported:
     return Imported(patch, unread(raw, Haptic, _SILENT))
 
 
-def _require_version(raw: Any, path: Path) -> None:
+def _require_version(raw: object, path: Path) -> None:
     version = raw.get("version") if isinstance(raw, dict) else None
     major = version.get("major") if isinstance(version, dict) else None
     if major != 1:

@@ -61,7 +61,7 @@ class FrozenPond(Scene):
         self._displacement = np.zeros(_SAMPLES)
         self._design()
 
-    def change(self, name: str, value: Any) -> None:
+    def change(self, name: str, value: object) -> None:
         super().change(name, value)
         self._design()
 
