@@ -19,6 +19,7 @@ import soundfile
 from underfoot import __version__, commands, monitoring
 from underfoot.__main__ import cli
 from underfoot.commands.render import line_of
+from underfoot.engine import session
 from underfoot.engine.commands import Play
 from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
 from underfoot.engine.worker_pool import cores
@@ -257,7 +258,7 @@ class Rehearsed:
     keeps_recording = True
     closed = False
 
-    def __init__(self, target, patch, registry, folder):
+    def __init__(self, target, patch, registry, folder, *, is_edited):
         self.tiles = len(target.floor.tiles)
         self.left, self.recording = list(self.acts), None
         self.force = self
@@ -313,6 +314,20 @@ def test_monitor_passes_on_what_a_session_has_to_say(underfoot, folder, rehearse
     ]
     assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 == 5
     assert rehearsed.closed
+
+
+def test_monitor_starts_no_compiler(underfoot, folder, monkeypatch):
+    monkeypatch.setattr(session, "STANDBY_AFTER_S", 0.0)
+    processes = []
+
+    class Counted(session.Session):
+        def poll(self):
+            processes.append(set(self.pids))
+            return super().poll()
+
+    monkeypatch.setattr(monitoring, "Session", Counted)
+    assert underfoot("monitor", "simulator", "--patch", SINE, "--seconds", "0.5").status == 0
+    assert set.union(*processes) == {"engine", "standby"}
 
 
 def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):

@@ -236,6 +236,23 @@ def test_without_qt_the_window_says_so_in_a_line():
     assert done.stderr.count("\n") == 1
 
 
+def test_before_a_window_opens_neither_metadata_nor_sources_are_read():
+    """Qt's hook on imports would read the source of every module that is imported from then on."""
+    done = python(
+        "import builtins, platformdirs, sys\n"
+        "imports, platformdirs.user_data_dir = builtins.__import__, lambda *_: sys.exit(0)  # all is imported by then\n"
+        "import underfoot.__main__ as door\n"
+        "sys.argv = ['underfoot']\n"
+        "try:\n"
+        "    door.main()\n"
+        "finally:\n"
+        "    loaded = [m in sys.modules for m in ('underfoot.widgets.window', 'importlib.metadata')]\n"
+        "    print(builtins.__import__ is imports, *loaded)\n"
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["True", "True", "False"]
+
+
 def test_everything_imports_where_the_system_is_not_posix():
     """As on Windows: what other libraries need of the system is loaded before it is taken away."""
     every = sorted(SOURCES)

@@ -116,7 +116,8 @@ class SessionStream:
         self._seconds = math.inf if seconds is None else seconds
         self._rate = target.rate
         played = Patch.load(patch, REGISTRY) if patch else Patch(title="monitor")
-        self._session = Session(target, played, REGISTRY, patch.parent if patch else None)
+        folder = patch.parent if patch else None
+        self._session = Session(target, played, REGISTRY, folder, is_edited=False)
         self._finder = StepFinder(target.floor, self._session.force_rate_hz)
         self._record = record
         self._stopped = False

@@ -76,8 +76,13 @@ class Session:
         registry: Registry,
         folder: Path | None = None,
         engine: ChildProcess | None = None,
+        *,
+        is_edited: bool = True,
     ) -> None:
-        """Create the session; `engine` is a process started earlier (`engine_process`), which is ready sooner."""
+        """Create the session; `engine` is a process started earlier (`engine_process`), which is ready sooner.
+
+        If `is_edited` is false, the compiler is only started by an edit or a preview.
+        """
         self.target, self.registry, self.folder = target, registry, folder
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
@@ -96,6 +101,7 @@ class Session:
         self.force = ForceReader(self.memory.force)
         self._engine = EngineSupervisor(self.memory, engine)
         self._compiler = CompilerSupervisor()
+        self._is_edited = is_edited
         self._recorder: Recorder | None = None
         self._waits_for_recorder = False  # so that the beginning is recorded
         self._ending_recorders: list[Recorder] = []
@@ -149,7 +155,8 @@ class Session:
         if time.monotonic() > self._standby_due:
             self._standby_due = math.inf
             self._engine.stand_by(self._setup)
-            self._compiler.start()
+            if self._is_edited:
+                self._compiler.start()
         self._restart_compiler()
         self._restart_recorder()
         self._ending_recorders = [recorder for recorder in self._ending_recorders if not recorder.has_ended()]
