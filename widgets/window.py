@@ -230,7 +230,8 @@ class MainWindow(QMainWindow):
             self.main_bar.add_workspace(declared.name, declared.key, declared.icon)
         self.status = StatusLine()
         self._display = SessionDisplay(self.controller, self.main_bar, self.status, self.settings.level_db)
-        middle = QWidget()
+        middle = QWidget(self)
+        self.setCentralWidget(middle)  # first: each change of parent has the style of all within looked up again
         layout = QVBoxLayout(middle)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -238,7 +239,6 @@ class MainWindow(QMainWindow):
         layout.addWidget(self._display.progress)
         layout.addWidget(self.workspaces, 1)
         layout.addWidget(self.status)
-        self.setCentralWidget(middle)
         restore_window(self, self.settings)
 
     def _update_colours(self) -> None:

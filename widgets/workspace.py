@@ -93,7 +93,7 @@ class Workspace(QWidget):
 
 
 class WorkspaceDeclaration(Struct, frozen=True):
-    """The declaration of a workspace. `make` imports the code, so that an unused workspace costs nothing.
+    """The declaration of a workspace. `make(context, parent)` imports the code: an unused workspace costs nothing.
 
     The code is `workspace.py` in the folder, the package `package`; `load` imports it beforehand. Files with one of the
     `suffixes` open here, if they are dropped on the window or given on the command line. The tab shows `name`, or in a
@@ -103,7 +103,7 @@ class WorkspaceDeclaration(Struct, frozen=True):
 
     name: str
     key: str
-    make: Callable[[WorkspaceContext], Workspace]
+    make: Callable[[WorkspaceContext, QWidget], Workspace]
     focus: str = ""
     suffixes: tuple[str, ...] = ()
     icon: str = "list"

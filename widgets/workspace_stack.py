@@ -120,7 +120,7 @@ class WorkspaceStack(QStackedWidget):
 
     def _build(self, name: str) -> None:
         declared = next(declared for declared in self.declarations if declared.name == name)
-        self._unattached[name] = declared.make(self._context)
+        self._unattached[name] = declared.make(self._context, self)
 
     def _create(self, name: str) -> None:
         if name in self._by_name:

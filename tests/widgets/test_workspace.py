@@ -3,10 +3,11 @@
 import subprocess
 import sys
 
+import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QLabel
 from windows import dialog_of, quiet_window
 
 from underfoot.engine.target import Target
@@ -39,8 +40,8 @@ def test_finding_workspaces_does_not_import_what_they_are_made_of():
 class Whole(Workspace):
     """A workspace that uses all that a workspace can."""
 
-    def __init__(self, context):
-        super().__init__()
+    def __init__(self, context, parent):
+        super().__init__(parent)
         self.folder, self.context, self.events = context.folder, None, []
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.action = QAction("Do the whole", self)
@@ -113,14 +114,14 @@ def test_the_code_of_a_workspace_is_imported_in_parts():
 
 def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_the_window_closes(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
-    others = set(QApplication.topLevelWidgets())
+    stack = window.workspaces
 
     def built():
         for _ in range(200):
-            for widget in QApplication.topLevelWidgets():
-                if isinstance(widget, Workspace) and widget not in others:
-                    return widget
-            window.workspaces.create_next()
+            for workspace in stack.findChildren(Workspace, options=Qt.FindChildOption.FindDirectChildrenOnly):
+                if stack.indexOf(workspace) < 0:
+                    return workspace
+            stack.create_next()
         raise AssertionError("no workspace is built before it is attached")
 
     shown = built()
@@ -129,4 +130,22 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
     left = built()
     window.leave()
     assert left is window.workspaces["Calibrate"]
-    assert left.parent() is window.workspaces
+    assert stack.indexOf(left) >= 0
+
+
+@pytest.mark.parametrize(
+    ("name", "order"),
+    [
+        ("Design", ["Nodes", "Presets", "Search nodes", "Canvas", "Loop", "Copy A to B", "Waveform", "Title"]),
+        ("Monitor", ["Walker", "Floor from above", "Follow", "Levels", "Clear", "Footsteps"]),
+    ],
+)
+def test_tab_goes_from_left_to_right_and_down(qtbot, tmp_path, name, order):
+    window = quiet_window(qtbot, tmp_path)
+    window.workspaces.choose(name)
+    stops, stop = [], window.workspaces[name].nextInFocusChain()
+    while stop is not window.workspaces[name]:
+        if stop.isVisible() and stop.focusPolicy() & Qt.FocusPolicy.TabFocus:
+            stops.append(stop.accessibleName() or getattr(stop, "text", str)())
+        stop = stop.nextInFocusChain()
+    assert sorted(order, key=stops.index) == order

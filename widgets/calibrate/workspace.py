@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QWidget
 
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Result
@@ -51,9 +51,14 @@ class CalibrateWorkspace(Workspace):
     """A `Profile` that was written, which part of it, and its folder: for use by the engine."""
 
     def __init__(
-        self, root: Path, settings: Settings, kinds: Sequence[CalibrationKind], pace: Pace | None = None
+        self,
+        root: Path,
+        settings: Settings,
+        kinds: Sequence[CalibrationKind],
+        pace: Pace | None = None,
+        parent: QWidget | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._settings, self.pace = settings, pace

@@ -26,9 +26,9 @@ def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequen
     return panel
 
 
-def column(*widgets: QWidget, body: QWidget) -> QWidget:
+def column(*widgets: QWidget, body: QWidget, parent: QWidget | None = None) -> QWidget:
     """Return widgets below one another without gaps; `body`, one of them, takes the remaining height."""
-    panel = QWidget()
+    panel = QWidget(parent)
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)

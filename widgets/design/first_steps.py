@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.widgets import theme
 
@@ -25,8 +25,8 @@ class FirstSteps(QFrame):
 
     done = Signal()
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.is_wanted: Callable[[], bool] = lambda: False
         self._done: set[str] = set()
         self.setObjectName("steps")

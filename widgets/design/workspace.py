@@ -62,11 +62,12 @@ class DesignWorkspace(Workspace):
         self.node_palette = NodePalette(registry, self)
         self.side = SidePanel(self.node_palette, PresetPanel(), self)
         self.browsing: PresetBrowsing | None = None
+        self._first_steps = FirstSteps(self)
         self.canvas = Canvas(self.document, registry, self)
-        self.inspector = Inspector(registry, self)
-        self.preview = PreviewPanel(self)
-        self.previews = PreviewRequests(self.canvas, self.inspector, self.preview, registry)
         self.listen_bar = ListenBar(self)
+        self.preview = PreviewPanel(self)
+        self.inspector = Inspector(registry, self)
+        self.previews = PreviewRequests(self.canvas, self.inspector, self.preview, registry)
         self.mark_actions = MarkActions(self.canvas, registry)
         self.silence_hint = SilenceHint(lambda text: self.canvas.show_message(text, alarm=False))
         self.slots: SlotListening | None = None
@@ -220,26 +221,26 @@ class DesignWorkspace(Workspace):
     # --- inside ---
 
     def _lay_out(self) -> None:
+        # From the outside in: a widget that gets another parent has the style of all within it looked up again.
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        self._across = QSplitter(Qt.Orientation.Horizontal)
+        self._across.setObjectName("design across")
+        row.addWidget(self._across)
         self._middle = QSplitter(Qt.Orientation.Vertical)
         self._middle.setObjectName("design down")
-        self._first_steps = FirstSteps()
-        self._middle.addWidget(column(self._first_steps, self.canvas, body=self.canvas))
-        self._middle.addWidget(column(self.listen_bar, self.preview, body=self.preview))
+        for widget in (self.side, self._middle, self.inspector):
+            self._across.addWidget(widget)
+        column(self._first_steps, self.canvas, body=self.canvas, parent=self._middle)
+        column(self.listen_bar, self.preview, body=self.preview, parent=self._middle)
         self._middle.setStretchFactor(0, 3)
         self._middle.setStretchFactor(1, 1)
         self._middle.setSizes([420, 320])
-        self._across = QSplitter(Qt.Orientation.Horizontal)
-        self._across.setObjectName("design across")
-        for widget in (self.side, self._middle, self.inspector):
-            self._across.addWidget(widget)
         self._across.setStretchFactor(1, 1)
         self._across.setSizes([192, 800, 280])
         for splitter in (self._middle, self._across):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self._across)
         self.setFocusProxy(self.canvas)
         self.canvas.setFocus()
 

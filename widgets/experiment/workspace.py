@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
@@ -38,8 +38,10 @@ class ExperimentWorkspace(Workspace):
     The user's protocols are in `own`, the user's presets in `own_patches`.
     """
 
-    def __init__(self, registry: Registry, root: Path, own: Path, own_patches: Path) -> None:
-        super().__init__()
+    def __init__(
+        self, registry: Registry, root: Path, own: Path, own_patches: Path, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._controller: SessionController | None = None

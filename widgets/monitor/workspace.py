@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
-from PySide6.QtWidgets import QSplitter, QVBoxLayout
+from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 from underfoot.engine.commands import Mark, Start
 from underfoot.engine.reports import CommandApplied
@@ -46,8 +46,8 @@ class MonitorWorkspace(Workspace):
     active_changed = Signal(bool)
     """Whether the workspace is on the screen."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.time = ShownTime(DURATIONS_S[0])
@@ -266,21 +266,25 @@ class MonitorWorkspace(Workspace):
             QShortcut(keys, self, do)
 
     def _build(self) -> None:
-        plots = QSplitter(Qt.Orientation.Vertical)
-        plots.setObjectName("monitor plots")
-        plots.addWidget(self.force)
-        plots.addWidget(self.vibration)
-        plots.setSizes([240, 272])
+        # From the outside in: a widget that gets another parent has the style of all within it looked up again.
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        down = QSplitter(Qt.Orientation.Vertical)
+        down.setObjectName("monitor down")
+        layout.addWidget(down)
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
+        down.addWidget(across)
+        plots = QSplitter(Qt.Orientation.Vertical)
+        plots.setObjectName("monitor plots")
         across.addWidget(self.floor)
-        across.addWidget(column(plots, self.time_bar, body=plots))
+        column(plots, self.time_bar, body=plots, parent=across)
         across.setStretchFactor(0, 5)
         across.setStretchFactor(1, 11)
         across.setSizes([400, 880])
-        down = QSplitter(Qt.Orientation.Vertical)
-        down.setObjectName("monitor down")
-        down.addWidget(across)
+        plots.addWidget(self.force)
+        plots.addWidget(self.vibration)
+        plots.setSizes([240, 272])
         down.addWidget(self.steps)
         down.setStretchFactor(0, 5)
         down.setStretchFactor(1, 2)
@@ -288,6 +292,3 @@ class MonitorWorkspace(Workspace):
         for splitter in (plots, across, down):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(down)

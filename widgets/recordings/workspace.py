@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QToolButton, QWidget
 
 from underfoot.engine.survey_process import Progress
 from underfoot.quantities import counted
@@ -16,7 +16,7 @@ from underfoot.records.recording import Mark
 from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
-from underfoot.widgets.controls.panels import tool_button, with_header
+from underfoot.widgets.controls.panels import column, tool_button, with_header
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.mark_editing import MarkEditing
@@ -54,8 +54,8 @@ TITLE_PX = 180
 class RecordingsWorkspace(Workspace):
     """Shows recordings; it never waits for a file."""
 
-    def __init__(self, settings: Settings) -> None:
-        super().__init__()
+    def __init__(self, settings: Settings, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.recordings = RecordingList(recordings_folder, settings.recordings)
@@ -270,35 +270,31 @@ class RecordingsWorkspace(Workspace):
         self.setFocusProxy(self.axis)
 
     def _build(self) -> None:
+        # From the outside in: a widget that gets another parent has the style of all within it looked up again.
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        down = QSplitter(Qt.Orientation.Vertical)
+        down.setObjectName("recordings down")
+        layout.addWidget(self.recordings)
+        layout.addWidget(down, 1)
+        head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
+        timeline = with_header(head, self.timeline, shrinking)
+        column(timeline, self.readout.text, body=timeline, parent=down)
         below = QSplitter(Qt.Orientation.Horizontal)
         below.setObjectName("recordings below")
+        down.addWidget(below)
+        down.setStretchFactor(0, 1)
+        down.setSizes([500, 220])
         below.addWidget(self.steps)
         floor = with_header([theme.label("Floor at the cursor", "title"), None], self.readout.map)
         floor.setMinimumWidth(20 * theme.GRID)
         below.addWidget(floor)
         below.setStretchFactor(0, 1)
         below.setSizes([820, 208])
-        over = QWidget()
-        column = QVBoxLayout(over)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
-        column.addWidget(with_header(head, self.timeline, shrinking), 1)
-        column.addWidget(self.readout.text)
-        down = QSplitter(Qt.Orientation.Vertical)
-        down.setObjectName("recordings down")
-        down.addWidget(over)
-        down.addWidget(below)
-        down.setStretchFactor(0, 1)
-        down.setSizes([500, 220])
         for splitter in (below, down):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self.recordings)
-        layout.addWidget(down, 1)
 
     def _head(self) -> list[QWidget | None]:
         self.title, self.facts = theme.label("", "title"), ElidedLabel("muted")

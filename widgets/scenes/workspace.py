@@ -5,7 +5,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from underfoot.engine.commands import PressTile, Walk
 from underfoot.engine.reports import Report
@@ -43,8 +43,8 @@ class ScenesWorkspace(Workspace):
     _made = Signal(int, object)
     """Number of the request, and the scene; or the reason why it could not be made."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.kinds = discover()
