@@ -37,8 +37,8 @@ class ChoicePanel(QWidget):
     plate_search_requested = Signal()
     """Open the search for plates for the chosen tile."""
 
-    def __init__(self, kinds: Sequence[tuple[str, str]]) -> None:
-        super().__init__()
+    def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.setProperty("role", "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(WIDTH_PX)
@@ -58,7 +58,7 @@ class ChoicePanel(QWidget):
         self.restore.setToolTip("Use the selected calibration from now on; the one in use is kept as an earlier one")
         self._none = theme.label("None yet", "small")
         self._indices: list[int] = []
-        inside = QWidget()
+        inside, foot = self._lay_out()
         layout = QVBoxLayout(inside)
         layout.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, 0)
         layout.setSpacing(theme.GRID)
@@ -81,27 +81,27 @@ class ChoicePanel(QWidget):
         self.plates = QPushButton("Which plates fit…")
         self.plates.setToolTip("Search modulus and thickness of a plate for this tile, before it is built")
         self.plates.clicked.connect(self.plate_search_requested)
-        self._lay_out(inside)
+        foot.addWidget(self.plates)
         self.map.tile_chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
         self.restore.clicked.connect(lambda: self.restore_requested.emit(self._indices[self.history.currentRow()]))
         self.setFocusProxy(self.map)
 
-    def _lay_out(self, inside: QWidget) -> None:
-        """Lay out the page: the choice scrolls if the window is too low; the button below stays visible."""
-        area = QScrollArea()
+    def _lay_out(self) -> tuple[QWidget, QHBoxLayout]:
+        """Return the empty page, which scrolls if the window is too low, and the line below it, which stays visible."""
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        area, inside = QScrollArea(), QWidget()
+        column.addWidget(area, 1)
         area.setWidget(inside)
         area.setWidgetResizable(True)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         foot = QHBoxLayout()
         foot.setContentsMargins(2 * theme.GRID, theme.GRID, 2 * theme.GRID, theme.GRID)
-        foot.addWidget(self.plates)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(area, 1)
         column.addLayout(foot)
+        return inside, foot
 
     def set_floor(self, floor: Floor) -> None:
         """Show the tiles of a floor; the first is chosen."""

@@ -27,8 +27,8 @@ class Overview(QWidget):
     reference_given = Signal(object)
     """The reference that was entered."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.title = theme.label("", "title")
         self.about = theme.label("")
         self.verdict = theme.label("", "muted")
@@ -49,6 +49,11 @@ class Overview(QWidget):
         self.editor: ParameterEditor | None = None
         self.table = QuantityTable("Figures of the calibration in use")
         self.drawings = DrawingColumn()
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        left = QWidget()
+        layout.addWidget(left, 1)
         buttons = QHBoxLayout()
         buttons.setSpacing(theme.GRID)
         for button in (self.begin, self.begin_automatic):
@@ -56,7 +61,6 @@ class Overview(QWidget):
             button.setMinimumWidth(max(15 * theme.GRID, button.sizeHint().width()))
             buttons.addWidget(button)
         buttons.addStretch(1)
-        left = QWidget()
         column = QVBoxLayout(left)
         column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID)
         column.setSpacing(theme.GRID)
@@ -73,10 +77,6 @@ class Overview(QWidget):
         column.addWidget(self.table, 1)
         self.picture = TilePicture()
         column.addWidget(self.picture, 2)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(left, 1)
         layout.addWidget(self.drawings, 1)
         self.begin.clicked.connect(lambda: self.begin_requested.emit(False))
         self.begin_automatic.clicked.connect(lambda: self.begin_requested.emit(True))

@@ -26,8 +26,8 @@ LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "cor
 class PageView(QWidget):
     """Shows a page and its live reading; `values` are the user's input."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self._page = Page("", "", "")
         self._entered: dict[str, dict[str, Any]] = {}
         self._input_error = ""

@@ -50,8 +50,8 @@ class Wizard(QWidget):
     page_shown = Signal(object)
     """The `Snapshot` now on the screen."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.measurement: Measurement | None = None
         self.snapshot: Snapshot | None = None
         self._before: Part | None = None
@@ -298,10 +298,6 @@ class Wizard(QWidget):
         self._progress.setTextVisible(False)
         self._progress.setFixedHeight(theme.GRID // 2)
         self._progress.setAccessibleName("How much of the whole is done")
-        self.page, self.result = PageView(), ResultView()
-        self._body = QStackedWidget()
-        for view in (self.page, self.result):
-            self._body.addWidget(view)
         self.refusal = theme.label("", "alarm")
         self.refusal.setWordWrap(True)
         self.refusal.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
@@ -313,29 +309,32 @@ class Wizard(QWidget):
         keep.setRetainSizeWhenHidden(True)
         self.busy.setSizePolicy(keep)
         self.busy_words = theme.label(" ", "small")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        across, closed = QHBoxLayout(), QWidget()
+        across.setSpacing(0)
+        layout.addLayout(across, 1)
+        across.addWidget(closed, 1)
         head = QHBoxLayout()
         head.addWidget(self._heading, 1)
         head.addWidget(self._share)
-        closed = QWidget()
         column = QVBoxLayout(closed)
         column.setContentsMargins(3 * theme.GRID, 2 * theme.GRID, 2 * theme.GRID, 0)
         column.setSpacing(theme.GRID)
         column.addLayout(head)
         column.addWidget(self._progress)
         column.addSpacing(theme.GRID)
+        self._body = QStackedWidget(closed)
+        self.page, self.result = PageView(self._body), ResultView(self._body)
+        for view in (self.page, self.result):
+            self._body.addWidget(view)
         column.addWidget(self._body, 1)
         column.addWidget(self.refusal)
         column.addWidget(self.busy)
         column.addWidget(self.busy_words)
         self.drawings = DrawingColumn()
-        across = QHBoxLayout()
-        across.setSpacing(0)
-        across.addWidget(closed, 1)
         across.addWidget(self.drawings, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(across, 1)
         self._buttons = self._button_line()
         layout.addWidget(self._buttons)
 

@@ -70,9 +70,9 @@ class CalibrateWorkspace(Workspace):
         self.projection: FloorProjection | None = None
         """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
-        self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds])
-        self.overview, self.wizard = Overview(), Wizard()
-        self._stack = QStackedWidget()
+        self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
+        self._stack = QStackedWidget(self)
+        self.overview, self.wizard = Overview(self._stack), Wizard(self._stack)
         for view in (self.overview, self.wizard):
             self._stack.addWidget(view)
         layout = QHBoxLayout(self)

@@ -12,9 +12,14 @@ from underfoot.widgets import theme
 from underfoot.widgets.controls.header_row import HeaderRow
 
 
-def with_header(head: Sequence[QWidget | None], body: QWidget, shrinking: Sequence[Sequence[QWidget]] = ()) -> QWidget:
+def with_header(
+    head: Sequence[QWidget | None],
+    body: QWidget,
+    shrinking: Sequence[Sequence[QWidget]] = (),
+    parent: QWidget | None = None,
+) -> QWidget:
     """Return `body` below a row of widgets; None is a stretch. In a narrow panel those of `shrinking` shrink."""
-    panel = QWidget()
+    panel = QWidget(parent)
     panel.setMinimumSize(240, 120)
     top = HeaderRow(head, shrinking)
     layout = QVBoxLayout(panel)

@@ -32,8 +32,8 @@ class RecordedSteps(QWidget):
     """The filters have changed."""
     notified = Signal(str)
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self._steps: Sequence[Stance] = ()
         self._visible: list[int] = []
         self._choice = -1
@@ -52,22 +52,20 @@ class RecordedSteps(QWidget):
         self.copy_button = tool_button("", "Copy", "Copy the selected steps, or all that are shown, as CSV")
         self.copy_button.clicked.connect(self.copy)
         head.append(self.copy_button)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
         across = QSplitter(Qt.Orientation.Horizontal)
+        layout.addWidget(across)
         across.setObjectName("recordings steps")
         across.setHandleWidth(1)
         across.setChildrenCollapsible(False)
-        table = with_header(head, WholeRows(self.table), [[self.copy_button], list(self.filters.values())])
+        table = with_header(head, WholeRows(self.table), [[self.copy_button], list(self.filters.values())], across)
         table.setMinimumWidth(30 * theme.GRID)
-        across.addWidget(table)
-        holder = QWidget()
+        holder = QWidget(across)
         inside = QHBoxLayout(holder)
         inside.setContentsMargins(0, 0, 0, 0)
         inside.addWidget(self.plot)
-        across.addWidget(holder)
         across.setSizes([560, 300])
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(across)
         self._selection_timer = QTimer(self)
         self._selection_timer.setSingleShot(True)
         self._selection_timer.setInterval(0)
