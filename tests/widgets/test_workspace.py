@@ -143,9 +143,10 @@ def test_a_workspace_that_is_only_built_is_attached_when_it_is_shown_and_when_th
 def test_tab_goes_from_left_to_right_and_down(qtbot, tmp_path, name, order):
     window = quiet_window(qtbot, tmp_path)
     window.workspaces.choose(name)
-    stops, stop = [], window.workspaces[name].nextInFocusChain()
-    while stop is not window.workspaces[name]:
-        if stop.isVisible() and stop.focusPolicy() & Qt.FocusPolicy.TabFocus:
+    stops, stop = [], window.nextInFocusChain()
+    while stop is not window:
+        is_within = window.workspaces[name].isAncestorOf(stop) and stop.isVisible()
+        if is_within and stop.focusPolicy() & Qt.FocusPolicy.TabFocus:
             stops.append(stop.accessibleName() or getattr(stop, "text", str)())
         stop = stop.nextInFocusChain()
     assert sorted(order, key=stops.index) == order

@@ -18,8 +18,13 @@ class HeaderRow(QWidget):
     an icon loses its text, other widgets are hidden.
     """
 
-    def __init__(self, widgets: Sequence[QWidget | None], shrinking: Sequence[Sequence[QWidget]] = ()) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        widgets: Sequence[QWidget | None],
+        shrinking: Sequence[Sequence[QWidget]] = (),
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
         self._widgets, self._shrinking = widgets, shrinking
         self._full_widths_px: dict[QWidget, int] = {}
         self._line = line = QHBoxLayout(self)

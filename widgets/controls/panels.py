@@ -21,7 +21,7 @@ def with_header(
     """Return `body` below a row of widgets; None is a stretch. In a narrow panel those of `shrinking` shrink."""
     panel = QWidget(parent)
     panel.setMinimumSize(240, 120)
-    top = HeaderRow(head, shrinking)
+    top = HeaderRow(head, shrinking, panel)
     layout = QVBoxLayout(panel)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(0)

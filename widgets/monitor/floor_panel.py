@@ -18,8 +18,8 @@ class FloorPanel(QWidget):
     commanded = Signal(object)
     """A `Command` for the engine."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.map = FloorMap()
         self.walker = tool_button("walk", "Walker", "Let the simulated person walk over the floor", checkable=True)
         self.walker.clicked.connect(lambda on: self.commanded.emit(Walk(on)))
@@ -38,7 +38,7 @@ class FloorPanel(QWidget):
         head = [title, None, self._press_label, self.press_n, self.walker, self.tare]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(with_header(head, self.map, ((self.walker, self.tare), (self._press_label,))))
+        layout.addWidget(with_header(head, self.map, ((self.walker, self.tare), (self._press_label,)), self))
 
     def set_floor(self, floor: Floor, simulated: bool) -> None:
         """Show this floor; if it is simulated, a person walks on it, and the mouse presses it."""

@@ -32,8 +32,8 @@ class ForcePanel(QWidget):
     """Seconds to be shown."""
     pause_toggled = Signal(bool)
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.plot = ForcePlot()
         self._onsets: deque[tuple[str, float]] = deque(maxlen=256)
         self._marks: deque[tuple[float, str]] = deque(maxlen=256)
@@ -41,7 +41,7 @@ class ForcePanel(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         head = self._head()
-        layout.addWidget(with_header(head, self.plot, ((self.following,), self.readouts[1:], (self._when,))))
+        layout.addWidget(with_header(head, self.plot, ((self.following,), self.readouts[1:], (self._when,)), self))
 
     def start_again(self, tiles: int) -> None:
         """Keep nothing: another session begins, on a floor of so many tiles."""

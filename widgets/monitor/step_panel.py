@@ -36,8 +36,8 @@ class StepPanel(QWidget):
     """A line for the person."""
     cleared = Signal()
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.table = StepTable()
         self.count = theme.label("", "muted")
         self._cadence = theme.label("", "muted")
@@ -53,7 +53,7 @@ class StepPanel(QWidget):
         head = [title, self.count, self._cadence, None, self.clear_button, self.export_button]
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(with_header(head, WholeRows(self.table)))
+        layout.addWidget(with_header(head, WholeRows(self.table), parent=self))
         self._show_count()
 
     def add(self, steps: Sequence[Step]) -> None:

@@ -22,8 +22,8 @@ from underfoot.widgets.monitor.vibration_history import VibrationHistory
 class VibrationPanel(QWidget):
     """Keeps the vibration of all tiles, commanded and measured, and shows that of one."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
         self.spectrogram = SpectrogramPlot()
         self.levels = LevelPlot()
         self._row = 0
@@ -32,7 +32,7 @@ class VibrationPanel(QWidget):
         self._views.addWidget(self.levels)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(with_header(self._head(), self._views))
+        layout.addWidget(with_header(self._head(), self._views, parent=self))
 
     def start_again(self, tiles: int, rate_hz: float) -> None:
         """Keep nothing: another session begins, on a floor of so many tiles."""

@@ -51,7 +51,7 @@ class MonitorWorkspace(Workspace):
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.time = ShownTime(DURATIONS_S[0])
-        self.floor, self.force, self.vibration = FloorPanel(), ForcePanel(), VibrationPanel()
+        self.floor, self.force, self.vibration = FloorPanel(self), ForcePanel(self), VibrationPanel(self)
         self.map = self.floor.map
         self.steps = StepPanel()
         self.time_bar = TimeBar()
