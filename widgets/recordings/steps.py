@@ -32,8 +32,8 @@ class RecordedSteps(QWidget):
     """The filters have changed."""
     notified = Signal(str)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._steps: Sequence[Stance] = ()
         self._visible: list[int] = []
         self._choice = -1
