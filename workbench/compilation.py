@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import wraps
 from types import FunctionType
 from typing import Any
 
+import numpy as np
 from numba import config, types
 from numba.core.caching import NullCache
 from numba.core.ccallback import CFunc
@@ -31,15 +33,44 @@ class _Dispatcher(CPUDispatcher):
         return super().get_call_template([types.unliteral(arg) for arg in args], kws)
 
 
+IS_DISABLED = bool(config.DISABLE_JIT)
+"""Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1)."""
+
+
 def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> Any:
-    """Return the dispatcher that compiles a kernel for its argument types, or the function if Numba is disabled."""
-    if config.DISABLE_JIT:
-        return function
+    """Return the dispatcher that compiles a kernel for its argument types, or its plain form if Numba is disabled."""
+    if IS_DISABLED:
+        return _plain(function)
     made = _Dispatcher(function, targetoptions=options)
     made.is_part = not is_kept
     if is_kept:
         made._cache = KernelCache(function, f"{options_text(options)} {LOWERING}")
     return made
+
+
+def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that gives this one what it has in compiled code: records with attributes, NumPy's numbers."""
+
+    @wraps(function)
+    def call(*args: Any) -> Any:
+        with np.errstate(all="ignore"):  # as compiled: 1 / 0 is infinite, and random bits wrap around
+            return function(*map(_as_compiled, args))
+
+    return call
+
+
+def _as_compiled(value: Any) -> Any:
+    if isinstance(value, float):
+        return np.float64(value)
+    if hasattr(value, "with_numpy_numbers"):
+        return value.with_numpy_numbers()
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        return value.view(np.recarray)
+    if isinstance(value, np.void) and value.dtype.names:
+        return value.view((np.record, value.dtype))
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return type(value)(*map(_as_compiled, value))
+    return value
 
 
 def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:

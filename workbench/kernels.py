@@ -56,17 +56,36 @@ class KernelPart(Kernel):
 
     is_kept = False
 
-    def _refuse(self) -> Any:
+    def _plain(self) -> Any:
+        """Return its plain form if Numba is disabled, and refuse otherwise."""
+        from underfoot.compilation import IS_DISABLED
+
+        if IS_DISABLED:
+            return self.compiled
         raise TypeError(f"{self.py_func.__name__} is a part of kernels; Python calls {self.py_func.__name__}.py_func")
 
-    __call__ = property(_refuse)
+    __call__ = property(_plain)
 
 
 class Intrinsic:
-    """Function for compiled code only that emits its own code (an intrinsic of Numba)."""
+    """Function that emits its own machine code (an intrinsic of Numba). Python calls what is declared as `in_python`.
+
+    That is for kernels that run as plain Python, where Numba is disabled.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.py_func, self.__doc__ = function, function.__doc__
+        self._in_python: Callable[..., Any] | None = None
+
+    def in_python(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Declare the function that does the same in Python, on NumPy's arrays."""
+        self._in_python = function
+        return function
+
+    def __call__(self, *args: Any) -> Any:
+        if self._in_python is None:
+            raise TypeError(f"{self.py_func.__name__} is for compiled code only")
+        return self._in_python(*args)
 
     @cached_property
     def _numba_type_(self) -> Any:
@@ -144,3 +163,8 @@ def widest(context: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(), code
+
+
+@widest.in_python
+def _any_width() -> None:
+    """Do nothing."""

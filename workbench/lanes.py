@@ -8,6 +8,8 @@ bits. Indices of a two-dimensional array continue from row to row.
 
 from typing import Any
 
+import numpy as np
+
 from underfoot.kernels import intrinsic
 
 
@@ -19,12 +21,22 @@ def four(context: Any, array: Any, m: Any) -> Any:
     return loaded(array, 4)
 
 
+@four.in_python
+def _four(array: Any, m: int) -> Any:
+    return np.ravel(array)[m : m + 4].copy()
+
+
 @intrinsic
 def eight(context: Any, array: Any, m: Any) -> Any:
     """Return the numbers m to m + 7 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
 
     return loaded(array, 8)
+
+
+@eight.in_python
+def _eight(array: Any, m: int) -> Any:
+    return np.ravel(array)[m : m + 8].copy()
 
 
 @intrinsic
@@ -35,12 +47,22 @@ def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
     return stored(array, numbers)
 
 
+@put.in_python
+def _put(array: Any, m: int, numbers: Any) -> None:
+    array.reshape(-1)[m : m + len(numbers)] = numbers
+
+
 @intrinsic
 def put_across(context: Any, array: Any, m: Any, rows: Any) -> Any:
     """Write a tuple of eight rows of eight numbers column by column, from index m of an array on."""
     from underfoot.lane_lowering import stored_across
 
     return stored_across(array, rows)
+
+
+@put_across.in_python
+def _put_across(array: Any, m: int, rows: Any) -> None:
+    array.reshape(-1)[m : m + 64] = np.transpose(rows).reshape(-1)
 
 
 @intrinsic
@@ -51,12 +73,22 @@ def all_four(context: Any, number: Any) -> Any:
     return repeated(4)
 
 
+@all_four.in_python
+def _all_four(number: float) -> Any:
+    return np.full(4, number)
+
+
 @intrinsic
 def all_eight(context: Any, number: Any) -> Any:
     """Return eight copies of a number."""
     from underfoot.lane_lowering import repeated
 
     return repeated(8)
+
+
+@all_eight.in_python
+def _all_eight(number: float) -> Any:
+    return np.full(8, number)
 
 
 @intrinsic
@@ -67,12 +99,24 @@ def total(context: Any, numbers: Any) -> Any:
     return summed(numbers)
 
 
+@total.in_python
+def _total(numbers: Any) -> float:
+    while len(numbers) > 1:
+        numbers = numbers[: len(numbers) // 2] + numbers[len(numbers) // 2 :]
+    return float(numbers[0])
+
+
 @intrinsic
 def chosen(context: Any, where: Any, numbers: Any, others: Any) -> Any:
     """Return numbers where a comparison holds, and the others elsewhere."""
     from underfoot.lane_lowering import selected
 
     return selected(where, numbers, others)
+
+
+@chosen.in_python
+def _chosen(where: Any, numbers: Any, others: Any) -> Any:
+    return np.where(where, numbers, others)
 
 
 @intrinsic
@@ -83,12 +127,22 @@ def anywhere(context: Any, where: Any) -> Any:
     return any_of(where)
 
 
+@anywhere.in_python
+def _anywhere(where: Any) -> bool:
+    return bool(np.any(where))
+
+
 @intrinsic
 def everywhere(context: Any, where: Any) -> Any:
     """Return whether a comparison holds in all lanes."""
     from underfoot.lane_lowering import all_of
 
     return all_of(where)
+
+
+@everywhere.in_python
+def _everywhere(where: Any) -> bool:
+    return bool(np.all(where))
 
 
 @intrinsic
@@ -99,9 +153,19 @@ def roots(context: Any, numbers: Any) -> Any:
     return each(numbers, "llvm.sqrt")
 
 
+@roots.in_python
+def _roots(numbers: Any) -> Any:
+    return np.sqrt(numbers)
+
+
 @intrinsic
 def magnitudes(context: Any, numbers: Any) -> Any:
     """Return the magnitudes."""
     from underfoot.lane_lowering import each
 
     return each(numbers, "llvm.fabs")
+
+
+@magnitudes.in_python
+def _magnitudes(numbers: Any) -> Any:
+    return np.abs(numbers)

@@ -160,6 +160,10 @@ class Memory:
             raise AttributeError(f"{name} is no number; write to its elements")
         self.values[begin] = value
 
+    def with_numpy_numbers(self) -> "Memory":
+        """Return the same memory with numbers of NumPy, which divide by zero as compiled code does."""
+        return _NumPyMemory(self.layout, self.values, self.sizes)
+
     def __len__(self) -> int:
         """The number named `count`, in layouts that have one: the number of items."""
         return int(self.count)
@@ -170,6 +174,14 @@ class Memory:
         if found is None:
             raise AttributeError(f"{layout.name} has no {name!r}; it has {', '.join(layout.parts)}")
         return found
+
+
+class _NumPyMemory(Memory):
+    def __getattr__(self, name: str) -> Any:
+        found = super().__getattr__(name)
+        if isinstance(found, Memory):
+            return found.with_numpy_numbers()
+        return np.float64(found) if isinstance(found, float) else found
 
 
 @lru_cache(maxsize=512)
