@@ -28,12 +28,14 @@ from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 from underfoot.errors import require
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import crossing
 from underfoot.models.fibre_bundle.damage import (
     COEFFICIENTS,
     DRAWS,
+    EXACT,
+    INVERSE,
     INVERSE_MEAN,
     MEAN,
     MODELS,
@@ -52,8 +54,13 @@ from underfoot.models.fibre_bundle.damage import (
 from underfoot.models.signals.events import append, event_list
 from underfoot.models.signals.random import stream_key
 
-STATE = Layout("bundle", "strain", "speed", "load", "failed", "next_hazard", "worn", "peak", "wearing")
-"""Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load."""
+STATE = Layout(
+    "bundle",
+    *("strain", "speed", "load", "failed", "next_hazard", "worn", "peak", "wearing", "former", "breaking"),
+    step=8,
+)
+"""Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load.
+From `former` on, the strain a frame ago, it is working memory of a call."""
 
 
 class Fracture(Struct, frozen=True):
@@ -176,11 +183,14 @@ class Motion(NamedTuple):
 
 
 class Trace(NamedTuple):
-    """Further output of a run, frame by frame; not written if empty."""
+    """Further output of a run, frame by frame; not written if both are empty."""
 
     failures: Floats
     threshold: Floats
 
+
+_AHEAD = 8
+"""Number of frames that are moved at once where nothing happens."""
 
 _WEAR_FRAMES = 4.0
 """Mean damage is updated when the strain has advanced as far as it would in this many frames, for the midpoint."""
@@ -226,48 +236,140 @@ def run_traced(
     trace: Trace,
 ) -> None:
     """Run as `run` does, and fill a trace."""
-    c, s = coefficients, state
-    x, w, before, worn = s.strain, s.speed, s.load, s.worn
+    c, s, n = coefficients, state, load.size
     gradual = c.model == MEAN or c.model == INVERSE_MEAN
-    breaking = threshold_strain(c, s.next_hazard) if worn > 0.0 else math.inf
-    wearing = s.wearing if gradual and worn > 0.0 else math.inf
-    c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, stiffness_left(c, s.failed, s.peak))
-    for i in range(load.size):
-        after = min(max(c.pressure * load[i], -c.limit), c.limit)
-        if after > 0.0:
-            if worn == 0.0:
-                s.next_hazard = first_hazard(c, key, (frame + i) * DRAWS, x)
-                breaking = threshold_strain(c, s.next_hazard)
-                wearing = 0.0 if gradual else math.inf
-            worn = 1.0
-        elif worn > 0.0:
-            worn += 1.0
-            if worn > c.renewal:
-                worn = s.failed = s.next_hazard = s.peak = 0.0
-                breaking = wearing = math.inf
-                c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, 1.0)
-        if x + 0.5 * w > wearing:
-            ahead = _WEAR_FRAMES * max(w, 0.0)
-            s.peak, wearing = x + 0.5 * ahead, x + ahead
-            c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, stiffness_left(c, s.failed, s.peak))
-        moved = c0 * x + (c1 * w + (c2 * before + c3 * after))
-        w = c5 * w + (c4 * x + (c6 * before + c7 * after))
-        set_free = 0.0
-        if moved > breaking:
-            failed, s.next_hazard = fail(c, key, (frame + i) * DRAWS, s.next_hazard, moved, s.failed)
-            s.failed += failed
-            set_free = energy_released(c, failed, moved)
-            append(events, frame + i + crossing(x, moved, breaking), event_strength(c, set_free))
-            breaking = threshold_strain(c, s.next_hazard)
-            if not gradual:
-                c0, c1, c2, c3, c4, c5, c6, c7 = bundle_step(c, stiffness_left(c, s.failed, 0.0))
-            if trace.failures.size:
-                trace.failures[i] = failed
-        x, before = moved, after
-        motion.strain[i] = x
-        motion.energy[i] = set_free
-        motion.damage[i] = s.failed / c.pool
+    s.breaking = threshold_strain(c, s.next_hazard) if s.worn > 0.0 else math.inf
+    if not gradual or s.worn == 0.0:
+        s.wearing = math.inf
+    _set_step(c, s)
+    i = 0
+    while i < n:
+        first, end = i, i + _begin(c, s, _stress(c, load[i]) > 0.0, n - i, key, frame + i)
+        i = _move(load, first, end, c, s, motion.strain)
+        _fill(motion.damage[first:i], s.failed / c.pool)
+        _fill(motion.energy[first:i], 0.0)
+        failed, before = 0.0, s.breaking
+        if s.strain > s.breaking:
+            failed = _fail(c, s, key, frame + i - 1, events)
+            motion.energy[i - 1], motion.damage[i - 1] = energy_released(c, failed, s.strain), s.failed / c.pool
         if trace.threshold.size:
-            trace.threshold[i] = breaking
-    s.strain, s.speed, s.load, s.worn = x, w, before, worn
-    s.wearing = wearing if gradual and worn > 0.0 else 0.0
+            _fill(trace.threshold[first:i], before)
+            trace.failures[i - 1], trace.threshold[i - 1] = failed, s.breaking
+    s.breaking = 0.0  # as finite as all states: without load, or with nothing left, the threshold is infinite
+    if not gradual or s.worn == 0.0:
+        s.wearing = 0.0
+
+
+@part
+def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, frame: int) -> int:
+    """Prepare a stretch that begins with a load or without; return its length, up to `most` frames.
+
+    A load draws the thresholds of an intact bundle. Without load, a stretch ends before the frame that renews it.
+    """
+    gradual = c.model == MEAN or c.model == INVERSE_MEAN
+    if is_loaded:
+        if s.worn == 0.0:
+            s.next_hazard = first_hazard(c, key, frame * DRAWS, s.strain)
+            s.breaking = threshold_strain(c, s.next_hazard)
+            s.wearing = 0.0 if gradual else math.inf
+        s.worn = 1.0
+    elif s.worn > 0.0:
+        if s.worn + 1.0 > c.renewal:
+            s.worn = s.failed = s.next_hazard = s.peak = 0.0
+            s.breaking = s.wearing = math.inf
+            _set_step(c, s)
+        elif c.renewal - s.worn < most:
+            most = int(c.renewal - s.worn)
+    if s.strain + 0.5 * s.speed > s.wearing:
+        ahead = _WEAR_FRAMES * max(s.speed, 0.0)
+        s.peak, s.wearing = s.strain + 0.5 * ahead, s.strain + ahead
+        _set_step(c, s)
+    return most
+
+
+@inlined
+def _move(load: Floats, first: int, end: int, c: Memory, s: Memory, strain: Floats) -> int:
+    """Move from frame `first` on, at most to `end`; return the frame reached.
+
+    Ends before the load begins or ends, before mean damage is due, and after a frame in which a threshold is passed.
+    """
+    is_loaded = _stress(c, load[first]) > 0.0
+    i = first + _move_ahead(load[first:end], is_loaded, c, s, strain[first:end])
+    while i < end:
+        stress = _stress(c, load[i])
+        if (stress > 0.0) != is_loaded or s.strain + 0.5 * s.speed > s.wearing:
+            break
+        step, x, w, before = s.step, s.strain, s.speed, s.load
+        s.former = x
+        s.strain = step[0] * x + (step[1] * w + (step[2] * before + step[3] * stress))
+        s.speed = step[5] * w + (step[4] * x + (step[6] * before + step[7] * stress))
+        s.load = stress
+        strain[i] = s.strain
+        i += 1
+        if s.strain > s.breaking:
+            break
+    if not is_loaded and s.worn > 0.0:
+        s.worn += i - first
+    return i
+
+
+@part
+def _move_ahead(load: Floats, is_loaded: bool, c: Memory, s: Memory, strain: Floats) -> int:
+    """Do as `_move`, for `_AHEAD` frames at a time as long as nothing ends them; return the number of frames.
+
+    Only behind them it is tested whether anything does: a test of each frame would take twice as long as the motion.
+    """
+    step = s.step
+    c0, c1, c2, c3, c4, c5, c6, c7 = step[0], step[1], step[2], step[3], step[4], step[5], step[6], step[7]
+    pressure, limit, breaking, wearing = c.pressure, c.limit, s.breaking, s.wearing
+    x, w, before = s.strain, s.speed, s.load
+    done = 0
+    while done + _AHEAD <= load.size:
+        loads, strains = load[done : done + _AHEAD], strain[done : done + _AHEAD]
+        largest, ahead, least, most = -math.inf, -math.inf, math.inf, -math.inf
+        for k in range(_AHEAD):
+            stress = min(max(pressure * loads[k], -limit), limit)
+            least, most, ahead = min(least, stress), max(most, stress), max(ahead, x + 0.5 * w)
+            moved = c0 * x + (c1 * w + (c2 * before + c3 * stress))
+            w = c5 * w + (c4 * x + (c6 * before + c7 * stress))
+            x, before, strains[k] = moved, stress, moved
+            largest = max(largest, moved)
+        loaded_throughout = least > 0.0 if is_loaded else most <= 0.0
+        if not loaded_throughout or ahead > wearing or largest > breaking:
+            break
+        s.former, s.strain, s.speed, s.load = strains[_AHEAD - 2], x, w, before
+        done += _AHEAD
+    return done
+
+
+@part
+def _fail(c: Memory, s: Memory, key: np.uint64, frame: int, events: Memory) -> float:
+    """Fail what the strain of this frame has broken, and append the event; return the number of failures."""
+    failed, s.next_hazard = fail(c, key, frame * DRAWS, s.next_hazard, s.strain, s.failed)
+    s.failed += failed
+    strength = event_strength(c, energy_released(c, failed, s.strain))
+    append(events, frame + crossing(s.former, s.strain, s.breaking), strength)
+    s.breaking = threshold_strain(c, s.next_hazard)
+    if c.model == EXACT or c.model == INVERSE:
+        _set_step(c, s)
+    return failed
+
+
+@part
+def _set_step(c: Memory, s: Memory) -> None:
+    """Set the coefficients of the motion, from the fibres that are left."""
+    step = bundle_step(c, stiffness_left(c, s.failed, s.peak))
+    for k in range(8):
+        s.step[k] = step[k]
+
+
+@inlined
+def _stress(c: Memory, load: float) -> float:
+    """Return the stress of a load, limited to what keeps all numbers finite."""
+    return min(max(c.pressure * load, -c.limit), c.limit)
+
+
+@inlined
+def _fill(values: Floats, value: float) -> None:
+    for i in range(values.size):
+        values[i] = value
