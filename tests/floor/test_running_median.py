@@ -6,9 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from underfoot.floor.running_median import MIDDLE, begin, exchange, insert, median, median_deviation, running_median
+from underfoot.kernels import kernel
 
 VALUES = st.floats(-5.0, 5.0) | st.integers(-3, 3).map(float)
 WINDOW = 300
+
+
+@kernel
+def _exchange(middle, ascending, old, new):
+    exchange(middle, ascending, old, new)
+
+
+@kernel
+def _running_median(middle, ascending, ring, newest, n):
+    return running_median(middle, ascending, ring, newest, n)
 
 
 @pytest.mark.parametrize("made", ["noise", "few values", "drift", "still", "jumps"])
@@ -30,9 +41,9 @@ def test_a_running_median_is_that_of_the_window_sorted(made):
         if i < WINDOW:
             insert(middle, ascending, value)
         else:
-            exchange(middle, ascending, goes, value)
+            _exchange(middle, ascending, goes, value)
         window = values[max(i + 1 - WINDOW, 0) : i + 1]
-        assert running_median(middle, ascending, ring, i % len(ring), len(window)) == np.median(window)
+        assert _running_median(middle, ascending, ring, i % len(ring), len(window)) == np.median(window)
 
 
 @given(st.lists(VALUES, min_size=1, max_size=40), st.integers(0, 5))

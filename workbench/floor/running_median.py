@@ -7,14 +7,14 @@ known. When the median has moved out of those that are kept, they are selected a
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import inlined, kernel, part
 
 Floats = NDArray[np.float64]
 
 MIDDLE = np.dtype([("low", np.float64), ("high", np.float64), ("below", np.int64), ("kept", np.int64)], align=True)
 """Middle of a window: `kept` values, all those from `low` to `high`; `below` is the number of smaller ones."""
 
-_REACH = 32  # values kept on either side of the median when they are selected
+_REACH = 24  # values kept on either side of the median when they are selected
 _MOST = 4 * _REACH  # largest number kept
 
 
@@ -38,30 +38,51 @@ def insert(middle: np.record, ascending: Floats, value: float) -> None:
         middle.kept += 1
 
 
-@kernel
+@inlined
 def exchange(middle: np.record, ascending: Floats, old: float, new: float) -> None:
-    """Replace the value `old` of the window by `new`."""
+    """Replace the value `old` of the window by `new`.
+
+    Most values lie outside the middle, on either side by chance: they are counted without a branch.
+    """
+    low, high = middle.low, middle.high
+    was_kept, is_kept = (old >= low) & (old <= high), (new >= low) & (new <= high)
+    middle.below += np.int64(new < low) - np.int64(old < low)
+    if was_kept | is_kept:
+        _exchange_kept(middle, ascending, old, new)
+
+
+@inlined
+def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> float:
+    """Return the median of the n latest values in `ring`, which end at index `newest`; `ascending` has space for n."""
+    below, kept = middle.below, middle.kept
+    if (n - 1) // 2 < below or n // 2 >= below + kept or kept > _MOST:
+        _centre(middle, ascending, ring, newest, n)
+        below = middle.below
+    return 0.5 * (ascending[(n - 1) // 2 - below] + ascending[n // 2 - below])
+
+
+@part
+def _exchange_kept(middle: np.record, ascending: Floats, old: float, new: float) -> None:
+    """Exchange values of which at least one is in the middle."""
     if old == new:
         return
-    if old < middle.low:
-        middle.below -= 1
-    elif old <= middle.high:
+    if middle.low <= old <= middle.high:
         last = int(middle.kept) - 1
         for i in range(_first_not_below(ascending[: last + 1], old), last):
             ascending[i] = ascending[i + 1]
         middle.kept = last
-    insert(middle, ascending, new)
+    if middle.low <= new <= middle.high:
+        insert(middle, ascending, new)
 
 
-@kernel
-def running_median(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> float:
-    """Return the median of the n latest values in `ring`, which end at index `newest`; `ascending` has space for n."""
+@part
+def _centre(middle: np.record, ascending: Floats, ring: Floats, newest: int, n: int) -> None:
+    """Centre the middle on the median: select it again if the median has left it, else drop what is far from it."""
     if (n - 1) // 2 < middle.below or n // 2 >= middle.below + middle.kept:
         copy_latest(ring, newest, ascending, n)
         _choose(middle, ascending, n)
-    elif middle.kept > _MOST:
+    else:
         _narrow(middle, ascending, n)
-    return 0.5 * (ascending[(n - 1) // 2 - middle.below] + ascending[n // 2 - middle.below])
 
 
 @part
