@@ -1,11 +1,12 @@
 """Present speed of the processor, as a reference for times.
 
 Clock frequency varies, and other processes take their share. A time measured in a slow minute is compared with a
-reference measured in that same minute. The reference is a loop of multiply-adds at full throughput, written in vectors
-for LLVM, which reaches what C reaches with intrinsics.
+reference measured in that same minute. The reference is a loop of multiply-adds at full throughput, written for LLVM in
+the processor's widest vectors, which reaches what C reaches with intrinsics.
 """
 
 import time
+from functools import cache
 from typing import Any
 
 from underfoot.kernels import intrinsic, kernel, widest
@@ -15,9 +16,10 @@ FLOOR_NS = 0.045
 and two vectors of 512 bits per cycle give 0.042.
 """
 
-_CHAINS, _LANES = 10, 8
-"""Enough vectors to hide the latency: two are begun per cycle, each takes four."""
-_PAIRS = _CHAINS * _LANES / 2
+_CHAINS = 10
+"""Enough vectors to hide the latency: two are begun per cycle, each takes four. Twice as many would not stay in the
+registers of a processor with 256 bits.
+"""
 _AHEAD, _ROUNDS = 20_000, 60_000
 """Length of one measurement: some 0.1 ms, as long as the shortest runs, after a warm-up of the widest vectors."""
 
@@ -31,7 +33,16 @@ def slowness() -> float:
     _multiply_add(_AHEAD)
     began = time.thread_time()
     _multiply_add(_ROUNDS)
-    return (time.thread_time() - began) / (_ROUNDS * _PAIRS) * 1e9 / FLOOR_NS
+    return (time.thread_time() - began) / (_ROUNDS * _CHAINS * _lanes() / 2) * 1e9 / FLOOR_NS
+
+
+@cache
+def _lanes() -> int:
+    """Return how many float64 are in the processor's widest vectors."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features()
+    return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
 @kernel
@@ -46,14 +57,15 @@ def _chains(context: Any, rounds: Any) -> Any:
     from llvmlite import ir
     from numba import types
 
-    vector, word = ir.VectorType(ir.DoubleType(), _LANES), ir.IntType(64)
+    lanes, word = _lanes(), ir.IntType(64)
+    vector = ir.VectorType(ir.DoubleType(), lanes)
 
     def constant(value: float) -> Any:
-        return ir.Constant(vector, [value] * _LANES)
+        return ir.Constant(vector, [value] * lanes)
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = ir.FunctionType(vector, [vector] * 3)
-        fused = builder.module.declare_intrinsic(f"llvm.fmuladd.v{_LANES}f64", fnty=kind)
+        fused = builder.module.declare_intrinsic(f"llvm.fmuladd.v{lanes}f64", fnty=kind)
         before = builder.block
         loop, after = builder.append_basic_block("floor"), builder.append_basic_block("floor.end")
         builder.branch(loop)
