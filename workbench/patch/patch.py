@@ -166,10 +166,11 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
-        """Change one parameter of one node."""
+        """Change one parameter of one node. Only this node is checked: a slider that is moved calls it all the time."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
-        return self._with(changed).check(registry)
+        _check_type(changed, f"nodes[{self.nodes.index(node)}]", installed_nodes() if registry is None else registry)
+        return self._with(changed)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
         """Set or clear one of `MARKS` on these nodes.
@@ -266,10 +267,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             require(bool(IDENTIFIER.fullmatch(node.id)), f"{place}.id", node.id, "letters, digits, - and _")
             require(node.id not in seen, f"{place}.id", node.id, "an id that no other node has")
             seen.add(node.id)
-            require(node.type in registry, f"{place}.type", node.type, "a node of `underfoot nodes`")
             check_place(place, node.at)
             check_label(f"{place}.label", node.label)
-            _check_parameters(registry[node.type], node, place)
+            _check_type(node, place, registry)
         types = {node.id: registry[node.type] for node in self.nodes}
         targets: set[str] = set()
         for i, wire in enumerate(self.wires):
@@ -351,7 +351,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         write_file(path, self.dumps())
 
 
-def _check_parameters(type: NodeType, node: PlacedNode, place: str) -> None:
+def _check_type(node: PlacedNode, place: str, registry: Registry) -> None:
+    """Check that a node's type exists, and its parameters."""
+    require(node.type in registry, f"{place}.type", node.type, "a node of `underfoot nodes`")
+    type = registry[node.type]
     if type.missing:  # parameters are kept as they are
         return
     for name, value in node.parameters.items():
