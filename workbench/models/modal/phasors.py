@@ -7,9 +7,10 @@ modes. The end of 64 frames is a single product with p^64: no drift, 1e-11 after
 """
 
 import math
+from typing import Any
 
-from underfoot.kernels import Floats, kernel, modal_kernel, part, widest
-from underfoot.lanes import four, put
+from underfoot.kernels import Floats, inlined, kernel, modal_kernel, part, widest
+from underfoot.lanes import all_four, four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
 
@@ -194,6 +195,35 @@ def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[f
     elif left == 3:
         x, y = _times(powers.p3_re[m], powers.p3_im[m], x, y)
     return x, y
+
+
+@kernel
+def add_advanced(powers: Memory, amplitudes: Memory, strength: float, frames: int, phasors: Memory) -> None:
+    """Add the real phasors `strength` times `amplitudes.re` to `phasors`, after 0 to 64 `frames`: bits of `advanced`."""
+    for m in range(0, phasors.row, LANES):
+        x, y = all_four(strength) * four(amplitudes.re, m), all_four(0.0)
+        if frames == BLOCK:
+            x, y = _turn(powers.p64_re, powers.p64_im, m, x, y)
+        else:
+            for _ in range(frames // 16):
+                x, y = _turn(powers.p16_re, powers.p16_im, m, x, y)
+            for _ in range(frames % 16 // 4):
+                x, y = _turn(powers.p4_re, powers.p4_im, m, x, y)
+            left = frames % 4
+            if left == 1:
+                x, y = _turn(powers.p1_re, powers.p1_im, m, x, y)
+            elif left == 2:
+                x, y = _turn(powers.p2_re, powers.p2_im, m, x, y)
+            elif left == 3:
+                x, y = _turn(powers.p3_re, powers.p3_im, m, x, y)
+        put(phasors.re, m, four(phasors.re, m) + x)
+        put(phasors.im, m, four(phasors.im, m) + y)
+
+
+@inlined
+def _turn(re: Floats, im: Floats, m: int, x: Any, y: Any) -> tuple[Any, Any]:
+    a, b = four(re, m), four(im, m)
+    return x * a - y * b, y * a + x * b
 
 
 @part

@@ -2,7 +2,8 @@
 
 Blocks lie at multiples of 64 session frames, whatever the calls. An event adds its tabulated response to the rest of
 its block, and its exact contribution to the phasors at the block's end; so the output does not depend, to the bit, on
-how frames are split into calls.
+how frames are split into calls. After the first `_FEW` events of a block, contributions are added up frame by frame at
+its end: grains of sand strike in most frames.
 """
 
 import math
@@ -11,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.kernels import Floats, kernel, part
+from underfoot.lanes import all_four, four, put
 from underfoot.layouts import Layout, Memory
-from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, advanced, free_block, in_use, tabulate
+from underfoot.memory import LANES
+from underfoot.models.modal.phasors import BLOCK, PHASORS, POWERS, add_advanced, free_block, in_use, tabulate
 
-STATE = Layout("struck_bank", "active", "struck_lately", "given", block=BLOCK, phasors=PHASORS)
-"""Modes in use, whether an event came lately, and how many frames of the block were output; the block's output, and the
-phasors at its end."""
+STATE = Layout(
+    "struck_bank", "active", "struck_lately", "given", "strikes", block=BLOCK, waiting=BLOCK, phasors=PHASORS
+)
+"""Modes in use, whether an event came lately, how many frames of the block were output, and its number of events; the
+block's output, strengths by frame that are not in the phasors yet, and the phasors at its end."""
 COEFFICIENTS = Layout(
     "struck_bank_coefficients", "modes", "floor_squared", response=BLOCK, amplitudes=PHASORS, powers=POWERS
 )
@@ -24,6 +29,8 @@ COEFFICIENTS = Layout(
 the amplitudes (in `amplitudes.re`), and the powers of the poles."""
 
 _PATIENCE = 32 * BLOCK  # interval between searches for modes below the floor
+_FEW = 8
+"""Events of a block that are added to the phasors one by one; all frames together cost as much as these."""
 
 
 @kernel
@@ -65,6 +72,9 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
         is_struck = event < count and events.time[event] < frame + done + length
         straight = length == BLOCK and not is_struck  # this block need not be kept
         if start == 0:
+            if state.strikes > _FEW:
+                _add_waiting(coefficients, state)
+            state.strikes = 0.0
             if (frame + done) % _PATIENCE == 0:
                 _drop(coefficients, state)
             goal = out[done : done + BLOCK] if straight else block
@@ -90,7 +100,7 @@ def tail(state: Memory) -> float:
             bound = max(bound, abs(block[i]))
     for m in range(int(state.active)):
         bound += math.sqrt(phasors.re[m] ** 2 + phasors.im[m] ** 2)
-    return bound
+    return bound if state.strikes <= _FEW else math.inf
 
 
 @part
@@ -117,10 +127,27 @@ def _strike(coefficients: Memory, state: Memory, at: int, strength: float) -> No
     block, response = state.block, coefficients.response
     for i in range(BLOCK - at):
         block[at + i] += strength * response[i]
-    re, im, amplitudes = state.phasors.re, state.phasors.im, coefficients.amplitudes.re
-    for m in range(int(coefficients.modes)):
-        x, y = advanced(coefficients.powers, m, strength * amplitudes[m], 0.0, BLOCK - at)
-        re[m] += x
-        im[m] += y
-    state.active = re.size
+    state.strikes += 1.0
+    if state.strikes <= _FEW:
+        add_advanced(coefficients.powers, coefficients.amplitudes, strength, BLOCK - at, state.phasors)
+    else:
+        state.waiting[at] += strength
+    state.active = state.phasors.row
     state.struck_lately = 1.0
+
+
+@part
+def _add_waiting(coefficients: Memory, state: Memory) -> None:
+    """Add to the phasors what was struck in the block: its strengths, each turned by the frames since then."""
+    powers, phasors, amplitudes, waiting = coefficients.powers, state.phasors, coefficients.amplitudes, state.waiting
+    for m in range(0, phasors.row, LANES):
+        a, b = four(powers.p1_re, m), four(powers.p1_im, m)
+        x, y = all_four(0.0), all_four(0.0)
+        for k in range(BLOCK):
+            struck = x + all_four(waiting[k])
+            x, y = struck * a - y * b, y * a + struck * b
+        amplitude = four(amplitudes.re, m)
+        put(phasors.re, m, four(phasors.re, m) + amplitude * x)
+        put(phasors.im, m, four(phasors.im, m) + amplitude * y)
+    for k in range(BLOCK):
+        waiting[k] = 0.0
