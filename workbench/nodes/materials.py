@@ -116,7 +116,7 @@ class FibreGrid:
         return bundle_drawings({**values, "strength": values["strength"] / cells}, f"Load on one of {cells} cells")
 
     def sizes(values, rate):
-        return {"cells": values["columns"] * values["rows"]}
+        return grid.sizes(values["columns"] * values["rows"])
 
     def design(controls, rate, coefficients):
         c = controls

@@ -28,7 +28,7 @@ def designed(model="exact", rate=RATE, fibres=500, renewal_s=0.01, **changes):
     of_bundle = {name: changes.get(name, value) for name, value in BUNDLE.items()}
     of_grid = {name: changes.get(name, value) for name, value in GRID.items()}
     assert not set(changes) - {*BUNDLE, *GRID}
-    coefficients = fracture_grid.COEFFICIENTS.zeros()
+    coefficients = fracture_grid.COEFFICIENTS.zeros(**fracture_grid.sizes(of_grid["columns"] * of_grid["rows"]))
     bundle = FibreBundle(fibres, 4.0, **of_bundle, model=model, renewal_s=renewal_s)
     FibreGrid(bundle, **of_grid).design(rate, coefficients)
     unit = 0.5 * of_bundle["stiffness"] * of_bundle["scale"] ** 2
@@ -38,7 +38,7 @@ def designed(model="exact", rate=RATE, fibres=500, renewal_s=0.01, **changes):
 
 
 def at_rest(cells=6):
-    return fracture_grid.STATE.zeros(cells=cells)
+    return fracture_grid.STATE.zeros(**fracture_grid.sizes(cells))
 
 
 def played(coefficients, force, x_m, y_m, cells=6, cuts=(), state=None, frame=0):
@@ -96,7 +96,7 @@ def test_unbroken_cells_move_as_the_coupled_system_does(rate):
     exact = np.array([expm(system / rate * i) @ start for i in range(1, frames + 1)])
     error = np.linalg.norm(strain - exact[:, :6].mean(1)) / np.linalg.norm(exact[:, :6].mean(1))
     assert error < 2e-4 * (12000.0 / rate) ** 2
-    np.testing.assert_allclose(state.strain, exact[-1, :6], rtol=1e-2 * (12000.0 / rate) ** 2)
+    np.testing.assert_allclose(state.strain[:6], exact[-1, :6], rtol=1e-2 * (12000.0 / rate) ** 2)
 
 
 def test_a_standing_load_bends_the_grid_as_statics_say():
@@ -104,7 +104,7 @@ def test_a_standing_load_bends_the_grid_as_statics_say():
     place = np.full(frames, 0.03), np.full(frames, -0.02)
     _, _, state = played(designed(scale=1e6), np.full(frames, 900.0), *place)
     wanted = np.linalg.solve(np.eye(6) + laplacian(3, 2), 900.0 / 500.0 * print_shares(0.03, -0.02))
-    np.testing.assert_allclose(state.strain, wanted, rtol=1e-5)
+    np.testing.assert_allclose(state.strain[:6], wanted, rtol=1e-5)
 
 
 def test_one_cell_is_the_bundle():
@@ -146,7 +146,7 @@ def test_what_a_broken_cell_carried_goes_to_its_neighbours():
 def test_a_stiff_coupling_shares_the_load_among_all():
     force, x_m, y_m = footstep(2500.0)
     _, _, state = played(designed(coupling=500.0), force[:2000], x_m, y_m)
-    assert state.strain.min() > 0.98 * state.strain.max() > 0.5
+    assert state.strain[:6].min() > 0.98 * state.strain.max() > 0.5
 
 
 @pytest.mark.parametrize("model", ["exact", "inverse"])
@@ -198,7 +198,7 @@ def test_an_unloaded_grid_comes_to_rest_within_its_bound(data):
         "coupling": data.draw(st.sampled_from([0.0, 0.3, 10.0, 1e4])),
     }
     coefficients, state = designed(renewal_s=1e-9, **changes), at_rest()
-    state.strain[:], state.speed[:] = np.reshape(
+    state.strain[:6], state.speed[:6] = np.reshape(
         data.draw(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12)), (2, 6)
     )
     bound = fracture_grid.tail(state, coefficients)

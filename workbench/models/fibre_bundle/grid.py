@@ -22,7 +22,9 @@ from underfoot.arguments import HUGE, TINY, integer, number, numbers, seed_of
 from underfoot.clock import SPAN
 from underfoot.errors import require
 from underfoot.kernels import Floats, copy, inlined, kernel
+from underfoot.lanes import all_four, anywhere, chosen, four, put
 from underfoot.layouts import Layout, Memory
+from underfoot.memory import LANES
 from underfoot.models.driven_oscillator import crossing, frame_step
 from underfoot.models.fibre_bundle import damage
 from underfoot.models.fibre_bundle.bundle import FibreBundle
@@ -49,24 +51,27 @@ COEFFICIENTS = Layout(
     "grid_coefficients",
     *("columns", "rows", "width", "depth", "sharpness", "coupling", "rubble"),
     bundle=damage.COEFFICIENTS,
+    tied=(4, "row"),
 )
+"""`tied` is 1 for each cell with a neighbour before it, after it, in the row before, and in the row after, else 0."""
 
 STATE = Layout(
     "grid",
     *("worn", "load"),
-    strain=("cells",),
-    speed=("cells",),
-    failed=("cells",),
-    next_hazard=("cells",),
-    share=("cells",),
-    next_share=("cells",),
-    breaking=("cells",),
-    former=("cells",),
-    kick=("cells",),
-    step=(8, "cells"),
+    kick=("row",),
+    strain=("row",),
+    speed=("row",),
+    failed=("row",),
+    next_hazard=("row",),
+    share=("row",),
+    next_share=("row",),
+    breaking=("row",),
+    former=("row",),
+    step=(8, "row"),
 )
-"""Zeros are an intact grid at rest. `worn` is 0 for an intact grid, else 1 plus the frames since the last load. The
-arrays from `breaking` on are working memory of a call."""
+"""Zeros are an intact grid at rest. `worn` is 0 for an intact grid, else 1 plus the frames since the last load. All
+cells lie in a row, which is padded for vectors; the cells that are none stay 0. `kick` and the arrays from `breaking`
+on are working memory of a call. A cell's neighbours may lie outside of `strain`, but lie in the arrays beside it."""
 
 _FASTEST = 0.25
 """Largest square of the coupled cells' angular frequency, in radians per frame; kicks are stable up to about 4."""
@@ -76,6 +81,15 @@ _TIES = 8.0
 
 _STIFFEST = 16.0
 """Largest stiffness of a cell, relative to its initial stiffness."""
+
+
+def sizes(cells: int) -> dict[str, int]:
+    """Return the memory sizes for a number of cells.
+
+    >>> sizes(4), sizes(9)
+    ({'row': 4}, {'row': 12})
+    """
+    return {"row": -(-cells // LANES) * LANES}
 
 
 class GridFracture(Struct, frozen=True):
@@ -130,7 +144,7 @@ class FibreGrid(Struct, frozen=True):
         require(across.size == load.size, "x_m", across.size, f"as many frames as force, {load.size}")
         require(along.size == load.size, "y_m", along.size, f"as many frames as force, {load.size}")
         cells = self.columns * self.rows
-        coefficients, state = COEFFICIENTS.zeros(), STATE.zeros(cells=cells)
+        coefficients, state = COEFFICIENTS.zeros(**sizes(cells)), STATE.zeros(**sizes(cells))
         self.design(rate_hz, coefficients)
         strain, energy = np.zeros((2, load.size))
         failures = np.zeros((load.size, cells))
@@ -180,6 +194,11 @@ def design(parameters: Memory, coefficients: Memory) -> None:
     bundle.gain /= heavier
     c.coupling = parameters.coupling * bundle.kappa
     c.rubble = parameters.rubble
+    columns, rows, tied = int(c.columns), int(c.rows), c.tied
+    for cell in range(columns * rows):
+        column, row = cell % columns, cell // columns
+        tied[0, cell], tied[1, cell] = min(column, 1), min(columns - 1 - column, 1)
+        tied[2, cell], tied[3, cell] = min(row, 1), min(rows - 1 - row, 1)
 
 
 @kernel
@@ -204,16 +223,16 @@ def tail(state: Memory, coefficients: Memory) -> float:
     if state.worn > 0.0:
         return math.inf
     columns, kappa, coupling = int(coefficients.columns), coefficients.bundle.kappa, coefficients.coupling
-    strain, speed = state.strain, state.speed
+    strain, speed, cells = state.strain, state.speed, columns * int(coefficients.rows)
     energy = 0.0
-    for cell in range(strain.size):
+    for cell in range(cells):
         x = strain[cell]
         energy += kappa * x * x + speed[cell] ** 2
         if (cell + 1) % columns != 0:
             energy += coupling * (strain[cell + 1] - x) ** 2
-        if cell + columns < strain.size:
+        if cell + columns < cells:
             energy += coupling * (strain[cell + columns] - x) ** 2
-    return 1.5 * math.sqrt(energy / (kappa * strain.size))
+    return 1.5 * math.sqrt(energy / (kappa * cells))
 
 
 @kernel
@@ -229,44 +248,44 @@ def run_traced(
 ) -> None:
     """Run as `run` does, and fill a trace."""
     c, s = coefficients.bundle, state
-    columns, rows = int(coefficients.columns), int(coefficients.rows)
-    for cell in range(s.cells):
+    cells = int(coefficients.columns) * int(coefficients.rows)
+    for cell in range(cells):
         s.breaking[cell] = threshold_strain(c, s.next_hazard[cell]) if s.worn > 0.0 else math.inf
         _set_step(s, coefficients, cell)
     for i in range(contact.force.size):
         now = frame + i
         load = min(max(c.pressure * contact.force[i], -c.limit), c.limit)
-        _wear(load, key, now, coefficients, s)
+        _wear(load, key, now, coefficients, s, cells)
         if now % SPAN == 0:
             copy(s.next_share, s.share)
             _print(s, coefficients, contact.x_m[i], contact.y_m[i])
         if load > 0.0 and not s.load > 0.0:
             _print(s, coefficients, contact.x_m[i], contact.y_m[i])
             copy(s.next_share, s.share)
-        strain[i], passed = _move(s, coefficients, columns, rows, s.load, load, now % SPAN)
+        strain[i], passed = _move(s, coefficients, cells, s.load, load, now % SPAN)
         s.load = load
         if passed:
-            energy, place = _break(key, now, coefficients, s, trace.failures, i)
+            energy, place = _break(key, now, coefficients, s, cells, trace.failures[i : i + 1])
             append(events, now + place, event_strength(c, energy))
             if trace.energy.size:
                 trace.energy[i] = energy
 
 
 @inlined
-def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory) -> None:
+def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory, cells: int) -> None:
     """Draw the thresholds of intact cells when a load begins; renew cells that were without load for long enough."""
     c = coefficients.bundle
     if load > 0.0:
         if s.worn == 0.0:
-            for cell in range(s.cells):
-                s.next_hazard[cell] = first_hazard(c, key, (now * s.cells + cell) * DRAWS, s.strain[cell])
+            for cell in range(cells):
+                s.next_hazard[cell] = first_hazard(c, key, (now * cells + cell) * DRAWS, s.strain[cell])
                 s.breaking[cell] = threshold_strain(c, s.next_hazard[cell])
         s.worn = 1.0
     elif s.worn > 0.0:
         s.worn += 1.0
         if s.worn > c.renewal:
             s.worn = 0.0
-            for cell in range(s.cells):
+            for cell in range(cells):
                 s.failed[cell] = s.next_hazard[cell] = 0.0
                 s.breaking[cell] = math.inf
                 _set_step(s, coefficients, cell)
@@ -274,15 +293,18 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
 
 @kernel
 def _break(
-    key: np.uint64, now: int, coefficients: Memory, s: Memory, failures: NDArray[np.float64], frame: int
+    key: np.uint64, now: int, coefficients: Memory, s: Memory, cells: int, failures: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Fail cells that have passed their thresholds; return the total energy, and the share of the frame before it."""
+    """Fail cells that have passed their thresholds; return the total energy, and the share of the frame before it.
+
+    `failures` [1, cell] takes their numbers, unless it is empty.
+    """
     c = coefficients.bundle
     energy, place = 0.0, 1.0
-    for cell in range(s.cells):
+    for cell in range(cells):
         x = s.strain[cell]
         if x > s.breaking[cell]:
-            counter = (now * s.cells + cell) * DRAWS
+            counter = (now * cells + cell) * DRAWS
             failed, s.next_hazard[cell] = fail(c, key, counter, s.next_hazard[cell], x, s.failed[cell])
             s.failed[cell] += failed
             energy += energy_released(c, failed, x)
@@ -290,54 +312,51 @@ def _break(
             s.breaking[cell] = threshold_strain(c, s.next_hazard[cell])
             _set_step(s, coefficients, cell)
             if failures.shape[0]:
-                failures[frame, cell] = failed
+                failures[0, cell] = failed
     return energy, place
 
 
 @inlined
-def _move(
-    s: Memory, coefficients: Memory, columns: int, rows: int, before: float, after: float, within: int
-) -> tuple[float, bool]:
+def _move(s: Memory, coefficients: Memory, cells: int, before: float, after: float, within: int) -> tuple[float, bool]:
     """Advance all cells over one frame, number `within` of its span, while the load goes from `before` to `after`.
 
     Returns the mean strain, and whether a cell has passed its threshold.
     """
-    x, w, former = s.strain, s.speed, s.former
-    _pull(x, coefficients.coupling, columns, rows, s.kick)
-    start, end = within / SPAN, (within + 1.0) / SPAN
-    before *= coefficients.bundle.gain
-    after *= coefficients.bundle.gain
-    share, next_share, kick, step = s.share, s.next_share, s.kick, s.step
-    c0, c1, c2, c3, c4, c5, c6, c7 = step[0], step[1], step[2], step[3], step[4], step[5], step[6], step[7]
-    breaking, passed, total = s.breaking, False, 0.0
-    for cell in range(x.size):
-        growth = next_share[cell] - share[cell]
-        u = before * (share[cell] + start * growth)
-        v = after * (share[cell] + end * growth)
-        speed = w[cell] + kick[cell]
-        former[cell] = x[cell]
-        x[cell] = c0[cell] * x[cell] + c1[cell] * speed + (c2[cell] * u + c3[cell] * v)
-        w[cell] = c4[cell] * former[cell] + c5[cell] * speed + (c6[cell] * u + c7[cell] * v)
+    x, w, former, step, row = s.strain, s.speed, s.former, s.step, s.row
+    _pull(x, coefficients, row, s.kick)
+    start, end = all_four(within / SPAN), all_four((within + 1.0) / SPAN)
+    begins, ends = all_four(before * coefficients.bundle.gain), all_four(after * coefficients.bundle.gain)
+    passed = False
+    for m in range(0, row, LANES):
+        share = four(s.share, m)
+        growth = four(s.next_share, m) - share
+        u, v = begins * (share + start * growth), ends * (share + end * growth)
+        here, speed = four(x, m), four(w, m) + four(s.kick, m)
+        put(former, m, here)
+        freely = four(step, m) * here + four(step, row + m) * speed
+        moved = freely + (four(step, 2 * row + m) * u + four(step, 3 * row + m) * v)
+        put(x, m, moved)
+        freely = four(step, 4 * row + m) * here + four(step, 5 * row + m) * speed
+        put(w, m, freely + (four(step, 6 * row + m) * u + four(step, 7 * row + m) * v))
+        passed |= anywhere(moved > four(s.breaking, m))
+    total = 0.0
+    for cell in range(cells):
         total += x[cell]
-        passed |= x[cell] > breaking[cell]
-    return total / x.size, passed
+    return total / cells, passed
 
 
 @inlined
-def _pull(x: Floats, coupling: float, columns: int, rows: int, kick: Floats) -> None:
+def _pull(x: Floats, coefficients: Memory, row: int, kick: Floats) -> None:
     """Compute the kick of each cell's speed by its neighbours between two frames."""
-    for row in range(rows):
-        for cell in range(row * columns, (row + 1) * columns):
-            pull = 0.0
-            if cell > row * columns:
-                pull += x[cell - 1] - x[cell]
-            if cell < (row + 1) * columns - 1:
-                pull += x[cell + 1] - x[cell]
-            if row > 0:
-                pull += x[cell - columns] - x[cell]
-            if row < rows - 1:
-                pull += x[cell + columns] - x[cell]
-            kick[cell] = coupling * pull
+    tied, columns = coefficients.tied, int(coefficients.columns)
+    nothing, coupling = all_four(0.0), all_four(coefficients.coupling)
+    for m in range(0, row, LANES):
+        here = four(x, m)
+        pull = chosen(four(tied, m) > nothing, four(x, m - 1) - here, nothing)
+        pull = pull + chosen(four(tied, row + m) > nothing, four(x, m + 1) - here, nothing)
+        pull = pull + chosen(four(tied, 2 * row + m) > nothing, four(x, m - columns) - here, nothing)
+        pull = pull + chosen(four(tied, 3 * row + m) > nothing, four(x, m + columns) - here, nothing)
+        put(kick, m, coupling * pull)
 
 
 @kernel
@@ -357,7 +376,7 @@ def _print(s: Memory, coefficients: Memory, x_m: float, y_m: float) -> None:
     columns, rows = int(c.columns), int(c.rows)
     x = min(max(x_m, -0.5 * c.width), 0.5 * c.width)
     y = min(max(y_m, -0.5 * c.depth), 0.5 * c.depth)
-    nearest = math.inf
+    nearest, cells = math.inf, columns * rows
     for row in range(rows):
         off_y = y - ((row + 0.5) / rows - 0.5) * c.depth
         for column in range(columns):
@@ -366,8 +385,8 @@ def _print(s: Memory, coefficients: Memory, x_m: float, y_m: float) -> None:
             share[cell] = c.sharpness * (off_x * off_x + off_y * off_y)
             nearest = min(nearest, share[cell])
     total = 0.0
-    for cell in range(share.size):
+    for cell in range(cells):
         share[cell] = math.exp(nearest - share[cell])
         total += share[cell]
-    for cell in range(share.size):
+    for cell in range(cells):
         share[cell] /= total

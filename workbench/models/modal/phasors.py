@@ -199,7 +199,7 @@ def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[f
 
 @kernel
 def add_advanced(powers: Memory, amplitudes: Memory, strength: float, frames: int, phasors: Memory) -> None:
-    """Add the real phasors `strength` times `amplitudes.re` to `phasors`, after 0 to 64 `frames`: bits of `advanced`."""
+    """Add the phasors `strength` times `amplitudes.re`, after 0 to 64 `frames`, to `phasors`: bits of `advanced`."""
     for m in range(0, phasors.row, LANES):
         x, y = all_four(strength) * four(amplitudes.re, m), all_four(0.0)
         if frames == BLOCK:
