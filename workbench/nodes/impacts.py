@@ -136,8 +136,8 @@ class ModalBank:
         for i in range(out.size):
             out[i] *= level[i]
 
-    def tail(state):
-        return struck_bank.tail(state)
+    def tail(state, coefficients):
+        return struck_bank.tail(state, coefficients)
 
 
 @node("drawn-bank", "Impacts", "Drawn modal bank")
@@ -180,5 +180,5 @@ class DrawnBank:
         for i in range(out.size):
             out[i] *= level[i]
 
-    def tail(state):
-        return struck_bank.tail(state)
+    def tail(state, coefficients):
+        return struck_bank.tail(state, coefficients.bank)

@@ -50,7 +50,7 @@ class Struck:
         struck_bank.ring(struck, first, self.coefficients, self.state, out)
 
     def tail(self):
-        return struck_bank.tail(self.state)
+        return struck_bank.tail(self.state, self.coefficients)
 
 
 class Driven:
@@ -120,6 +120,7 @@ def test_the_same_bytes_however_the_frames_are_split(form, count):
     modes = some_modes(count, quickest=2_000.0)
     signal = sparse_signal(6_000, 300)
     signal[2_000:3_500] = 0.0
+    signal[4_000:4_500] = sparse_signal(500, 400)
     whole = form(modes, 1e-4)
     expected = ring(whole, signal)
     draw = np.random.default_rng(1)
@@ -132,9 +133,10 @@ def test_the_same_bytes_however_the_frames_are_split(form, count):
     assert ring(form(modes, 1e-4), signal, cuts).tobytes() == expected.tobytes()
 
 
-def test_both_forms_agree():
+@pytest.mark.parametrize("strikes", [40, 2_500])
+def test_both_forms_agree(strikes):
     modes = some_modes(20)
-    signal = sparse_signal(3_000, 40)
+    signal = sparse_signal(3_000, strikes)
     np.testing.assert_allclose(ring(Struck(modes), signal), ring(Driven(modes), signal), atol=1e-11)
 
 
@@ -161,9 +163,10 @@ def test_the_floor_lets_weak_excitation_build_a_mode_up():
 
 @pytest.mark.parametrize("form", [Struck, Driven])
 @pytest.mark.parametrize("stop", [1, 63, 64, 200, 2_000])
-def test_the_tail_bounds_what_is_still_to_come(form, stop):
+@pytest.mark.parametrize("strikes", [500, 5_000])
+def test_the_tail_bounds_what_is_still_to_come(form, stop, strikes):
     modes = some_modes(10, quickest=20.0)
-    signal = sparse_signal(6_000, 500)
+    signal = sparse_signal(6_000, strikes)
     signal[stop:] = 0.0
     row = form(modes)
     ring(row, signal[:stop])

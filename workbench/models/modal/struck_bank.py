@@ -91,7 +91,7 @@ def ring(events: Memory, frame: int, coefficients: Memory, state: Memory, out: F
 
 
 @kernel
-def tail(state: Memory) -> float:
+def tail(state: Memory, coefficients: Memory) -> float:
     """Return an upper bound of |output| from here on without events."""
     block, phasors = state.block, state.phasors
     bound = 0.0
@@ -100,7 +100,14 @@ def tail(state: Memory) -> float:
             bound = max(bound, abs(block[i]))
     for m in range(int(state.active)):
         bound += math.sqrt(phasors.re[m] ** 2 + phasors.im[m] ** 2)
-    return bound if state.strikes <= _FEW else math.inf
+    if state.strikes > _FEW:
+        strengths, amplitudes = 0.0, 0.0
+        for k in range(BLOCK):
+            strengths += abs(state.waiting[k])
+        for m in range(int(coefficients.modes)):
+            amplitudes += abs(coefficients.amplitudes.re[m])
+        bound += strengths * amplitudes
+    return bound
 
 
 @part
