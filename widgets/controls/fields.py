@@ -101,9 +101,11 @@ class Field(QLineEdit):
     focus_lost = Signal()
     focus_gained = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
+        """`role` is the field's look while its text is valid."""
         super().__init__(parent)
-        self.setProperty("role", "value")
+        self._role = role
+        self.setProperty("role", role)
         self._text_before = ""
         self._selects_on_click = False
         self.returnPressed.connect(self._commit_text)
@@ -152,7 +154,7 @@ class Field(QLineEdit):
     def show_error(self, reason: str) -> None:
         """Show that the typed text is invalid, with the reason, which whoever types sees at once; "" clears that."""
         was_bad = self.property("role") == "bad"
-        theme.set_role(self, "bad" if reason else "value")
+        theme.set_role(self, "bad" if reason else self._role)
         self.setProperty("reason", reason)
         if reason:
             self.setToolTip(reason)
