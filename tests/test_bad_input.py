@@ -183,6 +183,7 @@ BAD_OPTIONS = [
     ("nope", "No such command 'nope'"),
     ("--nope", "No such option"),
     ("render", "Missing argument 'PATCH...'; see `underfoot render --help`"),
+    ("calibrate", "Missing command; see `underfoot calibrate --help`"),
     ("monitor", "Missing argument 'SOURCE'"),
     ("cost PATCH more", "unexpected extra argument"),
     ("render PATCH PATCH --output out", "would be written twice; render them one by one"),

@@ -134,6 +134,11 @@ class MainWindow(QMainWindow):
         self.controller.panic()
         self.workspaces.silence()
 
+    def _save(self) -> None:
+        """Save what the visible workspace edits, or else the patch."""
+        if not self.workspaces[self.workspaces.chosen].save():
+            self.open_patch.save()
+
     def _export(self) -> None:
         """Export what the visible workspace shows, or else the patch."""
         if not self.workspaces[self.workspaces.chosen].export():
@@ -259,7 +264,7 @@ class MainWindow(QMainWindow):
         return {
             "new": self._add_action("New patch", key.New, open_patch.new),
             "open": self._add_action("Open…", key.Open, lambda: open_patch.open()),
-            "save": self._add_action("Save", key.Save, lambda: open_patch.save()),
+            "save": self._add_action("Save", key.Save, self._save),
             "save as": self._add_action("Save as…", "Ctrl+Shift+S", lambda: open_patch.save_as()),
             "import": self._add_action("Import…", "Ctrl+Shift+I", self._exchange.ask),
             "export": self._add_action("Export…", "Ctrl+Shift+E", self._export),

@@ -69,6 +69,10 @@ class Workspace(QWidget):
     def open_file(self, path: Path) -> None:
         """Open a file with one of the declared suffixes."""
 
+    def save(self) -> bool:
+        """Save what is edited here, which is not the patch; return False if there is no such thing."""
+        return False
+
     def export(self) -> bool:
         """Export what is shown, in a dialog; return False if only the patch can be exported here."""
         return False

@@ -180,7 +180,11 @@ def parse_gain(text: str) -> float:
     factor = re.fullmatch(r"[x×](.+)|(.+)[x×]", compact)
     if factor:
         return parse_quantity(factor[1] or factor[2])
-    return float(10.0 ** (parse_quantity(compact, "db" if compact.endswith("db") else "") / 20.0))
+    decibels = parse_quantity(compact, "db" if compact.endswith("db") else "")
+    try:
+        return float(10.0 ** (decibels / 20.0))
+    except OverflowError:
+        return math.inf  # which no parameter allows
 
 
 def _prefix(value: float, unit: str) -> tuple[str, float, str]:

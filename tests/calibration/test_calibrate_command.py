@@ -96,7 +96,7 @@ def test_bad_input_is_one_line_and_status_1(underfoot, measured, arguments, said
 
 def test_commands_are_named_as_in_the_window_and_older_names_are_taken(underfoot):
     listed = underfoot("calibrate", "--help").out.partition("Commands:")[2]
-    assert [line.split()[0] for line in listed.strip().splitlines()] == [
+    assert [line.split()[0] for line in listed.splitlines() if re.match(r"  \w", line)] == [
         "forces", "places", "latency", "stiffness", "vibration",
     ]  # fmt: skip
     for name, older in (("forces", "fsr"), ("places", "centroid"), ("vibration", "response"), ("stiffness", "plate")):
@@ -125,3 +125,9 @@ def test_dead_sensors_are_refused_with_the_file(underfoot, measured):
         "underfoot: dead.csv: no sensor can be calibrated: sensor 1 is not calibrated: it is dead"
     )
     assert not (measured / "t1.json").exists()
+
+
+def test_the_help_says_what_each_calibration_does_in_whole_sentences(underfoot):
+    said = " ".join(underfoot("calibrate", "--help").out.split())
+    assert "Measure how accurate the contact centroid is, and fit its correction." in said
+    assert "..." not in said.partition("Commands:")[2]

@@ -410,3 +410,18 @@ def test_accelerometers_are_heard_at_the_frames_that_were_played(null_sink, unti
         until(enough, "three pieces come back whole", seconds=400.0, seen=lambda: delays)
         until(agree, "the latency is part of the round trip", seconds=400.0, seen=lambda: playing.session.health)
     assert np.median(delays) == 0.0
+
+
+def test_a_computer_without_any_sound_device_is_said_in_words(monkeypatch):
+    """PortAudio says "Error querying device -1"."""
+    sounddevice = portaudio()
+
+    def fail(**how):
+        raise sounddevice.PortAudioError("Error querying device -1")
+
+    monkeypatch.setattr(sounddevice, "query_devices", lambda *_: [])
+    monkeypatch.setattr(sounddevice, "RawOutputStream", fail)
+    with pytest.raises(DeviceError, match=r"^there is no sound device$"):
+        Stream("", 4, 48_000.0, 64, lambda: 0)
+    with pytest.raises(DeviceError, match=r"^sound device 'mine' cannot play 4 channels at 48000 Hz: Error"):
+        Stream("mine", 4, 48_000.0, 64, lambda: 0)

@@ -218,11 +218,14 @@ def test_an_answer_that_makes_no_sense_is_refused_by_the_procedure(driver):
 
 def test_what_cannot_be_typed_is_not_given(driver):
     driver.begin()
-    field = driver.wizard.page.editors[0].field
+    editor = driver.wizard.page.editors[0]
+    editor.label.setText("Weight, N")
+    field = editor.field
     field.setFocus()
     QTest.keyClicks(field, "5000 N")
     driver.click(driver.wizard.going)
     driver.wait(driver.wizard.refusal.isVisible)
+    assert driver.wizard.refusal.text().startswith("Weight, N: 5000\xa0N is not taken; ")
     assert "allowed: 1 to 1000\xa0N" in driver.wizard.refusal.text()
     assert driver.made[0][0].answers == {}
     assert driver.page == "setup"

@@ -6,8 +6,8 @@ import pytest
 from made_studies import TD, protocol_text
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QPushButton, QScrollArea, QTableWidget
-from windows import choose_file, dialog_of
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QPushButton, QScrollArea, QTableWidget
+from windows import choose_file, dialog_of, quiet_window
 
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.protocol import FIELDS_OF_KIND, Protocol, Sounds, Stage
@@ -386,3 +386,17 @@ def test_no_field_of_a_study_is_cut_in_a_narrow_window(made, width):
     made.page(1)
     table = made.protocol_editor.findChild(QTableWidget)
     assert table.columnWidth(question_table.COLUMNS.index("text")) >= question_table.TEXT_PX
+
+
+def test_save_means_the_study_that_is_made_also_when_tab_has_left_its_last_field(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.workspaces.choose("Experiment")
+    editor = window.workspaces["Experiment"].protocol_editor
+    editor.make_new()
+    window.main_bar.play.setFocus()
+    qtbot.keyClick(window.main_bar.play, Qt.Key.Key_S, CTRL)
+    assert not any(dialog.isVisible() for dialog in window.findChildren(QFileDialog))
+    assert not editor.is_changed
+    qtbot.keyClick(editor, Qt.Key.Key_Escape)
+    qtbot.keyClick(window, Qt.Key.Key_S, CTRL)
+    dialog_of(window, QFileDialog).reject()  # without a study, Save means the patch

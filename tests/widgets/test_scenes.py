@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QTransform
-from windows import end_window, noise_patch, play_on_simulator
+from windows import design, end_window, noise_patch, play_on_simulator
 
 from underfoot.engine.commands import Walk
 from underfoot.floor.layout import default_floor
@@ -69,6 +69,28 @@ def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, 
     assert scenes.stage is None
     assert session.patch.title == "Hiss"
     assert window.main_bar.target.isEnabled()
+
+
+def test_a_scene_ends_the_loop_of_the_patch_and_starts_of_it_are_refused(scenes, window, qtbot):
+    """The loop started the patch of whoever had the session: a study's stimulus, too."""
+    canvas, bar = design(window).canvas, design(window).listen_bar
+    repeats = window.controller.session.repeats
+    window.workspaces.choose("Design")
+    qtbot.keyClick(canvas, Qt.Key.Key_L)
+    assert repeats.are_on
+    window.workspaces.choose("Scenes")
+    start(scenes, qtbot, "footprints")
+    assert not repeats.are_on
+    assert not bar.loop.isChecked()
+    window.workspaces.choose("Design")
+    for key in (Qt.Key.Key_P, Qt.Key.Key_L):
+        window.show_message("")
+        qtbot.keyClick(canvas, key)
+        assert window.status.message == "A study or a scene has the session; end that first."
+    assert not bar.loop.isChecked()
+    window.workspaces.choose("Scenes")
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    assert scenes.stage is None
 
 
 def test_panic_ends_a_scene(scenes, window, qtbot):

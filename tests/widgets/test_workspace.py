@@ -6,14 +6,14 @@ import sys
 import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QLabel
 from windows import dialog_of, quiet_window
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.widgets import workspace_stack
-from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
+from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog, keys_of
 from underfoot.widgets.window import MainWindow
 from underfoot.widgets.workspace import Workspace, WorkspaceDeclaration, discover
 
@@ -96,6 +96,14 @@ def test_the_window_follows_what_a_workspace_declares(qtbot, tmp_path, monkeypat
     assert texts[at + 1 : at + 3] == ["Do the whole", "W"]
     window.leave()
     assert whole.events == [False, True, False, True, "silent", "closed"]
+
+
+def test_keys_that_no_keyboard_has_are_not_listed(qapp):
+    """Under X11, Cut is F20, too: a key of Sun's keyboards."""
+    cut, other = QAction("Cut…"), QAction("Other")
+    cut.setShortcuts([QKeySequence(keys) for keys in ("F20", "Ctrl+X", "Shift+Del")])
+    other.setShortcut(QKeySequence("F16"))
+    assert keys_of([cut, other]) == [("Cut", "Ctrl+X, Shift+Del")]
 
 
 def test_the_code_of_a_workspace_is_imported_in_parts():

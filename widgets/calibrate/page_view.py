@@ -135,7 +135,7 @@ class PageView(QWidget):
     def _store_input_error(self, editor: ParameterEditor, field: Field, text: str) -> None:
         """Keep a field's error message, which the field clears when it loses the focus."""
         is_bad = field.property("role") == "bad"
-        name = editor.label.text().lower()
+        name = editor.label.text()
         allowed = str(field.property("reason")).rpartition("; ")[2]
         self._input_error = f"{name}: {text} is not taken; {allowed}" if is_bad else ""
 

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QToolTip, QWidget
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
@@ -101,9 +101,11 @@ class Field(QLineEdit):
     focus_lost = Signal()
     focus_gained = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
+        """`role` is the field's look while its text is valid."""
         super().__init__(parent)
-        self.setProperty("role", "value")
+        self._role = role
+        self.setProperty("role", role)
         self._text_before = ""
         self._selects_on_click = False
         self.returnPressed.connect(self._commit_text)
@@ -150,11 +152,16 @@ class Field(QLineEdit):
             self._commit_text()
 
     def show_error(self, reason: str) -> None:
-        """Show that the typed text is invalid, with the reason; "" clears that."""
-        theme.set_role(self, "bad" if reason else "value")
+        """Show that the typed text is invalid, with the reason, which whoever types sees at once; "" clears that."""
+        was_bad = self.property("role") == "bad"
+        theme.set_role(self, "bad" if reason else self._role)
         self.setProperty("reason", reason)
         if reason:
             self.setToolTip(reason)
+        if reason and self.hasFocus():
+            QToolTip.showText(self.mapToGlobal(QPoint(0, self.height())), reason, self)
+        elif was_bad and not reason:
+            QToolTip.hideText()
 
     def _commit_text(self) -> None:
         if self.text() != self._text_before:
@@ -206,14 +213,19 @@ def value_text(parameter: Parameter, value: Any) -> str:
     return "the default"
 
 
+def allowed_gain(parameter: Number) -> str:
+    """Return the allowed values of a factor that is set in decibels."""
+    inverted = ", also inverted" if parameter.low < 0.0 else ""
+    return f"{gain(max(parameter.low, 0.0))} to {gain(parameter.high)}{inverted}"
+
+
 def help_text(parameter: Parameter) -> str:
     """Return the tooltip of a parameter: its meaning and allowed values."""
     if isinstance(parameter, Number | Count):
         unit = parameter.unit
         allowed = f"{quantity(parameter.low, unit)} to {quantity(parameter.high, unit)}"
         if isinstance(parameter, Number) and parameter.scale == "gain":
-            inverted = ", also inverted" if parameter.low < 0.0 else ""
-            allowed = f"{gain(max(parameter.low, 0.0))} to {gain(parameter.high)}{inverted}; a factor is typed as x2"
+            allowed = f"{allowed_gain(parameter)}; a factor is typed as x2"
     elif isinstance(parameter, Numbers):
         allowed = f"{parameter.least} to {parameter.most} numbers, {number(parameter.low)} to {number(parameter.high)}"
         allowed += f" {pretty_unit(parameter.unit)}" if parameter.unit else ""

@@ -117,9 +117,9 @@ class TilesEditor(ParameterEditor):
         super().__init__(parameter, parent)
         self._tile_ids: tuple[str, ...] = ()
         self.buttons: dict[str, QToolButton] = {}
-        self.field = Field(self)
-        theme.set_role(self.field, "")
+        self.field = Field(self, role="")
         self.field.committed.connect(self._typed)
+        self.field.focus_lost.connect(self._show_valid)
         self._holder = QWidget(self)
         self._cells = QGridLayout(self._holder)
         self._cells.setContentsMargins(0, 4, 0, 0)
@@ -165,4 +165,10 @@ class TilesEditor(ParameterEditor):
             self.edit_began.emit()
             self._commit(text.replace(" ", ""))
         except BadValue as error:
-            self.field.show_error(str(error))
+            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
+            return
+        self._show_valid()
+
+    def _show_valid(self) -> None:
+        self.field.show_error("")
+        self._show()

@@ -10,7 +10,7 @@ from underfoot.errors import BadValue
 from underfoot.parameters import Count, Number
 from underfoot.quantities import INVERTED, gain, parse_gain, parse_quantity, quantity, worked_out
 from underfoot.widgets import theme
-from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, help_text
+from underfoot.widgets.controls.fields import ElidedButton, Field, ParameterEditor, allowed_gain, help_text
 from underfoot.widgets.controls.slider import Slider
 
 EXACT_DIGITS = 9
@@ -156,12 +156,19 @@ class NumberEditor(ParameterEditor):
     def _typed(self, text: str) -> None:
         try:
             value = self._parsed(worked_out(text))
+            self._require_allowed_gain(value)
             self.edit_began.emit()
             self._commit(round(value, 12) if self._is_integer else value)
         except BadValue as error:
             self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
         self._show(EXACT_DIGITS)
+
+    def _require_allowed_gain(self, value: float) -> None:
+        """Raise `BadValue` for a factor out of range, in decibels, as the field shows it; others raise it in units."""
+        parameter = self.parameter
+        if isinstance(parameter, Number) and self._is_gain and not parameter.low <= value <= parameter.high:
+            raise BadValue(f"{gain(value, EXACT_DIGITS)}; allowed: {allowed_gain(parameter)}")
 
     def _parsed(self, text: str) -> float:
         parameter = self.parameter

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
 from underfoot.quantities import parse_numbers
-from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
@@ -58,9 +57,9 @@ class TextEditor(ParameterEditor):
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self.field = Field(self)
-        theme.set_role(self.field, "")
+        self.field = Field(self, role="")
         self.field.committed.connect(self._typed)
+        self.field.focus_lost.connect(self._drop_refused)
         self._place_control(self.field)
         self.set_value(parameter.default)
 
@@ -81,12 +80,20 @@ class TextEditor(ParameterEditor):
             self.edit_began.emit()
             self._commit(value)
         except BadValue as error:
-            self.field.show_error(str(error))
+            self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
-        self.field.show_error("")
-        theme.set_role(self.field, "")
-        self.field.setToolTip(help_text(self.parameter))
+        self._show_valid()
         self.field.setText(self._as_text(self._value))
+
+    def _drop_refused(self) -> None:
+        """Show the value again when a refused text is left, as a number does."""
+        if self.field.property("role") == "bad":
+            self._show_valid()
+            self._show()
+
+    def _show_valid(self) -> None:
+        self.field.show_error("")
+        self.field.setToolTip(help_text(self.parameter))
 
 
 class NumbersEditor(TextEditor):

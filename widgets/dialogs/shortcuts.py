@@ -1,5 +1,6 @@
 """The list of keys, read from the actions themselves."""
 
+import re
 from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import Qt
@@ -7,6 +8,8 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QGridLayout, QScrollArea, QVBoxLayout, QWidget
 
 from underfoot.widgets import theme
+
+_SUN_KEY = re.compile(r"F(1[3-9]|[23]\d)")
 
 Keys = Sequence[tuple[str, str]]
 """Actions and their keys."""
@@ -48,10 +51,11 @@ class ShortcutsDialog(QDialog):
 
 
 def keys_of(actions: Iterable[QAction]) -> Keys:
-    """Return text and keys of the actions that have keys."""
+    """Return text and keys of the actions that have keys; without F13 to F35, which only Sun's keyboards have."""
     native = QKeySequence.SequenceFormat.NativeText
-    return [
-        (action.text().rstrip("…"), ", ".join(keys.toString(native) for keys in action.shortcuts()[:3]))
-        for action in actions
-        if action.shortcuts()
-    ]
+    found = []
+    for action in actions:
+        keys = [key for key in action.shortcuts() if not _SUN_KEY.fullmatch(key.toString())]
+        if keys:
+            found.append((action.text().rstrip("…"), ", ".join(key.toString(native) for key in keys[:3])))
+    return found

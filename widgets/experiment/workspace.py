@@ -84,6 +84,13 @@ class ExperimentWorkspace(Workspace):
     def shortcuts(self) -> Keys:
         return SHORTCUTS
 
+    def save(self) -> bool:
+        """Save the study that is being made, wherever the focus is."""
+        is_editing = self.stack.currentWidget() is self.protocol_editor
+        if is_editing:
+            self.protocol_editor.save_protocol()
+        return is_editing
+
     def silence(self) -> None:
         """Stop the study (panic); the current presentation begins again on continuation."""
         self.running.stop("panic")

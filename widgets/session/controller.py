@@ -155,13 +155,18 @@ class SessionController(QObject):
 
         A scene takes `only_patch`: level, play and stop still act. Also None while somebody else has the session.
         """
-        if self._is_lent:
-            self.notified.emit("A study or a scene has the session; end that first.")
+        if self.refuses_lent():
             return None
         self._is_lent = self.session is not None
         self._is_level_lent = self._is_lent and not only_patch
         self.target_locked.emit(self._is_lent)
         return self.session
+
+    def refuses_lent(self) -> bool:
+        """Return whether a study or a scene has the session; if so, say that."""
+        if self._is_lent:
+            self.notified.emit("A study or a scene has the session; end that first.")
+        return self._is_lent
 
     def take_back(self) -> None:
         """Restore the patch and level from before `lend`, with the changes made since."""

@@ -62,11 +62,14 @@ class Listening(QObject):
         open_patch.folder_changed.connect(self._apply)
         open_patch.opened.connect(lambda _: self.end_audition())
         open_patch.switched.connect(lambda *_: self.end_audition())
+        controller.target_locked.connect(self._end_loop_of_lent)
 
     # --- loop ---
 
     def play_from_start(self) -> None:
         """Play from the start, with a step on the tile; a loop restarts with it."""
+        if self._controller.refuses_lent():
+            return
         if self._is_looping:
             self._controller.loop(self.tile, self._loop_s)
         else:
@@ -74,11 +77,19 @@ class Listening(QObject):
 
     def loop(self, on: bool) -> None:
         """Start or end the loop."""
-        self._is_looping = on
-        if on:
+        self._is_looping = on and not self._controller.refuses_lent()
+        if self._is_looping:
             self.play_from_start()
         else:
             self._controller.end_loop()
+        if self._is_looping != on:
+            self.changed.emit()
+
+    def _end_loop_of_lent(self, locked: bool) -> None:
+        """End the loop when a study or a scene takes the session: it would start their patches, too."""
+        if locked and self._is_looping:
+            self.loop(False)
+            self.changed.emit()
 
     def set_loop_length(self, seconds: float) -> None:
         """Set the period of the loop, from its next start on."""

@@ -11,12 +11,14 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.files import read_file
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.question import ask
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.own_nodes import OwnNodes
@@ -283,19 +285,33 @@ class OpenPatch(QObject):
 
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the patch's file, asking for one if needed; call `then` once it is saved."""
-        if self.path is None:
+        path = self.path
+        if path is None:
             self.save_as(then)
-        elif self._write(self.path) and then is not None:
-            then()
+        elif self._was_changed(path):
+            text = (
+                f"“{path.name}” was changed by another program or window. Replace it with what is open here?\n"
+                "To keep both, cancel, and choose Save as…"
+            )
+            ask(self._window, "The file was changed", text, "Replace", lambda: self._write_then(path, then))
+        else:
+            self._write_then(path, then)
+
+    def _was_changed(self, path: Path) -> bool:
+        """Return whether the patch's file holds something else than was read from it or written to it."""
+        try:
+            return read_file(path) != self._saved.dumps() and self.nodes.load(path) != self._saved
+        except UnderfootError:  # as a patch, or not at all
+            return path.exists()
 
     def save_as(self, then: Callable[[], object] | None = None) -> None:
         """Save to another file."""
 
-        def write(path: Path) -> None:
-            if self._write(path) and then is not None:
-                then()
+        self._file_chooser.ask("Save the patch", FILTER, lambda path: self._write_then(path, then), f"{self.name}.json")
 
-        self._file_chooser.ask("Save the patch", FILTER, write, f"{self.name}.json")
+    def _write_then(self, path: Path, then: Callable[[], object] | None) -> None:
+        if self._write(path) and then is not None:
+            then()
 
     def _write(self, path: Path) -> bool:
         before, folder = self.patch, path.absolute().parent
@@ -335,9 +351,14 @@ class OpenPatch(QObject):
 
     def ask_to_save_all(self, then: Callable[[], object]) -> None:
         """Ask for both slots, in sequence."""
-        if self.is_saved and not self.is_all_saved:
+        self.ask_to_save(lambda: self._ask_to_save_other(then))
+
+    def _ask_to_save_other(self, then: Callable[[], object]) -> None:
+        if self.other is not None and self.other.patch != self.other.saved:
             self.switch()
-        self.ask_to_save(then if self.is_all_saved or self.other is None else lambda: self.ask_to_save_all(then))
+            self.ask_to_save(then)
+        else:
+            then()
 
     def _unknown_files(self, patch: Patch, folder: Path) -> list[str]:
         """Return the files outside its folder that the patch reads, and that are not allowed yet."""
@@ -367,8 +388,7 @@ class OpenPatch(QObject):
         if answer == _Answer.Save:
             self.save(then)
         elif answer == _Answer.Discard:
-            self._saved = self.patch
-            then()
+            then()  # what is there stays unsaved: a dialog that follows may be cancelled
 
     # --- copies ---
 

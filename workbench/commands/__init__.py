@@ -11,19 +11,23 @@ from pkgutil import iter_modules
 import click
 
 
-class CommandGroup(click.Group):
+class SentenceGroup(click.Group):
+    """A group whose help says what each command does as a whole sentence."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what each command does, on several lines where it needs them."""
+        found = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        rows = [(name, (command.help or "").split("\n\n")[0]) for name, command in found if command is not None]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, " ".join(text.split())) for name, text in rows])
+
+
+class CommandGroup(SentenceGroup):
     """A group whose commands are the files of this package, each imported only when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands in alphabetical order."""
         return [name for name in _modules() if self.get_command(ctx, name) is not None]
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write what each command does as a whole sentence, on several lines where it needs them."""
-        found = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
-        rows = [(name, (command.help or "").split("\n\n")[0]) for name, command in found if command is not None]
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, " ".join(text.split())) for name, text in rows])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Treat `underfoot FILE` as `--patch FILE` if it ends in .json, else as `--recording FILE`."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.options import chosen, click_parameters
 from underfoot.errors import BadMeasurement, BadValue
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from underfoot.floor.layout import Floor
 
 
-class Calibrations(click.Group):
+class Calibrations(SentenceGroup):
     """A command for each calibration, named as in the window; the part of the profile that it makes names it, too.
 
     What they need is imported when one is asked for.
@@ -40,7 +41,7 @@ class Calibrations(click.Group):
         return command_of(known[cmd_name]) if cmd_name in known else None
 
 
-@click.group(cls=Calibrations)
+@click.group(cls=Calibrations, no_args_is_help=False)
 def calibrate() -> None:
     """Calibrate a tile: forces, places of contact, vibration, latency, and the stiffness of a plate on it."""
 

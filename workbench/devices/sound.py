@@ -221,6 +221,8 @@ class Stream:
                 both = recorded.shape[1], channels
                 self._stream = sounddevice.RawStream(channels=both, callback=self._exchange, **how)
         except (sounddevice.PortAudioError, ValueError) as error:
+            if not name and not devices():
+                raise DeviceError("there is no sound device") from None
             text = " ".join(str(error).split())
             also = "" if recorded is None else f" and hear {recorded.shape[1]}"
             raise DeviceError(

@@ -5,6 +5,7 @@ import math
 import pytest
 from on_screen import show
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QToolTip
 
 from underfoot.errors import BadValue
 from underfoot.nodes import REGISTRY
@@ -98,6 +99,23 @@ def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():
 def test_what_is_no_gain_is_refused():
     with pytest.raises(BadValue, match="is not a number"):
         parse_gain("loud")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("80", "80 dB; allowed: −∞ dB to 60 dB"),
+        ("99999", "∞ dB; allowed: −∞ dB to 60 dB"),
+        ("loud", "'loud' is not a number; allowed: a number, with or without a prefix"),
+    ],
+)
+def test_whoever_types_a_gain_that_is_not_allowed_sees_why_in_decibels(qtbot, editor, text, reason):
+    typed(qtbot, editor, text)
+    assert (QToolTip.isVisible(), QToolTip.text()) == (True, reason)
+    assert editor.value() == 1.0
+    qtbot.keyClick(editor.field, Qt.Key.Key_Escape)
+    assert editor.field.text() == "0 dB"
+    qtbot.waitUntil(lambda: not QToolTip.isVisible())
 
 
 def test_a_click_into_a_number_replaces_it_and_a_further_click_places_the_cursor(qtbot, editor):

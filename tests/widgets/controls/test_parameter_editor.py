@@ -4,6 +4,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QTableWidgetItem
 
@@ -64,6 +65,29 @@ def test_a_list_of_numbers_is_typed(qtbot):
     editor.field.committed.emit("1 2 3")
     assert editor.value() == (0.5, 0.25, 1.0)
     assert "allowed" in editor.field.toolTip()
+
+
+@pytest.mark.parametrize(
+    ("parameter", "shown", "bad", "good"),
+    [(Numbers((1.0,), 0.0, 1.0), "1", "1 x 2", "0.5"), (Tiles(), "all", "t1+", "t1+t2")],
+    ids=["numbers", "tiles"],
+)
+def test_a_text_that_was_refused_is_not_shown_as_the_value_once_it_is_left(qtbot, parameter, shown, bad, good):
+    editor = editor_for(parameter)
+    qtbot.addWidget(editor)
+    show(qtbot, editor)
+    for leave in (True, False):
+        editor.field.setFocus()
+        editor.field.setText(bad)
+        qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+        assert editor.field.property("role") == "bad"
+        assert "; allowed: " in editor.field.toolTip()
+        if leave:
+            editor.field.clearFocus()
+            assert (editor.field.text(), editor.field.property("role")) == (shown, "")
+    editor.field.setText(good)
+    qtbot.keyClick(editor.field, Qt.Key.Key_Return)
+    assert (editor.field.text(), editor.field.property("role")) == (good, "")
 
 
 def test_rows_are_added_changed_and_taken_away(qtbot):

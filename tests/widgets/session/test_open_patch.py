@@ -1,9 +1,11 @@
 """The open patch: its file, its folder, the question before it is lost, and its copy that survives a crash."""
 
+import json
+
 import pytest
 from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QToolButton
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
 from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
 
 from underfoot.engine.target import Target
@@ -80,6 +82,47 @@ def test_closing_asks_about_unsaved_work(qtbot, tmp_path):
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
     assert not window.isVisible()
     assert Settings.load(tmp_path).window_bytes
+
+
+def test_what_is_discarded_for_a_file_that_is_not_chosen_is_still_unsaved(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    design(window).document.edit(noise_patch(), "All")
+    window.actions_by_name["open"].trigger()
+    question = dialog_of(window, QMessageBox)
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Discard), Qt.MouseButton.LeftButton)
+    qtbot.keyClick(dialog_of(window, QFileDialog), Qt.Key.Key_Escape)
+    assert window.isWindowModified()
+    window.close()
+    assert window.isVisible()
+    dialog_of(window, QMessageBox).reject()
+
+
+def test_a_file_that_another_program_changed_is_replaced_only_after_a_question(qtbot, tmp_path):
+    path = tmp_path / "hiss.json"
+    noise_patch().save(path)
+    window = quiet_window(qtbot, tmp_path, path)
+    path.write_text(json.dumps(json.loads(path.read_text())))  # other white space alone is no change
+    for amplitude in (4.0, 5.0):
+        design(window).document.edit(noise_patch().set("noise", "amplitude", amplitude, REGISTRY), "Set amplitude")
+        window.actions_by_name["save"].trigger()
+        assert not window.isWindowModified()
+    for theirs, ours in ((noise_patch("Theirs").dumps(), "Ours"), (b"{ half a fi", "Still ours")):
+        path.write_bytes(theirs)
+        design(window).document.edit(noise_patch(ours), "Name it")
+        window.actions_by_name["save"].trigger()
+        question = dialog_of(window, QMessageBox)
+        assert "hiss.json” was changed by another program or window. Replace it" in question.text()
+        qtbot.keyClick(question, Qt.Key.Key_Escape)
+        assert window.isWindowModified()
+        assert path.read_bytes() == theirs
+        window.actions_by_name["save"].trigger()
+        question = dialog_of(window, QMessageBox)
+        qtbot.mouseClick(question.button(QMessageBox.StandardButton.Yes), Qt.MouseButton.LeftButton)
+        assert Patch.load(path, REGISTRY).title == ours
+        assert not window.isWindowModified()
+    path.unlink()
+    window.actions_by_name["save"].trigger()
+    assert Patch.load(path, REGISTRY).title == "Still ours"
 
 
 def test_settings_are_in_their_file_while_the_window_is_open(qtbot, tmp_path):
