@@ -243,8 +243,7 @@ def main():
     session.record({record!r})
     session.start()
     playing = Live(session, until)
-    playing.started()
-    playing.until(lambda: {{"standby", "compiler"}} <= set(session.pids))
+    playing.complete()
     playing.play(24_000)
     print(*session.pids.values(), flush=True)
     names = session.memory.names

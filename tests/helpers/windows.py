@@ -58,13 +58,11 @@ def delete_widgets():
 
 
 def wait_until_playing(window):
-    """Wait until the engine runs, and every process of the session has started."""
+    """Wait until the engine runs. By then the compiler has started where the patch has an output, which is drawn."""
 
     def plays():
         QCoreApplication.processEvents()
-        session = window.controller.session
-        has_all = session is not None and {"standby", "compiler"} <= set(session.pids)
-        return has_all and "Playing on" in window.status.session
+        return window.controller.session is not None and "Playing on" in window.status.session
 
     Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
 
