@@ -4,6 +4,7 @@ from collections import deque
 from contextlib import contextmanager
 
 import pytest
+from live import LONG_BLOCK
 from made_studies import first_answers
 
 from underfoot.engine.commands import PressTile
@@ -108,7 +109,8 @@ class Person:
 @contextmanager
 def open_session(until, target=None):
     """Yield a session on one simulated tile without a walker, or on another target, once it plays and can be edited."""
-    session = Session(target or Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
+    target = target or Target(default_floor(1, 1), walker=False, block=LONG_BLOCK)
+    session = Session(target, Patch(title="study"), REGISTRY)
     try:
         session.start()
         session.edit(session.patch, anew=True)  # starts the compiler
