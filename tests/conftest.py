@@ -1,6 +1,7 @@
 """What all tests share: nothing that a test starts outlives it. Fixtures of several files are in `helpers/`."""
 
 import gc
+import math
 import multiprocessing
 import os
 import threading
@@ -31,6 +32,19 @@ def _alive():
     blocks = [f"shared memory {path.name}" for path in _BLOCKS.glob(f"{_OURS}*")] if _BLOCKS.is_dir() else []
     threads = [f"thread {thread.name}" for thread in threading.enumerate()]
     return Counter([*blocks, *threads, *(f"process {child.name}" for child in multiprocessing.active_children())])
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _nothing_stands_by():
+    """Sessions start no second engine, and no compiler before one is asked for: that took half of a session's time.
+
+    Where an engine or a compiler dies, `Live.complete` starts both beforehand; after a death they start anyway.
+    """
+    from underfoot.engine import session
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(session, "STANDBY_AFTER_S", math.inf)
+        yield
 
 
 @pytest.fixture(autouse=True)

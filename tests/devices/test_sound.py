@@ -93,18 +93,6 @@ def test_a_panic_drops_what_waits_in_the_buffer(null_sink, until, tmp_path):
     assert replay(path, REGISTRY).samples.tobytes() == played.tobytes()
 
 
-def test_a_session_that_ends_is_ramped_down(null_sink, until):
-    with listening(null_sink) as heard:
-        with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
-            settled(playing)
-            until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard.summary)
-        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard.summary)
-        arrived = heard()[:, 0]
-    end = np.flatnonzero(arrived)[-1] + 1
-    period = arrived[end - 2 * FADE : end - FADE]  # 480 frames: the ramp is as long as the period
-    np.testing.assert_allclose(arrived[end - FADE : end], period * np.linspace(1.0, 0.0, FADE), atol=0.003)
-
-
 @pytest.mark.parametrize("sound", ["no such card", ""])
 def test_without_a_sound_card_the_session_goes_on_and_says_so_once(until, monkeypatch, tmp_path, sound):
     if not sound:
@@ -187,14 +175,25 @@ def test_sound_for_ears_arrives_on_the_channel_behind_the_tiles(null_sink, until
         assert playing.started().notice == ""
 
 
-def test_sound_that_comes_with_a_later_patch_is_said_to_have_no_channel(null_sink, until):
-    with live(hum(tone=SINE), until, sound="", latency_s=BUFFER_S, walker=False) as playing:
-        settled(playing)
-        heard = hum(tone=SINE).add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
-        playing.session.edit(heard)
-        playing.until(lambda: playing.of(Notice), "it is told")
-        assert playing.of(Notice)[0].text.startswith("this patch's Sound has no channel; choose the sound card again")
-        playing.until(lambda: any("sound-output" in costs.left_out for costs in playing.of(Costs)), "it is not run")
+def test_sound_that_comes_with_a_later_patch_is_said_to_have_no_channel_and_the_end_is_a_ramp(null_sink, until):
+    """What the tiles are heard to do goes on meanwhile, until the session ends."""
+    patch = hum(tone=SINE)
+    with listening(null_sink) as heard:
+        with live(patch, until, sound="", latency_s=BUFFER_S, walker=False) as playing:
+            settled(playing)
+            playing.session.edit(
+                patch.add("sound-output", REGISTRY).connect("tone.out", "sound-output.sound", REGISTRY)
+            )
+            playing.until(lambda: playing.of(Notice), "it is told")
+            told = playing.of(Notice)[0].text
+            assert told.startswith("this patch's Sound has no channel; choose the sound card again")
+            playing.until(lambda: any("sound-output" in costs.left_out for costs in playing.of(Costs)), "it is not run")
+            until(lambda: np.abs(heard()[-480:]).max() > 0.1, "it is heard", seen=heard.summary)
+        until(lambda: not heard()[-9_600:].any(), "it is silent", seen=heard.summary)
+        arrived = heard()[:, 0]
+    end = np.flatnonzero(arrived)[-1] + 1
+    period = arrived[end - 2 * FADE : end - FADE]  # 480 frames: the ramp is as long as the period
+    np.testing.assert_allclose(arrived[end - FADE : end], period * np.linspace(1.0, 0.0, FADE), atol=0.003)
 
 
 def test_a_device_that_is_not_there_is_named_in_one_line():

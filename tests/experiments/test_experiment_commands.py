@@ -134,7 +134,19 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
 
 
 def test_a_study_is_run_in_a_terminal(tmp_path):
-    """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end."""
+    """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end.
+
+    An answer that a full disk refuses is written when there is room.
+    """
+
+    def fill_disk(child):  # no file of the process can grow
+        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+        return "40"
+
+    def make_room(child):
+        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        return ""
+
     stages = [
         {"id": "consent", "kind": "consent", "title": "Taking part"},
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
@@ -142,8 +154,16 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     protocol = tmp_path / "a.json"
     protocol.write_text(protocol_text(stages=stages, stimuli={"TD": TD, "X": {}}, present_s=0.1))
     command = ["experiment", str(protocol), "--participant", "P7", "--session", str(tmp_path / "p7.session")]
-    typed = (("agree", "yes"), ("press Enter", ""), ("How was it", "much"), ("allowed: 0 (least) to 100", "40"),
-                  ("press Enter", ""), ("How was it", "60"))  # fmt: skip
+    typed = (
+        ("agree", "yes"),
+        ("press Enter to begin", ""),
+        ("How was it", "much"),
+        ("allowed: 0 (least) to 100", fill_disk),
+        ("Make room", ""),
+        ("Make room", make_room),
+        ("press Enter to begin", ""),
+        ("How was it", "60"),
+    )
     assert in_terminal(command, typed) == 0
     file = SessionFile.open(tmp_path / "p7.session")
     assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {"rating": 40.0}, {"rating": 60.0}]
@@ -181,34 +201,6 @@ def test_that_nobody_stands_on_a_floor_of_hardware_is_said_once(tmp_path):
     assert [line for line in printed if "Nobody" in line] == ["Nobody stands on the floor: 0 N.\n"]
     with closing(SessionFile.open(tmp_path / "p.session")) as file:
         assert [entry.facts["most_force_n"] for entry in file.entries()] == [0.0, 0.0]
-
-
-def test_an_answer_that_a_full_disk_refuses_is_written_when_there_is_room(tmp_path):
-    def fill_disk(child):  # no file of the process can grow
-        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
-        return "40"
-
-    def make_room(child):
-        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-        return ""
-
-    protocol = tmp_path / "a.json"
-    stage = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
-    protocol.write_text(protocol_text(stages=[stage], present_s=0.1))
-    session = tmp_path / "p.session"
-    typed = (
-        ("press Enter to begin", ""),
-        ("How was it", fill_disk),
-        ("Make room", ""),
-        ("Make room", make_room),
-        ("press Enter to begin", ""),
-        ("How was it", "60"),
-    )
-    command = ["experiment", str(protocol), "--participant", "P", "--session", str(session)]
-    assert in_terminal(command, typed, tmp_path) == 0
-    file = SessionFile.open(session)
-    assert [entry.answers for entry in file.entries()][:2] == [{"rating": 40.0}, {"rating": 60.0}]
-    file.close()
 
 
 def test_a_session_of_a_protocol_that_was_changed_goes_on_by_its_own_name(tmp_path):

@@ -3,12 +3,16 @@
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 
+from underfoot.engine import session
 from underfoot.engine.reports import CommandApplied, Costs, Started
-from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
+
+LONG_BLOCK = 1024
+"""Frames per block of an engine that plays beside many tests: that takes a third of the time that 128 frames take."""
 
 
 class Live:
@@ -46,9 +50,11 @@ class Live:
         return self.of(Started)[-1]
 
     def complete(self):
-        """Wait until every process of the session has started, for a session shared by several tests."""
-        self.started()
-        self.until(lambda: {"standby", "compiler"} <= set(self.session.pids), "all processes are started")
+        """Start an engine that stands by and the compiler, as a session does after a while, and wait for them."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(session, "STANDBY_AFTER_S", 0.0)
+            self.started()
+            self.until(lambda: {"standby", "compiler"} <= set(self.session.pids), "all processes are started")
 
     def play(self, frames):
         """Wait until this many more frames are played."""
@@ -88,12 +94,12 @@ class Live:
 @contextmanager
 def live(patch, until, record=None, floor=None, folder=None, start=True, **target):
     """Yield a session that plays `patch`; ends everything that it started."""
-    session = Session(Target(floor or default_floor(), **target), patch, REGISTRY, folder)
+    made = session.Session(Target(floor or default_floor(), **target), patch, REGISTRY, folder)
     try:
         if record is not None:
-            session.record(record)
+            made.record(record)
         if start:
-            session.start()
-        yield Live(session, until)
+            made.start()
+        yield Live(made, until)
     finally:
-        session.close()
+        made.close()

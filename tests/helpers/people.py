@@ -4,10 +4,11 @@ from collections import deque
 from contextlib import contextmanager
 
 import pytest
+from live import LONG_BLOCK
 from made_studies import first_answers
 
 from underfoot.engine.commands import PressTile
-from underfoot.engine.reports import Costs
+from underfoot.engine.reports import Costs, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue
@@ -107,11 +108,13 @@ class Person:
 
 @contextmanager
 def open_session(until, target=None):
-    """Yield a session on one simulated tile without a walker, or on another target, with all its processes."""
-    session = Session(target or Target(default_floor(1, 1), walker=False), Patch(title="study"), REGISTRY)
+    """Yield a session on one simulated tile without a walker, or on another target, once it plays and can be edited."""
+    target = target or Target(default_floor(1, 1), walker=False, block=LONG_BLOCK)
+    session = Session(target, Patch(title="study"), REGISTRY)
     try:
         session.start()
-        until(lambda: session.poll() is not None and {"standby", "compiler"} <= set(session.pids), "all is started")
+        session.edit(session.patch, anew=True)  # starts the compiler
+        until(lambda: any(isinstance(report, Started) for report in session.poll()), "it plays")
         yield session
     finally:
         session.close()

@@ -1,6 +1,7 @@
 """Windows of tests, the patch that they open, and what they play."""
 
 import numpy as np
+from live import LONG_BLOCK
 from on_screen import show
 from polling import Poll
 from PySide6.QtCore import QCoreApplication, QEvent
@@ -33,7 +34,7 @@ def quiet_window(qtbot, folder, path=None):
 
 def play_on_simulator(folder):
     """Return a window that plays the patch in `folder` on the simulated floor."""
-    window = MainWindow(folder / "kept", Target(default_floor()), folder / "hiss.json")
+    window = MainWindow(folder / "kept", Target(default_floor(), block=LONG_BLOCK), folder / "hiss.json")
     window.settings.first_steps_done = True
     window.resize(1280, 800)
     window.show()
@@ -58,13 +59,11 @@ def delete_widgets():
 
 
 def wait_until_playing(window):
-    """Wait until the engine runs, and every process of the session has started."""
+    """Wait until the engine runs. By then the compiler has started where the patch has an output, which is drawn."""
 
     def plays():
         QCoreApplication.processEvents()
-        session = window.controller.session
-        has_all = session is not None and {"standby", "compiler"} <= set(session.pids)
-        return has_all and "Playing on" in window.status.session
+        return window.controller.session is not None and "Playing on" in window.status.session
 
     Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
 

@@ -78,7 +78,8 @@ def stage(until, recorded):
         playing.session.start()
         target = playing.session.target
         with closing(NetworkServer(plan, target.floor, target.rate, playing.session.force_rate_hz)) as server:
-            playing.complete()
+            playing.started()
+            playing.session.edit(hum(), anew=True)  # starts the compiler
             playing.session.send(Level(0.0))
             yield Stage(playing, server, port, client)
 

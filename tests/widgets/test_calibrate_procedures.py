@@ -6,16 +6,12 @@ from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from underfoot.calibration.procedure import run
 from underfoot.calibration.procedures import CALIBRATIONS
-from underfoot.calibration.procedures.fsr import FsrProcedure
-from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.devices.emulation.plate import EmulatedPlate
 from underfoot.devices.plate import plate_of
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, profiles_of
-from underfoot.floor.simulated_tile import SimulatedTile
 from underfoot.studies.equipment import EquipmentChoice
 from underfoot.widgets.calibrate.catalogue import KINDS
 from underfoot.widgets.calibrate.measuring import Pace
@@ -110,7 +106,7 @@ def test_the_choice_shows_what_is_declared(workspace):
         assert workspace.choice.cards[kind].accessibleName().startswith(f"{declared.name}:")
 
 
-def test_forces_by_clicks(hands):
+def test_forces_by_clicks_and_then_places_with_the_keyboard_for_form_and_loads(hands):
     hands.begin("fsr")
     hands.type("loadings", "2")
     hands.type("hold_s", "2 s")
@@ -124,22 +120,17 @@ def test_forces_by_clicks(hands):
     assert not np.isnan(profile.force(np.full((1, 4), 20_000.0))).any()
     assert hands.workspace.choice.cards["fsr"].visible_text().startswith(profile.fsr.made)
 
-
-@pytest.fixture(scope="module")
-def newtons():
-    """A profile with the forces calibrated, by the same procedure without a window."""
-    tile = default_floor().tiles[0]
-    hand = SimulatedHand(SimulatedTile(tile))
-    return run(FsrProcedure(tile), hand, {"loadings": 1, "hold_s": 2.0}).apply(Profile(tile="t1"))
-
-
-@pytest.fixture
-def calibrated(hands, workspace, newtons):
-    """The workspace with the forces of its tile calibrated."""
-    workspace.profiles.folder.mkdir()
-    newtons.save(workspace.profiles.folder / "t1.json")
-    workspace.profiles.follow(default_floor())
-    hands.wait(lambda: workspace.profiles.by_tile)
+    hands.pages.clear()
+    hands.begin("centroid")
+    hands.choose("form", "quick")
+    hands.type("loads_n", "150 600")
+    hands.to_the_end()
+    assert len([page for page in hands.pages if page.startswith("place")]) == 9 * 2
+    assert "Before" in [plot.drawing.title for plot in hands.wizard.drawings.plots]
+    placed, kind, folder = hands.save()
+    assert (kind, profiles_of(folder, default_floor())["t1"]) == ("centroid", placed)
+    assert placed.fsr == profile.fsr
+    assert np.isfinite(placed.position(np.full((1, 4), 100.0))).all()
 
 
 def test_places_want_forces_first(hands, workspace):
@@ -148,18 +139,6 @@ def test_places_want_forces_first(hands, workspace):
     assert not workspace.overview.begin.isEnabled()
     hands.click(workspace.choice.cards["response"])
     assert not workspace.overview.note.isVisible()
-
-
-@pytest.mark.usefixtures("calibrated")
-def test_places_by_clicks_with_the_keyboard_for_the_form(hands):
-    hands.begin("centroid")
-    hands.choose("form", "quick")
-    hands.to_the_end()
-    assert len([page for page in hands.pages if page.startswith("place")]) == 9 * 3
-    assert "Before" in [plot.drawing.title for plot in hands.wizard.drawings.plots]
-    profile, kind, folder = hands.save()
-    assert (kind, profiles_of(folder, default_floor())["t1"]) == ("centroid", profile)
-    assert np.isfinite(profile.position(np.full((1, 4), 100.0))).all()
 
 
 def test_vibration_by_keys_alone(hands):

@@ -6,6 +6,7 @@ import threading
 from functools import partial
 
 import pytest
+from live import LONG_BLOCK
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMenu, QMessageBox, QPushButton
@@ -296,7 +297,7 @@ def test_the_audio_dialog_pulses_one_tile(window, qtbot):
     qtbot.mouseClick(window.main_bar.audio, Qt.MouseButton.LeftButton)
     dialog = dialog_of(window, AudioDialog)
     qtbot.waitUntil(lambda: dialog.devices is not None, timeout=LONG_MS)
-    assert dialog.values() == (None, 48_000, 128, "")
+    assert dialog.values() == (None, 48_000, LONG_BLOCK, "")
     qtbot.mouseClick(next(b for b in dialog.findChildren(QPushButton) if b.text() == "t3"), Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: vibration.any(), timeout=LONG_MS)
     assert vibration.tiles() == ["t3"]

@@ -44,7 +44,7 @@ def test_lapses_are_found_where_there_are_some():
 
 def test_intervals_of_bootstrap_and_of_covariance_agree_where_there_are_many_trials():
     yes = np.array([20, 60, 140, 240, 260, 300, 380])
-    by_draws = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=400)
+    by_draws = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=200)
     ask_nothing = psychometric.estimates(X, yes, TWENTY * 20, bootstrap=0)
     for one, other in zip(by_draws, ask_nothing, strict=True):
         width = other.high - other.low
