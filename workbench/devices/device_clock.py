@@ -17,7 +17,7 @@ applied at once.
 import numpy as np
 from msgspec import Struct
 
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 
 WINDOW_US, WINDOWS = 250_000.0, 40
 """Length of a window, of which the earliest arrival is kept, and number of windows kept."""
@@ -198,7 +198,7 @@ def slewed(clock: np.record, microseconds: float, frame: float, rate: float) -> 
     return x * rate * 1e-6 + clock.applied
 
 
-@kernel
+@part
 def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> None:
     """Reset a clock; the line goes through this arrival. Only the windows' count is reset.
 
@@ -213,12 +213,12 @@ def _begin(clock: np.record, epoch: int, microseconds: float, frame: float) -> N
     clock.applied_us = clock.noted = -np.inf
 
 
-@kernel
+@part
 def _line(clock: np.record, x: float) -> float:
     return clock.offset + clock.slope * (x - clock.pivot_us)
 
 
-@kernel
+@part
 def _refit(clock: np.record, rate: float) -> None:
     """Fit the line: the segment of the earliest arrivals' lower hull at their middle."""
     count = min(clock.count, WINDOWS)

@@ -15,7 +15,7 @@ from underfoot.devices import device_clock
 from underfoot.devices.device_clock import DeviceClocks
 from underfoot.devices.force_source import SampleBuffers
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 
 QUEUE = 1 << 16
 """Capacity of the queue of tile samples."""
@@ -157,7 +157,7 @@ def hand_over(
             at.next_row = at.newest_row + 1
 
 
-@kernel
+@part
 def _end_of_epoch(assembly: Assembly, head: int) -> int:
     """Return the number of the next sample, after the first that waits, at which a tile restarts; `head` for none.
 
@@ -173,7 +173,7 @@ def _end_of_epoch(assembly: Assembly, head: int) -> int:
     return head
 
 
-@kernel
+@part
 def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
     """Pass all samples queued since the last call, up to number `until`, to the clocks.
 
@@ -194,7 +194,7 @@ def _observe(assembly: Assembly, until: int, begin: int, end: int) -> None:
     at.observed = until
 
 
-@kernel
+@part
 def _set(assembly: Assembly, entry: np.record, delay: float, begin: int) -> bool:
     """Map a sample to the session's clock and put it into its row; return False if there is no space for it yet."""
     at, clock = assembly.progress[0], assembly.clocks[assembly.tiles[entry.tile].clock]
@@ -213,7 +213,7 @@ def session_frame(assembly: Assembly, clock: np.record, time_us: float) -> float
     return device_clock.sent_frame(assembly.session[0], arrived, assembly.rate)
 
 
-@kernel
+@part
 def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
     """Return the largest playout delay of the clocks heard in the last second."""
     delay = 0.0
@@ -223,7 +223,7 @@ def _delay(clocks: NDArray[np.void], now: float, rate: float) -> float:
     return delay
 
 
-@kernel
+@part
 def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
     """Return the tile whose clock this sample uses."""
     k = entry.tile
@@ -239,7 +239,7 @@ def _clock_of(tiles: NDArray[np.void], at: np.record, entry: np.record) -> int:
     return tiles[k].clock
 
 
-@kernel
+@part
 def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin: int) -> bool:
     """Put a sample into its row; return False if other rows must be handed over first."""
     at, k, period = assembly.progress[0], entry.tile, assembly.period
@@ -270,7 +270,7 @@ def _place(assembly: Assembly, entry: np.record, frame: float, epoch: int, begin
     return True
 
 
-@kernel
+@part
 def _emit(assembly: Assembly, out: SampleBuffers, count: int, begin: int, end: int) -> int:
     """Hand over the rows due before frame `end`, after the `count` already there; return the new count."""
     at, rows, received, period = assembly.progress[0], assembly.rows, assembly.received, assembly.period

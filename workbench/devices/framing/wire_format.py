@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 
 FORCES, ACCELERATION = 1, 2
 """The kinds of frames."""
@@ -152,7 +152,7 @@ def unpack(stuffed: NDArray[np.uint8], sample: np.record) -> bool:
     return True
 
 
-@kernel
+@part
 def _checksum(raw: NDArray[np.uint8]) -> np.int64:
     check = np.int64(0xFFFFFFFF)
     for i in range(CHECKED_BYTES):
@@ -160,13 +160,13 @@ def _checksum(raw: NDArray[np.uint8]) -> np.int64:
     return check ^ 0xFFFFFFFF
 
 
-@kernel
+@part
 def _put(raw: NDArray[np.uint8], at: int, value: int, size: int) -> None:
     for i in range(size):
         raw[at + i] = (value >> (8 * i)) & 0xFF
 
 
-@kernel
+@part
 def _get(raw: NDArray[np.uint8], at: int, size: int) -> np.int64:
     value = np.int64(0)
     for i in range(size):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from underfoot.devices.health.sensor_order import CONTACT_N, LOADED_N, SensorOrder
 from underfoot.floor.layout import Floor
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.quantities import counted
 
 DEAD_S, DEAD_N, ALIVE_N = 1.0, 0.3, 1.0
@@ -187,7 +187,7 @@ def _watch(samples: _Samples, first: int, state: _State) -> int:
     return at
 
 
-@kernel
+@part
 def _weigh(
     tile: np.record, sensors: NDArray[np.void], force_n: NDArray[np.float64], load_n: NDArray[np.float64]
 ) -> float:
@@ -207,7 +207,7 @@ def _weigh(
     return total_n
 
 
-@kernel
+@part
 def _find_dead(
     sensors: NDArray[np.void],
     load_n: NDArray[np.float64],
@@ -236,7 +236,7 @@ def _find_dead(
                 found[j] |= _DEAD
 
 
-@kernel
+@part
 def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float, step_s: float) -> bool:
     """Whether a sensor's reading has been constant for long while the others' load changed."""
     if reading != sensor.reading or step_s == 0.0 or own_n < CONTACT_N:
@@ -250,7 +250,7 @@ def _is_saturated(sensor: np.record, reading: int, own_n: float, others_n: float
     return flat_samples >= FLAT_SAMPLES and flat_s >= FLAT_S and has_changed
 
 
-@kernel
+@part
 def _is_loose(sensors: NDArray[np.void], force_n: NDArray[np.float64], now_s: float, j: int) -> bool:
     """Whether sensor j alone has fallen to rest and recovered often enough."""
     own = sensors[j]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import frame_step, resolved
 from underfoot.models.fibre_bundle.counts import binomial, poisson
@@ -116,7 +116,7 @@ def first_hazard(c: Memory, key: np.uint64, counter: int, strain: float) -> floa
     return hazard(c, strain) + exponential(key, counter + _FIRST) / c.pool
 
 
-@kernel
+@part
 def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, failed: float) -> tuple[float, float]:
     """Draw the number of failures once the strain has passed hazard `y`, and return it with the next hazard."""
     passed = hazard(c, strain)
@@ -147,7 +147,7 @@ def stiffness_left(c: Memory, failed: float, peak: float) -> float:
     return 1.0 + c.stiffening * c.restructurings * share
 
 
-@kernel
+@part
 def bundle_step(c: Memory, left: float) -> Any:
     """Return the coefficients of the motion over a frame (`frame_step`) for the stiffness `left`."""
     if left <= 0.0 and c.holds != 0.0:
@@ -155,13 +155,13 @@ def bundle_step(c: Memory, left: float) -> Any:
     return frame_step(left * c.kappa, left * c.gamma + c.creep, c.gain)
 
 
-@kernel
+@part
 def energy_released(c: Memory, failed: float, strain: float) -> float:
     """Return the energy of failures at a strain: k_F x^2 / 2 each."""
     return failed * 0.5 * c.stiffness * strain * strain
 
 
-@kernel
+@part
 def event_strength(c: Memory, energy: float) -> float:
     """Return the strength of an event of `energy`."""
     if c.softness == 0.5:
@@ -169,7 +169,7 @@ def event_strength(c: Memory, energy: float) -> float:
     return c.loudness * energy**c.softness
 
 
-@kernel
+@part
 def _power(base: float, exponent: float) -> float:
     """Return `base ** exponent`; small whole exponents by products, in a tenth of the time."""
     whole = int(exponent)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import Floats, copy, kernel, modal_kernel
+from underfoot.kernels import Floats, copy, kernel, modal_kernel, part
 from underfoot.lanes import four, put
 from underfoot.layouts import Layout, Memory
 from underfoot.memory import LANES
@@ -148,7 +148,7 @@ def substeps(
     return int(min(max(math.ceil(steps * velocity_m_s / (2.94 * depth * rate_hz)), 1.0), MOST_SUBSTEPS))
 
 
-@kernel
+@part
 def _loudness(s: Memory, known: Memory, m: int) -> float:
     """Return the amplitude of a mode's acceleration, from its phasor at the block's end."""
     end, weight = s.end, known.acceleration
@@ -156,7 +156,7 @@ def _loudness(s: Memory, known: Memory, m: int) -> float:
     return math.sqrt(size * (weight.re[m] ** 2 + weight.im[m] ** 2))
 
 
-@kernel
+@part
 def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
     """Ring freely from frame `done` to the end of its block, or `until`; return the frame reached."""
     show = out.displacement.size > 0
@@ -178,7 +178,7 @@ def _ring_on(frame: int, known: Memory, s: Memory, out: Response, done: int, unt
     return last
 
 
-@kernel
+@part
 def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     """Ring freely from the last block's end; write the acceleration to `goal`."""
     active = int(s.active)
@@ -189,7 +189,7 @@ def _begin_block(known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     _fill(0, active, known, s, goal, show)
 
 
-@kernel
+@part
 def _fill(start: int, active: int, known: Memory, s: Memory, goal: Floats, show: bool) -> None:
     """Write the block's frames from `start` on, from its phasors there: displacement, and acceleration to `goal`."""
     spare, begin = s.spare, s.begin
@@ -218,7 +218,7 @@ def _turn(begin: Memory, by_re: Floats, by_im: Floats, active: int, goal: Memory
         put(goal_im, m, a * y + b * x)
 
 
-@kernel
+@part
 def _drop(known: Memory, s: Memory) -> None:
     """Set modes under the floor to exactly 0, unless a recent strike may still be building them up."""
     if s.struck_lately == 0.0:
@@ -232,7 +232,7 @@ def _drop(known: Memory, s: Memory) -> None:
     s.struck_lately = 0.0
 
 
-@kernel
+@part
 def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
     """Continue with free ringing after the hammer has left at frame `start` of a block."""
     goal = s.end if start == 0 else s.begin
@@ -250,7 +250,7 @@ def _let_ring(start: int, known: Memory, s: Memory, show: bool) -> None:
             s.acceleration_block[start + i] = block[i]
 
 
-@kernel
+@part
 def _release(hammer: Memory, velocity: float, start: int, part: float, known: Memory, s: Memory) -> tuple[int, float]:
     """Put the hammer on the surface, `part` of a frame after frame `start` of the block, at `velocity`.
 
@@ -293,7 +293,7 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
     return first, impulse
 
 
-@kernel
+@part
 def _take_over(start: int, known: Memory, s: Memory) -> None:
     """Take the phasors at frame `start` of the block from free ringing."""
     z = s.z
@@ -305,7 +305,7 @@ def _take_over(start: int, known: Memory, s: Memory) -> None:
             z.re[m], z.im[m] = advanced(known.powers, m, s.begin.re[m], s.begin.im[m], start - int(s.rung_from))
 
 
-@kernel
+@part
 def _contact(first: int, impulse: float, known: Memory, s: Memory, out: Response, done: int, until: int) -> int:
     """Run frames `done` to `until`, or until the hammer has left for good; return the frame reached.
 

@@ -96,7 +96,7 @@ def _power(exponent: int, frequency_hz: float, decay_per_s: float, rate_hz: floa
     return size * math.cos(angle), size * math.sin(angle)
 
 
-@kernel
+@part
 def free_block(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
     """Fill `block` with the free ringing of the first `active` modes, and advance their phasors to its end.
 
@@ -178,7 +178,7 @@ def _many(block: Floats, powers: Memory, phasors: Memory, active: int) -> None:
         block[k + 12], block[k + 13], block[k + 14], block[k + 15] = d0, d1, d2, d3
 
 
-@kernel
+@part
 def advanced(powers: Memory, m: int, x: float, y: float, frames: int) -> tuple[float, float]:
     """Return the phasor (x, y) of mode `m` after 0 to 64 `frames`."""
     if frames == BLOCK:

@@ -1,7 +1,7 @@
 """Mapping from one range to another along a curve, without jumps when the ranges change."""
 
 from underfoot.clock import SPAN
-from underfoot.kernels import Floats, copy, kernel
+from underfoot.kernels import Floats, copy, kernel, part
 from underfoot.layouts import Layout, Memory
 
 RANGES = Layout("ranges", "low", "high", "out_low", "out_high", "exponent")
@@ -31,7 +31,7 @@ def design(low: float, high: float, out_low: float, out_high: float, exponent: f
     ranges.exponent = exponent
 
 
-@kernel
+@part
 def mapped(value: float, ranges: Memory) -> float:
     """Map a value by these ranges."""
     return curve(value, ranges.low, ranges.high, ranges.out_low, ranges.out_high, ranges.exponent)

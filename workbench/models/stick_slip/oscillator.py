@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from underfoot.arguments import number
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
 
@@ -117,7 +117,7 @@ def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockO
     return checked, t_end, number("error", error, 1e-6, 0.1, "1e-6 to 0.1")
 
 
-@kernel
+@part
 def _propagator(w0: float, zeta: float, t: float) -> tuple[float, float, float, float]:
     # A_xx, A_xv, A_vx and A_vv after t: a series if the damping is nearly critical, else sine or hyperbolic sine.
     half = 0.5 * zeta

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.arguments import integer, seed_of
 from underfoot.errors import require
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.models.stick_slip.oscillator import BlockOnBelt, require_slip, transition
 
 _MOST_STEPS = 1e8
@@ -129,7 +129,7 @@ def _draw(
             done += 1 << level
 
 
-@kernel
+@part
 def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np.random.Generator) -> float:
     # Share of the step at which the bridge first crosses the belt velocity: r / (1 + r), with r inverse Gaussian of
     # mean gap / next_gap and shape gap^2 / variance (algorithm of Michael, Schucany and Haas, with the root written
@@ -150,7 +150,7 @@ def _bridge_crossing(gap: float, next_gap: float, variance: float, generator: np
     return ratio / (1.0 + ratio)
 
 
-@kernel
+@part
 def _bridge_area(gap: float, part: float, noise: float, generator: np.random.Generator) -> float:
     # Distance that the belt gains on a block that first reaches its velocity after `part` s: the area under a Bessel
     # bridge, the length of a three-dimensional Brownian bridge from (gap, 0, 0) to 0. Computed from its midpoint, with

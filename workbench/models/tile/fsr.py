@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.kernels import allocating, kernel
+from underfoot.kernels import allocating, kernel, part
 from underfoot.models.signals.random import normal, stream_key, uniform
 
 FULL_COUNTS = 65_535
@@ -153,12 +153,12 @@ def coefficients(parts: Sequence[Fsr], rate_hz: float) -> NDArray[np.void]:
     """Return the coefficients of parts read at `rate_hz`: shape (parts,) of `COEFFICIENTS`."""
     lags_s = _FIRST_LAG_S * 10.0 ** (np.arange(_LAGS) / _LAGS_A_DECADE)
     found = np.zeros(len(parts), COEFFICIENTS)
-    for c, part in zip(found, parts, strict=True):
+    for c, fsr in zip(found, parts, strict=True):
         for name in ("share", "resistance_ohm_n", "series_ohm", "soft_start_n", "divider_ohm"):
-            c[name] = getattr(part, name)
-        c["hysteresis"], c["noise_counts"] = part.hysteresis, part.noise_counts
-        c["exponent_less_1"] = part.exponent - 1.0
-        each = part.creep / _LAGS_A_DECADE
+            c[name] = getattr(fsr, name)
+        c["hysteresis"], c["noise_counts"] = fsr.hysteresis, fsr.noise_counts
+        c["exponent_less_1"] = fsr.exponent - 1.0
+        each = fsr.creep / _LAGS_A_DECADE
         c["at_once"], c["each_lag"] = 1.0 + each * float(np.expm1(-_REFERENCE_S / lags_s).sum()), each
         c["lag_steps"] = -np.expm1(-1.0 / (rate_hz * lags_s))
     return found
@@ -195,7 +195,7 @@ def sense(
         _sense_part(states[j], coefficients[j], keys[j], corners_n[:, j], counts[:, j], sample, n)
 
 
-@kernel
+@part
 def _sense_part(
     state: np.record,
     c: np.record,
@@ -222,7 +222,7 @@ def _sense_part(
         counts[i] = min(max(math.floor(reading + 0.5), 0.0), FULL_COUNTS)
 
 
-@kernel
+@part
 def _resistance(force_n: float, c: np.record) -> float:
     if force_n <= 0.0:
         return math.inf
