@@ -167,8 +167,12 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
         """Change one parameter of one node."""
+        if registry is None:
+            registry = installed_nodes()
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
+        if node.type in registry:
+            _check_parameters(registry[node.type], changed, id)  # whoever sets it knows its id, not its place in a file
         return self._with(changed).check(registry)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":
