@@ -73,7 +73,7 @@ def test_a_folder_is_all_patches_in_it_and_what_fails_is_said(underfoot, folder)
         ("gain.gain=", "allowed: NODE.PARAMETER=VALUE"),
         ("gain.loud=1", "allowed: the parameters of gain"),
         ("nobody.gain=1", "there is no node 'nobody'"),
-        ("gain.gain=1e9", "gain is 1000000000.0; allowed"),
+        ("gain.gain=1e9", "underfoot: gain.parameters.gain is 1000000000.0; allowed"),
     ],
 )
 def test_a_setting_that_cannot_be_is_one_line(refused, setting, message):

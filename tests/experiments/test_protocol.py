@@ -75,7 +75,7 @@ BAD = {
     ),
     "setting out of range": (
         protocol_text(stimuli={"TD": {**TD, "settings": {"gain.gain": -1e9}}}),
-        "gain is -10000",
+        "stimuli.TD.settings: gain.gain is -10000",
     ),
     "cycle": (
         protocol_text(stages=[stage(), stage(id="b", next="a")]),

@@ -143,7 +143,10 @@ def test_a_long_chain_needs_no_deep_stack():
         (lambda p: p.add("gain", REGISTRY, nope=1.0), "nodes[7].parameters is 'nope'; allowed: the parameters of gain"),
         (lambda p: p.set("nobody", "q", 1.0, REGISTRY), "there is no node 'nobody'; allowed: tile-force, "),
         (lambda p: p.set("low-pass", "nope", 1.0, REGISTRY), "allowed: the parameters of low-pass: cutoff, q"),
-        (lambda p: p.set("low-pass", "cutoff", 0.5, REGISTRY), "parameters.cutoff is 0.5; allowed: 1 to 20000 Hz"),
+        (
+            lambda p: p.set("low-pass", "cutoff", 0.5, REGISTRY),
+            "low-pass.parameters.cutoff is 0.5; allowed: 1 to 20000 Hz",
+        ),
         (lambda p: p.set("low-pass", "cutoff", float("nan"), REGISTRY), "cutoff is nan; allowed: 1 to 20000 Hz"),
         (lambda p: p.set("low-pass", "cutoff", True, REGISTRY), "cutoff is True; allowed: 1 to 20000 Hz"),
         (lambda p: p.connect("nobody.out", "low-pass.signal", REGISTRY), "allowed: nodes of this patch (tile-force, "),

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QLabel
 
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.engine.target import Target
+from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 from underfoot.widgets.session.target_settings import target_text
@@ -29,7 +30,14 @@ def test_a_target_is_told_in_its_words(transport):
 
 def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, monkeypatch):
     monkeypatch.setattr(transport, "suggestions", classmethod(lambda cls: ["first", "second"]))
-    dialog = TransportDialog(transport, "a floor")
+    chosen = []
+
+    def use(address):
+        if address == "nowhere":
+            raise BadValue("address is 'nowhere'; allowed: one that is there")
+        chosen.append(address)
+
+    dialog = TransportDialog(transport, "a floor", use)
     qtbot.addWidget(dialog)
     show(qtbot, dialog)
     shown = [label.text() for label in dialog.findChildren(QLabel)]
@@ -37,12 +45,13 @@ def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, mon
     assert transport.dialog_help in shown
     assert "Floor: a floor" in shown
     assert [dialog.address.itemText(i) for i in range(dialog.address.count())] == ["first", "second"]
-    chosen = []
-    dialog.chosen.connect(chosen.append)
-    dialog.address.setEditText("  ")
-    qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
-    assert not chosen
-    assert dialog.isVisible()
+    for text, said in (("  ", ""), ("nowhere", "address is 'nowhere'; allowed: one that is there")):
+        dialog.address.setEditText(text)
+        qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
+        assert not chosen
+        assert dialog.isVisible()
+        assert dialog.refusal.isVisible() == bool(said)
+        assert dialog.refusal.text() == said
     dialog.address.setEditText(" there ")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     assert chosen == ["there"]

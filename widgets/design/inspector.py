@@ -349,6 +349,7 @@ class Inspector(QScrollArea):
         for row, (name, value) in enumerate(facts.items()):
             grid.addWidget(theme.label(name, "muted"), row, 0)
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            value.setWordWrap(True)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             value.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             grid.addWidget(value, row, 1)

@@ -1,19 +1,26 @@
 """Asks for the address of hardware on a transport, as the transport declares it."""
 
-from PySide6.QtCore import Signal
+from collections.abc import Callable
+
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
 from underfoot.devices.transport import Transport
+from underfoot.errors import UnderfootError
+from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 
 
 class TransportDialog(QDialog):
-    """Chooses an address of `transport`; `floor` names the layout that is assumed."""
+    """Chooses an address of `transport`; `floor` names the layout that is assumed.
 
-    chosen = Signal(str)
+    If `use` refuses the address by an `UnderfootError`, the dialog shows it and stays.
+    """
 
-    def __init__(self, transport: type[Transport], floor: str, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, transport: type[Transport], floor: str, use: Callable[[str], object], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
+        self._use = use
         self.setWindowTitle(transport.title)
         self.address = QComboBox()
         self.address.setEditable(True)
@@ -22,6 +29,9 @@ class TransportDialog(QDialog):
         self.address.addItems(transport.suggestions())
         help = theme.label(transport.dialog_help, "small")
         help.setWordWrap(True)
+        self.refusal = theme.label("", "alarm")
+        self.refusal.setWordWrap(True)
+        self.refusal.hide()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         connect = buttons.addButton("Connect", QDialogButtonBox.ButtonRole.AcceptRole)
         connect.setDefault(True)
@@ -35,6 +45,7 @@ class TransportDialog(QDialog):
             self.address,
             help,
             theme.label(f"Floor: {floor}", "muted"),
+            self.refusal,
             buttons,
         ):
             column.addWidget(widget)
@@ -43,6 +54,13 @@ class TransportDialog(QDialog):
     def accept(self) -> None:
         """Take what was typed or chosen; nothing is no address."""
         text = self.address.currentText().strip()
-        if text:
-            super().accept()
-            self.chosen.emit(text)
+        if not text:
+            return
+        try:
+            self._use(text)
+        except UnderfootError as error:
+            self.refusal.setText(pretty_text(str(error)))
+            self.refusal.show()
+            self.adjustSize()
+            return
+        super().accept()

@@ -7,7 +7,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from underfoot.devices.transports import TRANSPORTS
-from underfoot.errors import UnderfootError
 from underfoot.patch import preset_files
 from underfoot.quantities import counted
 from underfoot.widgets.dialogs.file_chooser import FileChooser
@@ -54,14 +53,10 @@ class TargetChooser:
     def _ask_address(self, scheme: str) -> None:
         from underfoot.widgets.dialogs.transport_dialog import TransportDialog
 
-        def chosen(address: str) -> None:
-            try:
-                self._selection.use_transport(scheme, address)
-            except UnderfootError as error:
-                self._notify(str(error))
-
         floor = self._controller.target.floor
-        dialog = TransportDialog(TRANSPORTS[scheme], floor.title or counted(len(floor.tiles), "tile"), self._window)
+        title = floor.title or counted(len(floor.tiles), "tile")
+        dialog = TransportDialog(
+            TRANSPORTS[scheme], title, lambda address: self._selection.use_transport(scheme, address), self._window
+        )
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.chosen.connect(chosen)
         dialog.open()

@@ -1,7 +1,6 @@
 """A stimulus of a protocol: a patch with parameter settings, and its level in m/s^2."""
 
 import math
-import re
 from collections.abc import Container, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
@@ -18,7 +17,6 @@ from underfoot.patch.patch import Patch
 
 Level = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
 Fact = int | float | str
-_NODE = re.compile(r"nodes\[(\d+)\]\.parameters\.")
 _USUALLY_SCALED = ("gain.gain", "note.amplitude", "knock.level")
 """Numbers to which the acceleration of the presets is proportional."""
 
@@ -96,8 +94,7 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         try:
             self.at(0.0, registry, folder)
         except BadValue as error:
-            said = _NODE.sub(lambda found: f"{patch.nodes[int(found[1])].id}.", str(error))
-            raise BadValue(f"{place}.settings: {said}") from None
+            raise BadValue(f"{place}.settings: {str(error).replace('.parameters.', '.', 1)}") from None
 
 
 def _require_parameter(place: str, name: str, patch: Patch, registry: Registry) -> None:

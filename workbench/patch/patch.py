@@ -169,7 +169,8 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Change one parameter of one node. Only this node is checked: a slider that is moved calls it all the time."""
         node = self.node(id)
         changed = msgspec.structs.replace(node, parameters={**node.parameters, name: plain(value)})
-        _check_type(changed, f"nodes[{self.nodes.index(node)}]", installed_nodes() if registry is None else registry)
+        # Whoever sets it knows its id, not its place in a file.
+        _check_type(changed, id, installed_nodes() if registry is None else registry)
         return self._with(changed)
 
     def mark(self, ids: Iterable[str], name: str, *, on: bool) -> "Patch":

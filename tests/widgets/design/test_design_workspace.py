@@ -5,7 +5,7 @@ import pytest
 from design_samples import LEFT, NONE, REGISTRY, sample, send
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLabel
 
 from underfoot import nodes
 from underfoot.drawing import Drawing, Series
@@ -253,6 +253,17 @@ def test_costs_sleep_and_faults_are_shown_on_the_nodes(workspace):
     workspace.show_fault(Fault("hum", "t1", 0))
     assert scene.nodes["hum"].state == "fault"
     assert "not finite" in workspace.canvas.message
+
+
+def test_why_a_node_costs_nothing_fits_the_inspector(workspace, qtbot):
+    """Its end, "that plays", was cut off."""
+    workspace.canvas.patch_scene.select(["hum"])
+    workspace.show_costs(Costs({"shaker": 0.3}, {"shaker": 2}, ("hum",)))
+    labels = workspace.inspector.findChildren(QLabel)
+    label = next(one for one in labels if "reaches no output that plays" in one.text())
+    room = label.rect().adjusted(0, 0, 0, 1000)
+    needed = label.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, label.text())
+    qtbot.waitUntil(lambda: label.height() >= needed.height(), timeout=5000)
 
 
 def test_a_click_on_the_tile_strikes_and_a_drag_presses(workspace, qtbot):
