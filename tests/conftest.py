@@ -36,7 +36,7 @@ def _alive():
 
 @pytest.fixture(scope="session", autouse=True)
 def _nothing_stands_by():
-    """Sessions start no second engine, and no compiler before one is asked for: that took half of a session's time.
+    """Sessions start no second engine, and no compiler before one is asked for: each takes a second to load.
 
     Where an engine or a compiler dies, `Live.complete` starts both beforehand; after a death they start anyway.
     """
