@@ -11,6 +11,7 @@ from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.widgets.session.settings import Settings
 from underfoot.widgets.window import MainWindow
 
 LONG_MS = 120_000
@@ -42,6 +43,7 @@ def play_on_simulator(folder):
     window.start()
     window.open_patch.write_autosave()
     wait_until_playing(window)
+    wait_until_kept(window, folder / "kept")
     assert window.bridge.wait_for_kernels(LONG_MS / 1000)
     return window
 
@@ -66,6 +68,16 @@ def wait_until_playing(window):
         return window.controller.session is not None and "Playing on" in window.status.session
 
     Poll()(plays, "the engine runs", seconds=LONG_MS / 1000)
+
+
+def wait_until_kept(window, folder):
+    """Wait until the settings are written for the first time: from then on there is a thread, which no test leaves."""
+
+    def kept():
+        QCoreApplication.processEvents()
+        return Settings.load(folder).first_steps_done == window.settings.first_steps_done
+
+    Poll()(kept, "the settings are kept", seconds=LONG_MS / 1000)
 
 
 def choose_file(window, path, open_dialog):

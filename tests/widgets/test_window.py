@@ -3,13 +3,10 @@
 import gc
 import multiprocessing
 import threading
-from contextlib import closing
 from functools import partial
 
 import pytest
-from free_ports import free_port
 from live import LONG_BLOCK
-from osc_ends import LOOPBACK, CursorDecoder, OscEnd
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QLineEdit, QMenu, QMessageBox, QPushButton
@@ -27,7 +24,7 @@ from windows import (
 )
 
 from underfoot.calibration.result import Result
-from underfoot.engine.commands import PressTile, TileEqualiser
+from underfoot.engine.commands import TileEqualiser
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile, Response
@@ -35,12 +32,10 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.widgets.dialogs.about import AboutDialog
 from underfoot.widgets.dialogs.audio_dialog import AudioDialog
-from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.garbage_collection import freeze_loaded
 from underfoot.widgets.screenshots import SIZES, ScreenshotTaker, WaitTimes
-from underfoot.widgets.session.network_link import LENT_MESSAGE
-from underfoot.widgets.session.settings import LOW_LEVEL_DB, Settings
+from underfoot.widgets.session.settings import LOW_LEVEL_DB
 from underfoot.widgets.window import MainWindow
 
 # --- playing ---
@@ -365,103 +360,6 @@ def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):
     text = QApplication.clipboard().text()
     assert text.startswith("Underfoot 0.")
     assert "numba" in text
-
-
-# --- the network: contacts of the floor under the mouse go out, cues are played and edit nothing ---
-
-
-@pytest.fixture
-def client():
-    with closing(OscEnd()) as made:
-        yield made
-
-
-@pytest.fixture
-def served(window, client, qtbot):
-    """A window that sends TUIO 1.1 and messages to the client, and takes cues at this port, as set in the dialog."""
-    port = free_port()
-    qtbot.keyClick(window, Qt.Key.Key_N, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
-    dialog = dialog_of(window, NetworkDialog)
-    for name, address in (("tuio", client.text), ("listen", f"{LOOPBACK}:{port}")):
-        dialog.addresses[name].setText(address)
-        qtbot.keyClick(dialog.check_boxes[name], Qt.Key.Key_Space)
-    qtbot.mouseClick(dialog.apply, Qt.MouseButton.LeftButton)
-    assert not dialog.note.text()
-    yield port
-    window.network.apply({**window.settings.network_addresses}, [])
-
-
-def answer(client, qtbot, address, number):
-    qtbot.waitUntil(lambda: any(n == number for n, *_ in client.received(address)), timeout=60_000)
-    return next(rest for n, *rest in client.received(address) if n == number)
-
-
-def test_a_press_on_a_tile_is_a_cursor(window, served, client, qtbot):
-    decoder, session = CursorDecoder(), window.controller.session
-
-    def decoded():
-        for datagram in client.datagrams():
-            decoder.decode(datagram)
-        return decoder.cursors
-
-    tile = session.target.floor.tiles[3]
-    session.send(PressTile(tile.id, 0.0, 0.0, 600.0))
-    box_m = 0.615
-
-    def is_there():
-        x, y = tile.centre_m
-        return any(abs(at[0] - x / box_m) + abs(at[1] - 1.0 + y / box_m) < 0.02 for at in decoded().values() if at)
-
-    qtbot.waitUntil(is_there)
-    session.send(PressTile(tile.id, 0.0, 0.0, 0.0))
-    qtbot.waitUntil(lambda: not is_there())
-    assert window.network.counts.sent > 0
-
-
-def test_a_cue_is_played_and_leaves_the_document_as_it_is(window, served, client, qtbot):
-    document = window.open_patch.patch
-    client.send_message(served, "/underfoot/play", "wood", "t1", -6.0, 5)
-    frame, _, _ = answer(client, qtbot, "/underfoot/played", 5)
-    assert frame > 0
-    assert window.open_patch.patch == document
-    assert any(node.id.endswith("--wood") for node in window.controller.session.patch.nodes)
-    client.send_message(served, "/underfoot/stop", "all", 6)
-    answer(client, qtbot, "/underfoot/played", 6)
-    assert window.controller.session.patch == document
-
-
-def test_cues_end_when_nothing_is_served_any_more(window, served, client, qtbot):
-    client.send_message(served, "/underfoot/play", "wood", "t1", -6.0, 7)
-    answer(client, qtbot, "/underfoot/played", 7)
-    window.network.apply(window.settings.network_addresses, ["tuio"])
-    assert window.controller.session.patch != window.open_patch.patch, "a session that is served keeps its cues"
-    window.network.apply(window.settings.network_addresses, [])
-    assert window.controller.session.patch == window.open_patch.patch
-
-
-def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, client, qtbot):
-    client.send_message(served, "/underfoot/panic")
-    qtbot.waitUntil(lambda: not window.controller.is_playing)
-    assert "Panic" in window.status.message
-    window.controller.lend()
-    client.send_message(served, "/underfoot/mark", "m", 8)
-    assert answer(client, qtbot, "/underfoot/refused", 8)[1] == LENT_MESSAGE
-    window.controller.take_back()
-
-
-def test_what_was_chosen_is_there_at_the_next_start(window, served, client, tmp_path):
-    window.settings.save(tmp_path)
-    kept = Settings.load(tmp_path)
-    assert kept.network_on == ["tuio", "listen"]
-    assert kept.network_addresses["tuio"] == client.text
-
-
-def test_a_port_that_is_taken_leaves_all_as_it_was(window, served, client, qtbot):
-    with closing(OscEnd()) as other, pytest.raises(Exception, match="choose another port"):
-        window.network.apply({**window.settings.network_addresses, "listen": other.text}, ["listen"])
-    assert window.settings.network_on == ["tuio", "listen"]
-    client.send_message(served, "/underfoot/mark", "still here", 9)
-    answer(client, qtbot, "/underfoot/played", 9)
 
 
 # --- last, for it closes the Recordings workspace ---
