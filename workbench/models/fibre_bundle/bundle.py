@@ -34,10 +34,6 @@ from underfoot.models.driven_oscillator import crossing
 from underfoot.models.fibre_bundle.damage import (
     COEFFICIENTS,
     DRAWS,
-    EXACT,
-    INVERSE,
-    INVERSE_MEAN,
-    MEAN,
     MODELS,
     PARAMETERS,
     THRESHOLDS,
@@ -48,6 +44,7 @@ from underfoot.models.fibre_bundle.damage import (
     event_strength,
     fail,
     first_hazard,
+    has_mean_damage,
     stiffness_left,
     threshold_strain,
 )
@@ -237,26 +234,26 @@ def run_traced(
 ) -> None:
     """Run as `run` does, and fill a trace."""
     c, s, n = coefficients, state, load.size
-    gradual = c.model == MEAN or c.model == INVERSE_MEAN
     s.breaking = threshold_strain(c, s.next_hazard) if s.worn > 0.0 else math.inf
-    if not gradual or s.worn == 0.0:
+    if not has_mean_damage(c) or s.worn == 0.0:
         s.wearing = math.inf
     _set_step(c, s)
     i = 0
     while i < n:
-        first, end = i, i + _begin(c, s, _stress(c, load[i]) > 0.0, n - i, key, frame + i)
-        i = _move(load, first, end, c, s, motion.strain)
-        _fill(motion.damage[first:i], s.failed / c.pool)
-        _fill(motion.energy[first:i], 0.0)
+        first, is_loaded = i, _stress(c, load[i]) > 0.0
+        end = i + _begin(c, s, is_loaded, n - i, key, frame + i)
+        i = _move(load, first, end, is_loaded, c, s, motion.strain)
+        motion.damage[first:i] = s.failed / c.pool
+        motion.energy[first:i] = 0.0
         failed, before = 0.0, s.breaking
         if s.strain > s.breaking:
             failed = _fail(c, s, key, frame + i - 1, events)
             motion.energy[i - 1], motion.damage[i - 1] = energy_released(c, failed, s.strain), s.failed / c.pool
         if trace.threshold.size:
-            _fill(trace.threshold[first:i], before)
+            trace.threshold[first:i] = before
             trace.failures[i - 1], trace.threshold[i - 1] = failed, s.breaking
     s.breaking = 0.0  # as finite as all states: without load, or with nothing left, the threshold is infinite
-    if not gradual or s.worn == 0.0:
+    if not has_mean_damage(c) or s.worn == 0.0:
         s.wearing = 0.0
 
 
@@ -266,12 +263,11 @@ def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, fra
 
     A load draws the thresholds of an intact bundle. Without load, a stretch ends before the frame that renews it.
     """
-    gradual = c.model == MEAN or c.model == INVERSE_MEAN
     if is_loaded:
         if s.worn == 0.0:
             s.next_hazard = first_hazard(c, key, frame * DRAWS, s.strain)
             s.breaking = threshold_strain(c, s.next_hazard)
-            s.wearing = 0.0 if gradual else math.inf
+            s.wearing = 0.0 if has_mean_damage(c) else math.inf
         s.worn = 1.0
     elif s.worn > 0.0:
         if s.worn + 1.0 > c.renewal:
@@ -288,23 +284,15 @@ def _begin(c: Memory, s: Memory, is_loaded: bool, most: int, key: np.uint64, fra
 
 
 @inlined
-def _move(load: Floats, first: int, end: int, c: Memory, s: Memory, strain: Floats) -> int:
+def _move(load: Floats, first: int, end: int, is_loaded: bool, c: Memory, s: Memory, strain: Floats) -> int:
     """Move from frame `first` on, at most to `end`; return the frame reached.
 
     Ends before the load begins or ends, before mean damage is due, and after a frame in which a threshold is passed.
     """
-    is_loaded = _stress(c, load[first]) > 0.0
-    i = first + _move_ahead(load[first:end], is_loaded, c, s, strain[first:end])
-    while i < end:
-        stress = _stress(c, load[i])
-        if (stress > 0.0) != is_loaded or s.strain + 0.5 * s.speed > s.wearing:
-            break
-        step, x, w, before = s.step, s.strain, s.speed, s.load
-        s.former = x
-        s.strain = step[0] * x + (step[1] * w + (step[2] * before + step[3] * stress))
-        s.speed = step[5] * w + (step[4] * x + (step[6] * before + step[7] * stress))
-        s.load = stress
-        strain[i] = s.strain
+    i = first
+    while i + _AHEAD <= end and _moved(load[i : i + _AHEAD], is_loaded, False, c, s, strain[i : i + _AHEAD]):
+        i += _AHEAD
+    while i < end and _moved(load[i : i + 1], is_loaded, True, c, s, strain[i : i + 1]):
         i += 1
         if s.strain > s.breaking:
             break
@@ -314,32 +302,29 @@ def _move(load: Floats, first: int, end: int, c: Memory, s: Memory, strain: Floa
 
 
 @part
-def _move_ahead(load: Floats, is_loaded: bool, c: Memory, s: Memory, strain: Floats) -> int:
-    """Do as `_move`, for `_AHEAD` frames at a time as long as nothing ends them; return the number of frames.
+def _moved(load: Floats, is_loaded: bool, may_pass: bool, c: Memory, s: Memory, strain: Floats) -> bool:
+    """Move by all frames of `load`, unless something ends the stretch in them; return whether it has moved.
 
-    Only behind them it is tested whether anything does: a test of each frame would take twice as long as the motion.
+    Only behind them it is tested whether anything does: a test of each frame would take twice as long as the motion. A
+    threshold ends the stretch unless it `may_pass`, in the last frame.
     """
     step = s.step
     c0, c1, c2, c3, c4, c5, c6, c7 = step[0], step[1], step[2], step[3], step[4], step[5], step[6], step[7]
-    pressure, limit, breaking, wearing = c.pressure, c.limit, s.breaking, s.wearing
-    x, w, before = s.strain, s.speed, s.load
-    done = 0
-    while done + _AHEAD <= load.size:
-        loads, strains = load[done : done + _AHEAD], strain[done : done + _AHEAD]
-        largest, ahead, least, most = -math.inf, -math.inf, math.inf, -math.inf
-        for k in range(_AHEAD):
-            stress = min(max(pressure * loads[k], -limit), limit)
-            least, most, ahead = min(least, stress), max(most, stress), max(ahead, x + 0.5 * w)
-            moved = c0 * x + (c1 * w + (c2 * before + c3 * stress))
-            w = c5 * w + (c4 * x + (c6 * before + c7 * stress))
-            x, before, strains[k] = moved, stress, moved
-            largest = max(largest, moved)
-        loaded_throughout = least > 0.0 if is_loaded else most <= 0.0
-        if not loaded_throughout or ahead > wearing or largest > breaking:
-            break
-        s.former, s.strain, s.speed, s.load = strains[_AHEAD - 2], x, w, before
-        done += _AHEAD
-    return done
+    x, w, before, former = s.strain, s.speed, s.load, s.strain
+    largest, ahead, least, most = -math.inf, -math.inf, math.inf, -math.inf
+    for i in range(load.size):
+        stress = _stress(c, load[i])
+        least, most, ahead = min(least, stress), max(most, stress), max(ahead, x + 0.5 * w)
+        former = x
+        x = c0 * former + (c1 * w + (c2 * before + c3 * stress))
+        w = c5 * w + (c4 * former + (c6 * before + c7 * stress))
+        before, strain[i] = stress, x
+        largest = max(largest, x)
+    loaded_throughout = least > 0.0 if is_loaded else most <= 0.0
+    if not loaded_throughout or ahead > s.wearing or (largest > s.breaking and not may_pass):
+        return False
+    s.former, s.strain, s.speed, s.load = former, x, w, before
+    return True
 
 
 @part
@@ -350,7 +335,7 @@ def _fail(c: Memory, s: Memory, key: np.uint64, frame: int, events: Memory) -> f
     strength = event_strength(c, energy_released(c, failed, s.strain))
     append(events, frame + crossing(s.former, s.strain, s.breaking), strength)
     s.breaking = threshold_strain(c, s.next_hazard)
-    if c.model == EXACT or c.model == INVERSE:
+    if not has_mean_damage(c):
         _set_step(c, s)
     return failed
 
@@ -367,9 +352,3 @@ def _set_step(c: Memory, s: Memory) -> None:
 def _stress(c: Memory, load: float) -> float:
     """Return the stress of a load, limited to what keeps all numbers finite."""
     return min(max(c.pressure * load, -c.limit), c.limit)
-
-
-@inlined
-def _fill(values: Floats, value: float) -> None:
-    for i in range(values.size):
-        values[i] = value

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.driven_oscillator import frame_step, resolved
 from underfoot.models.fibre_bundle.counts import binomial, poisson
@@ -121,7 +121,7 @@ def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, faile
     """Draw the number of failures once the strain has passed hazard `y`, and return it with the next hazard."""
     passed = hazard(c, strain)
     wait = exponential(key, counter + _FOLLOWING)
-    if c.model == EXACT or c.model == INVERSE:
+    if not has_mean_damage(c):
         others = c.pool - failed - 1.0
         count = binomial(key, counter + _BATCH, others, -math.expm1(y - passed))
         others -= count
@@ -130,6 +130,12 @@ def fail(c: Memory, key: np.uint64, counter: int, y: float, strain: float, faile
     count = poisson(key, counter + _BATCH, c.pool * (math.exp(-y) - left))
     left -= wait / c.pool
     return 1.0 + count, (-math.log(left) if left > 0.0 else math.inf)
+
+
+@inlined
+def has_mean_damage(c: Memory) -> bool:
+    """Return whether the damage follows from the largest strain, and not from the failures that were drawn."""
+    return c.model == MEAN or c.model == INVERSE_MEAN
 
 
 @kernel

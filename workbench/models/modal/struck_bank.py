@@ -23,10 +23,14 @@ STATE = Layout(
 """Modes in use, whether an event came lately, how many frames of the block were output, and its number of events; the
 block's output, strengths by frame that are not in the phasors yet, and the phasors at its end."""
 COEFFICIENTS = Layout(
-    "struck_bank_coefficients", "modes", "floor_squared", response=BLOCK, amplitudes=PHASORS, powers=POWERS
+    "struck_bank_coefficients",
+    *("modes", "floor_squared", "amplitude_sum"),
+    response=BLOCK,
+    amplitudes=PHASORS,
+    powers=POWERS,
 )
-"""Number of modes, and the square of the amplitude below which one is dropped; the response to an event of strength 1,
-the amplitudes (in `amplitudes.re`), and the powers of the poles."""
+"""Number of modes, the square of the amplitude below which one is dropped, and the sum of the magnitudes of amplitudes;
+the response to an event of strength 1, the amplitudes (in `amplitudes.re`), and the powers of the poles."""
 
 _PATIENCE = 32 * BLOCK  # interval between searches for modes below the floor
 _FEW = 8
@@ -56,6 +60,7 @@ def design(
     free_block(coefficients.response, coefficients.powers, phasors, phasors.row)
     for m in range(count):
         phasors.re[m] = modes[2, m] if modes[0, m] * pitch < 0.5 * rate_hz else 0.0
+        coefficients.amplitude_sum += abs(phasors.re[m])
 
 
 @kernel
@@ -101,12 +106,8 @@ def tail(state: Memory, coefficients: Memory) -> float:
     for m in range(int(state.active)):
         bound += math.sqrt(phasors.re[m] ** 2 + phasors.im[m] ** 2)
     if state.strikes > _FEW:
-        strengths, amplitudes = 0.0, 0.0
         for k in range(BLOCK):
-            strengths += abs(state.waiting[k])
-        for m in range(int(coefficients.modes)):
-            amplitudes += abs(coefficients.amplitudes.re[m])
-        bound += strengths * amplitudes
+            bound += abs(state.waiting[k]) * coefficients.amplitude_sum
     return bound
 
 
@@ -156,5 +157,4 @@ def _add_waiting(coefficients: Memory, state: Memory) -> None:
         amplitude = four(amplitudes.re, m)
         put(phasors.re, m, four(phasors.re, m) + amplitude * x)
         put(phasors.im, m, four(phasors.im, m) + amplitude * y)
-    for k in range(BLOCK):
-        waiting[k] = 0.0
+    waiting[:] = 0.0
