@@ -33,7 +33,8 @@ class Tables(NamedTuple):
     masked: B2  # [node, row]: does not apply to this tile
     asleep: B2  # [node, row]
     ran: I2  # [node, row]: frames run
-    cycles: I1  # [node]: processor cycles spent
+    cycles: I1  # [node]: processor cycles spent in the blocks that are timed
+    timed_of: I1  # [1]: one block of how many is timed
     moving: B1  # [node]: a control is ramping
     inputs: I1  # buffers of inputs, node after node
     watched: I1  # buffers that must be zero for a node to sleep
