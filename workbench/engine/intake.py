@@ -344,5 +344,6 @@ def _draw_line(out: Floats, signal: int, segment: np.record, period: float, fram
         for i in range(out.size):
             out[i] = start + step
         return
-    for i in range(out.size):
-        out[i] = start + step * min(max((frame + i - period - since) / length, 0.0), 1.0)
+    first = float(frame)
+    for i in range(out.size):  # the sum is exact; of 64 bits, `i` is converted number by number, in twice the time
+        out[i] = start + step * min(max((first + np.int32(i) - period - since) / length, 0.0), 1.0)

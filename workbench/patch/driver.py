@@ -338,7 +338,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     for j in range(p.nodes[k].outputs):
         buffer = p.nodes[k].outputs_at + j
         p.pointers[at] = p.buffers.ctypes.data + 8 * (p.buffer_at[buffer] + f)
-        p.is_zero[buffer] = 0
+        p.is_zero[buffer] = p.unread[buffer]
         at += 1
     e = x + 8 * at
     for j in range(p.nodes[k].event_inputs):
@@ -356,6 +356,8 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     p.ran[k, row] += g - f
     for j in range(p.nodes[k].outputs):
         buffer = p.nodes[k].outputs_at + j
+        if p.unread[buffer] != 0:
+            continue
         a = f
         q = interval
         while a < g:
