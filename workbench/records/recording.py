@@ -131,9 +131,10 @@ class Writer:
         self._base.execute("begin")
 
     def close(self) -> None:
-        """Commit, merge the write-ahead log into the file, and close."""
+        """Commit, merge the log into the file, and close. Where somebody reads the file, the last to end merges it."""
         self._base.execute("commit")
-        self._base.execute("pragma journal_mode = delete")
+        with suppress(sqlite3.OperationalError):  # it is locked while somebody reads it
+            self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
 
