@@ -86,9 +86,14 @@ class Exporting(QWidget):
         self.hide()
         self._process: ChildProcess | None = None
         self._folder = ""
+        self._source: Path | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._poll)
+
+    def is_reading(self, path: Path) -> bool:
+        """Whether this recording is being exported."""
+        return self.is_busy and self._source == path
 
     @property
     def is_busy(self) -> bool:
@@ -107,6 +112,7 @@ class Exporting(QWidget):
 
     def begin(self, source: Path, path: Path, vibration: str) -> None:
         """Export the recording `source` to the file `path`, in a process."""
+        self._source = source
         request = ExportRequest(str(source), str(path), vibration)
         self._process = ChildProcess("export", "underfoot.engine.export_process", request)
         self._timer.start()
