@@ -217,9 +217,9 @@ class RecordingsWorkspace(Workspace):
     # --- actions of the user ---
 
     def export(self) -> bool:
-        """Ask for a file, and export the recording to it."""
+        """Ask for a file, and export the recording, or its selected stretch, to it."""
         if self.axis.content is not None:
-            self.exporting.ask(self.axis.content.opened.path)
+            self.exporting.ask(self.axis.content.opened.path, self.axis.length_s, self.axis.selection)
         else:
             self.notified.emit("No recording is open: choose one in the list, then export it.")
         return True
@@ -352,7 +352,7 @@ class RecordingsWorkspace(Workspace):
         )
         play = (self.playback.patch, self.playback.button, self.playback.looping)
         self.export_button = self._button(
-            "export", "Export…", "Write it for other programs (Ctrl+Shift+E)", self.export
+            "export", "Export…", "Write it, or the selected stretch, for other programs (Ctrl+Shift+E)", self.export
         )
         self._export_action = QAction("Export recording…", self)
         self._export_action.triggered.connect(self.export)
