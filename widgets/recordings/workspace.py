@@ -102,7 +102,7 @@ class RecordingsWorkspace(Workspace):
 
     def close_down(self) -> None:
         self.exporting.close_down()
-        self.surveyor.stop()
+        self.surveyor.close()
         self.recordings.close_down()
         self.reader.close()
 
