@@ -1,9 +1,13 @@
 """Undo and redo while a study is made: by keys and buttons, on every page, at the place of the edit."""
 
+import json
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 from study_hand import CTRL, Hand
+
+from underfoot.widgets.experiment.protocol_editor import UNSAVED
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
@@ -149,3 +153,36 @@ def test_another_study_begins_without_steps_and_saving_keeps_them(made):
     assert not actions.undo.isEnabled()
     assert not actions.redo.isEnabled()
     assert actions.undo.toolTip() == "Undo (Ctrl+Z)"
+
+
+def test_an_unsaved_study_can_be_undone_after_the_window_was_closed(made):
+    made.type(title(made), "Gravel")
+    made.page(3)
+    made.click(made.protocol_editor.stages.add)
+    made.click(made.protocol_editor.stages.remove)
+    undo(made)
+    made.workspace.close_down()
+    made.workspace = made.opened()
+    made.protocol_editor.restore_unsaved()
+    assert [stage["id"] for stage in raw(made)["stages"]] == ["main", "stage-1"]
+    redo(made)
+    assert [stage["id"] for stage in raw(made)["stages"]] == ["main"]
+    made.page(0)
+    title(made).setFocus()
+    undo(made, 3)
+    assert title(made).text() == "My study"
+    assert not made.protocol_editor.undo_actions.undo.isEnabled()
+
+
+@pytest.mark.parametrize(
+    "history", [None, [], {"at": 1}, {"at": 3, "steps": [["{}", "{}"]]}, {"at": 1, "steps": [["a", "b"]]}]
+)
+def test_a_history_that_does_not_fit_is_discarded_and_the_study_is_there(made, history):
+    made.type(title(made), "Gravel")
+    made.workspace.close_down()
+    kept = made.folder / "protocols" / UNSAVED
+    kept.write_text(json.dumps({**json.loads(kept.read_text()), "history": history}))
+    made.workspace = made.opened()
+    made.protocol_editor.restore_unsaved()
+    assert title(made).text() == "Gravel"
+    assert not made.protocol_editor.undo_actions.undo.isEnabled()

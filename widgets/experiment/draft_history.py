@@ -8,8 +8,8 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from underfoot.experiments.draft_edits import DraftEdit, edit_between
 
-MAX_STEPS = 500
-"""Edits that can be taken back; each costs two texts of a few kilobytes."""
+MAX_STEPS, MAX_SAVED_STEPS = 500, 50
+"""Edits that can be taken back, now and after a new start; each costs two texts of a few kilobytes."""
 
 
 class DraftHistory(QObject):
@@ -41,6 +41,34 @@ class DraftHistory(QObject):
             self._now = after
             self.stack.push(_Step(self, before, after, edit))
 
+    # --- across restarts ---
+
+    def saved(self) -> dict[str, Any]:
+        """Return the latest steps as JSON values, for `restore`."""
+        index, count = self.stack.index(), self.stack.count()
+        first = max(index - MAX_SAVED_STEPS, 0)
+        steps = [self.stack.command(k) for k in range(first, min(index + MAX_SAVED_STEPS, count))]
+        return {"at": index - first, "steps": [step.states for step in steps if isinstance(step, _Step)]}
+
+    def restore(self, saved: Any) -> None:
+        """Restore steps, if they lead to the present state; others are discarded, because they contain no work."""
+        now = self._now
+        try:
+            at, steps = int(saved["at"]), [(str(before), str(after)) for before, after in saved["steps"]]
+            edits = [edit_between(json.loads(before), json.loads(after)) for before, after in steps]
+            leads_here = (steps[at - 1][1] if at else steps[0][0]) == now
+        except (LookupError, TypeError, ValueError, AttributeError):
+            return
+        if not leads_here:
+            return
+        blocked = self.blockSignals(True)
+        for (before, after), edit in zip(steps, edits, strict=True):
+            self._now = after
+            self.stack.push(_Step(self, before, after, edit, can_grow=False))
+        self.stack.setIndex(at)
+        self._now = now
+        self.blockSignals(blocked)
+
     def show_state(self, text: str, edit: DraftEdit) -> None:
         """Restore a state, unless it is the present one, as it is when a step is recorded."""
         if text != self._now:
@@ -49,9 +77,17 @@ class DraftHistory(QObject):
 
 
 class _Step(QUndoCommand):
-    def __init__(self, history: DraftHistory, before: str, after: str, edit: DraftEdit) -> None:
+    def __init__(
+        self, history: DraftHistory, before: str, after: str, edit: DraftEdit, *, can_grow: bool = True
+    ) -> None:
         super().__init__(edit.name)
         self._history, self._before, self._after, self._edit = history, before, after, edit
+        self._merge = edit.merge if can_grow else ""
+
+    @property
+    def states(self) -> tuple[str, str]:
+        """The document before and after."""
+        return self._before, self._after
 
     def undo(self) -> None:
         self._history.show_state(self._before, self._edit)
@@ -60,10 +96,10 @@ class _Step(QUndoCommand):
         self._history.show_state(self._after, self._edit)
 
     def id(self) -> int:
-        return 1 if self._edit.merge else -1
+        return 1 if self._merge else -1
 
     def mergeWith(self, other: QUndoCommand) -> bool:
-        if not isinstance(other, _Step) or other._edit.merge != self._edit.merge:
+        if not isinstance(other, _Step) or other._merge != self._merge:
             return False
         self._after = other._after
         self.setObsolete(self._after == self._before)

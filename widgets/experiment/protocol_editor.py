@@ -121,7 +121,9 @@ class ProtocolEditor(QWidget):
     def keep_unsaved(self) -> None:
         """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again."""
         if self.draft is not None and self.is_changed:
-            kept = json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw})
+            kept = json.dumps(
+                {"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()}
+            )
             write_file(make_folder(self._own) / UNSAVED, kept.encode())
 
     def restore_unsaved(self) -> None:
@@ -134,6 +136,7 @@ class ProtocolEditor(QWidget):
             draft = Draft(found["protocol"], self._registry, self._own)
             path = Path(found["path"]) if found["path"] else None
             self._edit(draft, path, "Not saved when the window closed.")
+            self.history.restore(found.get("history"))
         except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
             self.notified.emit(f"{kept} cannot be read; it is left as it is")
             return

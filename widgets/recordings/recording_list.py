@@ -184,7 +184,7 @@ class RecordingList(QWidget):
     def edit_name(self) -> None:
         """Open a field for the name of the selected recording."""
         item, path = self.list.currentItem(), self.chosen_path()
-        if item is None or path is None:
+        if item is None or path is None or self.inline.isVisible():
             return
         self.show_problem("")
         self.list.scrollToItem(item)
