@@ -85,6 +85,15 @@ def test_one_that_is_being_written_keeps_its_name_and_everything(tmp_path, monke
     assert frames(rename_recording(path, "later")) == 9600
 
 
+def test_a_writer_that_ends_soon_is_waited_for(tmp_path, monkeypatch):
+    path = tmp_path / "now.underfoot"
+    writer = Writer(path, ABOUT)
+    writer.put("vibration", 0, np.ones((4800, 2), np.float32))
+    monkeypatch.setattr(renaming, "PATIENCE_S", 60.0)
+    monkeypatch.setattr(renaming.time, "sleep", lambda seconds: writer.close())
+    assert frames(rename_recording(path, "later")) == 4800
+
+
 def test_what_a_killed_writer_left_beside_it_comes_along(tmp_path):
     path = tmp_path / "killed.underfoot"
     Writer(path, ABOUT).close()

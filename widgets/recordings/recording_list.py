@@ -188,7 +188,7 @@ class RecordingList(QWidget):
             return
         self.show_problem("")
         self.list.scrollToItem(item)
-        over = self.list.visualItemRect(item).adjusted(PICTURE.width() + theme.GRID, 0, 0, 0)
+        over = self.list.visualItemRect(item).adjusted(PICTURE.width() + theme.GRID, -theme.GRID + 2, 0, 0)
         self.inline.open(over, path.stem, lambda name: self._request_name(path, name))
 
     def show_renamed(self, old: Path, new: Path) -> None:

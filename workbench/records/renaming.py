@@ -3,6 +3,7 @@
 import os
 import re
 import sqlite3
+import time
 from contextlib import closing, suppress
 from pathlib import Path
 
@@ -14,6 +15,7 @@ MOST_BYTES = 200
 """Of a name: file systems allow 255, and the files beside a recording have longer names."""
 PATIENCE_S = 2.0
 """How long to wait for somebody who reads the recording just now, such as the list of recordings."""
+_ASK_S = 0.05
 _BESIDE = ("-wal", "-journal")
 """Ends of the files in which SQLite keeps what is not in the recording's own file yet."""
 _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
@@ -61,19 +63,26 @@ def _settled(path: Path) -> tuple[Path, ...]:
     cached: tuple[Path, ...] = ()
     with suppress(BadFile), closing(Recording(path)) as recording:
         cached = cached_files(recording)
-    try:
-        where = f"{path.resolve().as_uri()}?mode=rw"
-        with closing(sqlite3.connect(where, uri=True, timeout=PATIENCE_S, isolation_level=None)) as base:
-            base.execute("pragma journal_mode = delete")  # refused while another program has its log open
-            base.execute("begin exclusive")
-    except sqlite3.OperationalError as error:
-        if "locked" in str(error):
-            raise BadFile(f"{path} cannot be renamed: it is being recorded or read; wait until that is done") from None
-    except sqlite3.Error:
-        pass  # not a recording any more; its file can be renamed like any other
+    given_up_s = time.monotonic() + PATIENCE_S
+    while _is_in_use(path):
+        if time.monotonic() > given_up_s:
+            raise BadFile(f"{path} cannot be renamed: it is being recorded or read; wait until that is done")
+        time.sleep(_ASK_S)  # SQLite does not wait for the log's other users by itself
     if any(Path(f"{path}{end}").exists() for end in _BESIDE):
         raise BadFile(f"{path} cannot be renamed: a part of it is in a file beside it; open it once, then rename it")
     return cached
+
+
+def _is_in_use(path: Path) -> bool:
+    """Merge the log of a recording into its file; return whether another program has the log open."""
+    try:
+        where = f"{path.resolve().as_uri()}?mode=rw"
+        with closing(sqlite3.connect(where, uri=True, timeout=0.0, isolation_level=None)) as base:
+            base.execute("pragma journal_mode = delete")
+            base.execute("begin exclusive")
+    except sqlite3.Error as error:
+        return "locked" in str(error)  # any other file can be renamed, whatever is in it
+    return False
 
 
 def _move(path: Path, target: Path) -> None:
