@@ -69,7 +69,7 @@ def _write(export: ExportSource, path: Path) -> None:
     _describe_plates(made, forces.floor)
     _add_events(made, export, first_s)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
-    made.add_parameter("UNDERFOOT", "FIRST_S", [float(first_s)])
+    made.add_parameter("UNDERFOOT", "FIRST_S", [export.from_s + first_s])
     export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
@@ -82,16 +82,18 @@ def _write(export: ExportSource, path: Path) -> None:
 
 def _even(export: ExportSource) -> tuple[NDArray[np.float32], float]:
     """Corner forces at even times (n, tiles, 4), and the time of the first: what is missing is 0, and n a multiple of
-    `SAMPLES_A_FRAME`."""
+    `SAMPLES_A_FRAME`. The last samples of a stretch that fill no frame are left out: zeros would be a foot off."""
     forces = export.forces
     pieces = list(export.pieces("Reading forces"))
     if not pieces:
-        raise BadFile(f"{export.recording.path} holds no force samples")
+        raise BadFile(f"{export.recording.path} holds no force samples{' there' if export.stretch_s else ''}")
     time_s = np.concatenate([one for one, _ in pieces])
     place = np.round((time_s - time_s[0]) * forces.rate_hz).astype(np.intp)
-    count = -(-(int(place[-1]) + 1) // SAMPLES_A_FRAME) * SAMPLES_A_FRAME
-    even = np.zeros((count, len(forces.floor.tiles), 4), np.float32)
-    even[place] = np.nan_to_num(np.concatenate([force_n for _, force_n in pieces]))
+    found = int(place[-1]) + 1
+    is_cut = export.stretch_s is not None and found >= SAMPLES_A_FRAME
+    count = (found // SAMPLES_A_FRAME if is_cut else -(-found // SAMPLES_A_FRAME)) * SAMPLES_A_FRAME
+    even, kept = np.zeros((count, len(forces.floor.tiles), 4), np.float32), place < count
+    even[place[kept]] = np.nan_to_num(np.concatenate([force_n for _, force_n in pieces])[kept])
     return even, float(time_s[0])
 
 
