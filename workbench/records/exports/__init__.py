@@ -36,6 +36,10 @@ class ExportSource:
     progress: Callable[[str, float], bool] = field(default=lambda text, share: True)
     """Receives the current step and its completed share; returns whether to continue."""
 
+    def __post_init__(self) -> None:
+        if self.recording.span == (0, 0):
+            raise BadFile(f"{self.recording.path} holds nothing to export: it was ended before its first frame")
+
     @property
     def forces(self) -> RecordedForces:
         """Its floor, its rates and its force samples."""
