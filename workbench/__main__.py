@@ -1,6 +1,7 @@
 """The entry point: the command line, and the one place that opens the window."""
 
 import builtins
+import errno
 import gc
 import os
 import sys
@@ -55,6 +56,8 @@ def main() -> None:
     gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again: 0.03 s
     try:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where an error of it is caught
     except click.exceptions.Abort:
         sys.exit(130)
     except click.UsageError as error:
@@ -67,8 +70,12 @@ def main() -> None:
     except MemoryError:
         _fail("there is not enough memory for this; ask for fewer seconds or fewer tiles")
     except BrokenPipeError:
+        _discard_output()
         sys.exit(1)
     except OSError as error:
+        if error.filename is None and error.errno in _REFUSED:
+            _discard_output()
+            _fail(f"what is printed cannot be written: {(error.strerror or 'refused').lower()}")
         if error.filename is None:
             raise
         _fail(f"{error.filename} cannot be reached: {(error.strerror or 'refused').lower()}")
@@ -76,6 +83,16 @@ def main() -> None:
         sys.exit(130)
     gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s
     sys.exit(status if isinstance(status, int) else 0)
+
+
+_REFUSED = (errno.ENOSPC, errno.EIO, errno.EFBIG)
+"""What a full or broken disk says, to which the standard output goes."""
+
+
+def _discard_output() -> None:
+    """Let nothing more be printed, or the interpreter tries again as it ends, and says that it failed."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(line: str) -> None:
