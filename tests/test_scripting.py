@@ -252,3 +252,13 @@ def test_a_script_with_a_guard_has_its_processes(tmp_path):
     done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(eval(done.stdout)) == [(0, 1), (1, 2)]
+
+
+def test_forces_with_lost_samples_are_saved_as_they_are_read(folder):
+    walked = uf.walk(2.0, uf.default_floor(1, 2))
+    force_n = walked.force_n.copy()
+    force_n[::50, 0] = np.nan
+    uf.Forces(walked.time_s, force_n, walked.rate_hz, walked.floor).save("lossy.csv")
+    found = uf.read_forces("lossy.csv")
+    assert len(found) == len(walked) - 40
+    assert np.abs(found.force_n - force_n[np.isfinite(force_n).all(axis=(1, 2))]).max() < 6e-4

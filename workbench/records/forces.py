@@ -100,8 +100,12 @@ class Forces(ForceSeries, frozen=True):
         return to_dataframe(self._columns())
 
     def save(self, path: str | Path) -> None:
-        """Write a force CSV, and its floor beside it; `BadFile` if that fails."""
-        force_table(path, self._columns())
+        """Write a force CSV, and its floor beside it; `BadFile` if that fails.
+
+        Samples that one tile of several lost (NaN) are left out, as `read_forces` takes none.
+        """
+        is_whole = np.isfinite(self.force_n).all(axis=(1, 2))
+        force_table(path, {name: column[is_whole] for name, column in self._columns().items()})
         self.floor.save(floor_beside(path))
 
     def _columns(self) -> dict[str, Any]:
