@@ -122,6 +122,10 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     assert "threshold TD" in done.stdout
     assert "0.46 m/s^2" in done.stdout  # the thesis's, beside
     assert (tmp_path / "r" / "analysis.html").read_text().count("<svg") == 3
+    for path in (tmp_path / "t.csv", *paths):  # the answers of people
+        before = path.read_bytes()
+        assert "is given twice" in said("analyse", path, "--csv", path)
+        assert path.read_bytes() == before
     again = run("analyse", tmp_path / "t.csv")
     assert [line for line in again.stdout.splitlines() if "threshold" in line] == [
         line for line in done.stdout.splitlines() if "threshold" in line
