@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 from underfoot.errors import BadValue
@@ -71,7 +71,9 @@ def experiment(options: ExperimentOptions) -> None:
         raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
     if options.csv is not None and options.simulate is None and options.plan is None:
         raise BadValue("--csv is for --simulate and --plan; `analyse --csv` writes the trials of people")
-    require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions))
+    require_folders_writable(options.report)
+    page = options.report / "power.html" if options.report else None
+    require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions, page))
     protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
@@ -137,8 +139,6 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     from underfoot.experiments.simulation import summaries
 
     people = options.simulate or 0
-    page = options.report / "power.html" if options.report and options.report.is_dir() else None
-    require_outputs_writable(page)
     truth = dict(_truth(options.truth))
     truths = truths_of(protocol, truth)
     found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)
