@@ -45,6 +45,14 @@ def test_a_full_disk_is_one_line(arguments, unbuffered):
     assert found == ["underfoot: what is printed cannot be written: no space left on device"]
 
 
+def test_a_sign_that_an_output_has_not_is_replaced():
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    command = [sys.executable, "-m", "underfoot", "levels", "stimulus-sp"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "commanded, m/s?" in done.stdout
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no sh")
 def test_a_closed_output_is_no_error():
     shell = f"exec '{sys.executable}' -m underfoot nodes >&-"

@@ -7,6 +7,7 @@ import os
 import sys
 from contextlib import ExitStack
 from importlib import import_module
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,8 @@ def cli(
 def main() -> None:
     """Run the command line; every error is one line, and exit status 1."""
     gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again: 0.03 s
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # "m/s²" where a terminal or a pipe has no such sign
     try:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
         if sys.stdout is not None:
