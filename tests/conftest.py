@@ -6,7 +6,9 @@ import multiprocessing
 import os
 import threading
 from collections import Counter
+from multiprocessing import forkserver
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -45,6 +47,37 @@ def _nothing_stands_by():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(session, "STANDBY_AFTER_S", math.inf)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _processes_are_forked():
+    """Processes of sessions are forked from one that has imported what they need: alone, each takes a second for that.
+
+    They are spawned where a test has changed the environment, which that process does not see. What tests start as a
+    command begins as it does elsewhere, with a new interpreter.
+    """
+    from underfoot.engine import child_process
+
+    environment = _environment()
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["preloaded"])
+
+    def get_context(method):
+        if _environment() != environment:
+            return multiprocessing.get_context(method)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("PYTHONPATH", str(Path(__file__).parent / "helpers"))
+            forkserver.ensure_running()
+        return context
+
+    with pytest.MonkeyPatch.context() as patch:
+        names = vars(multiprocessing) | {"get_context": get_context}
+        patch.setattr(child_process, "multiprocessing", SimpleNamespace(**names))
+        yield
+
+
+def _environment():
+    return {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
 
 
 @pytest.fixture(autouse=True)

@@ -52,6 +52,13 @@ def test_every_command_has_help(underfoot):
                 assert parameter.param_type_name == "argument" or parameter.help, f"{command}: {parameter.name}"
 
 
+def test_an_option_that_is_misspelt_is_said_in_whole_sentences(underfoot):
+    said = underfoot("--targte", "simulator")
+    assert said.error == "underfoot: No such option '--targte'. Did you mean '--target'? See `underfoot --help`\n"
+    assert said.status == 1
+    assert underfoot("render").error == "underfoot: Missing argument 'PATCH...'; see `underfoot render --help`\n"
+
+
 GREET = """import click
 
 @click.command(help="Greet.")

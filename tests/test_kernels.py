@@ -52,3 +52,21 @@ def test_a_part_that_python_calls_says_so_and_the_interpreter_lives_on():
     with pytest.raises(TypeError, match=r"_root is a part of kernels; Python calls _root\.py_func"):
         _root(9.0)
     assert _root.py_func(9.0) == 3.0
+
+
+@kernel
+def _filled(out: NDArray[np.float64], value: float, n: int) -> int:
+    for i in range(n):
+        out[i] = value
+    return n
+
+
+def test_a_specialised_kernel_is_the_one_that_is_called_with_such_arguments(monkeypatch, tmp_path):
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    out = np.zeros(3)
+    fill = _filled.specialised(out, 0.0, 0)
+    assert fill(out, 2, 2) == 2  # a whole number is passed as what the version takes
+    assert list(out) == [2.0, 2.0, 0.0]
+    assert _filled(out, 1.5, 3) == 3
+    assert list(out) == [1.5, 1.5, 1.5]
+    assert len(_filled.compiled.signatures) == 1

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from underfoot.kernels import kernel
+from underfoot.kernels import kernel, part
 from underfoot.lanes import (
     all_eight,
     all_four,
@@ -11,10 +11,12 @@ from underfoot.lanes import (
     eight,
     everywhere,
     four,
+    full_like,
     magnitudes,
     put,
     put_across,
     roots,
+    take_like,
     total,
 )
 from underfoot.memory import LANES
@@ -72,3 +74,26 @@ def test_rows_are_written_column_after_column():
     _transpose(a, out, 3)
     np.testing.assert_array_equal(out[3:67].reshape(8, 8), a.T)
     assert (out[[0, 1, 2, 67, 68, 69]] == 7.0).all()
+
+
+@kernel
+def _scaled(a, out, at, by_four):
+    if by_four:
+        put(out, at, _scaled_lanes(a, at, all_four(0.0)))
+    else:
+        put(out, at, _scaled_lanes(a, at, all_eight(0.0)))
+
+
+@part
+def _scaled_lanes(a, at, like):
+    return full_like(like, 3.0) * take_like(like, a, at)
+
+
+def test_what_is_written_for_any_number_of_lanes_takes_as_many_as_it_is_shown():
+    a = np.random.default_rng(4).standard_normal(24)
+    for by_four, places in ((True, slice(5, 9)), (False, slice(5, 13))):
+        out = np.full(24, 7.0)
+        _scaled(a, out, 5, by_four)
+        np.testing.assert_array_equal(out[places], 3.0 * a[places])
+        out[places] = 7.0
+        assert (out == 7.0).all()

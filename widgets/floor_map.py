@@ -73,6 +73,8 @@ class FloorMap(QWidget):
         self._chosen_tile = ""
         self._pressed_tile = ""
         self._background: QPixmap | None = None
+        self._figures: list[QRectF] = []
+        """Where the loads of tiles are written in the present picture."""
         self._step_tile = ""
         self._step_timer = QTimer(self, singleShot=True, interval=STEP_MS)
         self._step_timer.timeout.connect(lambda: self.show_step(""))
@@ -284,6 +286,7 @@ class FloorMap(QWidget):
     def _paint_loads(self, painter: QPainter) -> None:
         """Paint tiles that are loaded, vibrate or are untared, with their figures."""
         assert self._floor is not None
+        self._figures = []
         painter.setFont(theme.font(theme.SMALL_PX))
         for row in map(
             int,
@@ -303,7 +306,9 @@ class FloorMap(QWidget):
             line = 14 if area.width() < 88.0 else 0
             if load_n > _MIN_SHOWN_N:
                 painter.setPen(QColor(theme.TEXT))
-                painter.drawText(area.adjusted(0, line, 0, 0), Qt.AlignmentFlag.AlignRight, f"{load_n:.0f} N")
+                place, text = area.adjusted(0, line, 0, 0), f"{load_n:.0f} N"
+                painter.drawText(place, Qt.AlignmentFlag.AlignRight, text)
+                self._figures.append(painter.boundingRect(place, Qt.AlignmentFlag.AlignRight, text))
             if self._untared[row] and area.width() >= 48.0:
                 below = area.adjusted(0, line + 14, 0, 0)
                 _paint_on_ground(painter, below, Qt.AlignmentFlag.AlignRight, "untared", theme.ALARM)
@@ -365,7 +370,8 @@ class FloorMap(QWidget):
                 first.setdefault(contact.person, number)
         names = {person: f"person {person}" for person in first}
         width = max((painter.fontMetrics().horizontalAdvance(name) for name in names.values()), default=0)
-        rooms = label_places([circles[number] for number in first.values()], circles, width, QRectF(self.rect()))
+        owners, others = [circles[number] for number in first.values()], [*circles, *self._figures]
+        rooms = label_places(owners, others, width, QRectF(self.rect()))
         for name, room in zip(names.values(), rooms, strict=True):
             _paint_on_ground(painter, room, Qt.AlignmentFlag.AlignCenter, name, theme.CONTACT)
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
-from underfoot.file_places import file_place, readable
+from underfoot.file_places import file_place, place_in, readable
 from underfoot.nodes import REGISTRY
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.dialogs.shortcuts import keys_of
@@ -78,7 +78,7 @@ class MainWindow(QMainWindow):
         self.network = NetworkLink(self.controller, self.settings, self.panic)
         self.marking = Marking(self.controller, self)
         self.target_selection = TargetSelection(self.controller, self.settings)
-        file_chooser = FileChooser(self, lambda: self.settings.folder, self.show_message)
+        file_chooser = FileChooser(self, lambda: self.settings.folder, self.show_message, self.show_file_error)
         self._target_chooser = TargetChooser(
             self, self.controller, self.target_selection, file_chooser, self.show_message, self.open_file
         )
@@ -117,6 +117,11 @@ class MainWindow(QMainWindow):
         place = file_place(text)
         if place is not None:
             self._dialogs.open_file_error(place)
+
+    def show_file_error(self, path: Path, text: str) -> None:
+        """Say in a dialog, and at the bottom of the window, why a file cannot be read."""
+        self.status.show_message(readable(text))
+        self._dialogs.open_file_error(place_in(path, text))
 
     def open_file(self, path: Path) -> None:
         """Open a file in the workspace for its suffix."""
@@ -326,3 +331,4 @@ class MainWindow(QMainWindow):
         self.listening.notified.connect(self.show_message)
         open_patch.title_changed.connect(self._show_title)
         open_patch.notified.connect(self.show_message)
+        open_patch.not_read.connect(self.show_file_error)

@@ -64,8 +64,9 @@ def main() -> None:
     except click.exceptions.Abort:
         sys.exit(130)
     except click.UsageError as error:
-        hint = f"; see `{error.ctx.command_path} --help`" if error.ctx else ""
-        _fail(f"{error.format_message().rstrip('.')}{hint}")
+        text = error.format_message().rstrip(".")
+        see = f"see `{error.ctx.command_path} --help`" if error.ctx else ""
+        _fail(f"{text} {see[:1].upper()}{see[1:]}" if text.endswith("?") else "; ".join(filter(None, (text, see))))
     except click.ClickException as error:
         _fail(error.format_message())
     except UnderfootError as error:

@@ -53,6 +53,17 @@ def file_place(message: str) -> FilePlace | None:
     return FilePlace(found["file"], line, says, f"{found['file']}{f', line {line}' if line else ''}: {says}")
 
 
+def place_in(path: Path, message: str) -> FilePlace:
+    """Return the position that an error of reading a file names, or else the whole file.
+
+    >>> place_in(Path("a.png"), "a.png is not JSON: it is not UTF-8 text").says
+    'It is not JSON: it is not UTF-8 text'
+    """
+    says = message.removeprefix(str(path)).removeprefix(":").strip()
+    says = f"It {says}" if message.startswith(f"{path} ") else says
+    return file_place(message) or FilePlace(str(path), 0, says, message)
+
+
 def readable(message: str) -> str:
     """Return an error message for the user: a position in a document is given by its line and in words.
 

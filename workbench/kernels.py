@@ -45,6 +45,18 @@ class Kernel:
 
         return compiled(self.py_func, self.options, self.is_kept)
 
+    def specialised(self, *arguments: Any) -> Callable[..., Any]:
+        """Return the kernel compiled, or loaded, for arguments of these types; called with others, it may crash.
+
+        It is for what is called in every block. To find the version for its arguments takes Numba 0.1 us per array:
+        more than passing them.
+        """
+        from underfoot.compilation import IS_DISABLED
+
+        if IS_DISABLED:
+            return self.compiled
+        return self.compiled.compile(tuple(map(self.compiled.typeof_pyval, arguments)))
+
     @property
     def _numba_type_(self) -> Any:
         """Numba type of the kernel in a kernel that calls it."""

@@ -93,6 +93,15 @@ def repeated(count: int) -> Any:
     return kind(types.float64), code
 
 
+def after(like: Lanes, rest: Any, code: Callable[..., Any]) -> Any:
+    """Return an intrinsic with one more argument, before the others, of which only the type matters."""
+
+    def code_of_rest(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return code(context, builder, rest, arguments[1:])
+
+    return rest.return_type(like, *rest.args), code_of_rest
+
+
 def summed(kind: Lanes) -> Any:
     """Return the sum of four or eight: the second half is added to the first, until one number is left."""
 

@@ -40,6 +40,19 @@ def _eight(array: Any, m: int) -> Any:
 
 
 @intrinsic
+def take_like(context: Any, like: Any, array: Any, m: Any) -> Any:
+    """Return the numbers of an array of float64 from index m on, as many as `like` has; all must exist."""
+    from underfoot.lane_lowering import after, loaded
+
+    return after(like, *loaded(array, like.count))
+
+
+@take_like.in_python
+def _take_like(like: Any, array: Any, m: int) -> Any:
+    return np.ravel(array)[m : m + len(like)].copy()
+
+
+@intrinsic
 def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
     """Write numbers from index m on of an array of float64, or of float32."""
     from underfoot.lane_lowering import stored
@@ -89,6 +102,19 @@ def all_eight(context: Any, number: Any) -> Any:
 @all_eight.in_python
 def _all_eight(number: float) -> Any:
     return np.full(8, number)
+
+
+@intrinsic
+def full_like(context: Any, like: Any, number: Any) -> Any:
+    """Return as many copies of a number as `like` has."""
+    from underfoot.lane_lowering import after, repeated
+
+    return after(like, *repeated(like.count))
+
+
+@full_like.in_python
+def _full_like(like: Any, number: float) -> Any:
+    return np.full(len(like), number)
 
 
 @intrinsic

@@ -257,14 +257,15 @@ if __name__ == "__main__":
 
 
 def opened(tmp_path, processes, **code):
-    """A process that opened a session and records it; the ids of its children, and its blocks of shared memory."""
+    """A process that opened a session and records it; the ids of its children, `processes` at least, and its blocks of
+    shared memory."""
     script = tmp_path / "opens.py"
     paths = [p for p in sys.path if p]
     script.write_text(_OPENS_A_SESSION.format(paths=paths, record=str(tmp_path / "session.uf"), **code))
     window = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     children = [int(word) for word in window.stdout.readline().split()]
     blocks = window.stdout.readline().split()
-    if len(children) != processes:
+    if len(children) < processes:  # where the machine is busy, more of them than asked for have started by now
         window.kill()
         pytest.fail(window.communicate()[1])
     return window, children, blocks

@@ -64,12 +64,12 @@ def in_terminal(command, typed, folder=None, printed=None):
     return child.returncode
 
 
-def made_session(path, name="detection-threshold", person=0):
+def made_session(path, name="detection-threshold", person=0, id=""):
     """A session file that a simulated participant has answered."""
-    protocol = preset_protocol(name)
-    file = SessionFile.create(path, protocol, f"P{person + 1}", preset_files.protocols()[name].parent)
+    protocol, id = preset_protocol(name), id or f"P{person + 1}"
+    file = SessionFile.create(path, protocol, id, preset_files.protocols()[name].parent)
     participant = SimulatedParticipant(protocol, {}, np.random.default_rng(person))
-    study = Study(protocol, f"P{person + 1}")
+    study = Study(protocol, id)
     while not study.is_done:
         file.add(study.answer(participant.answer(study.page)))
     file.close()
@@ -136,6 +136,21 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     columns = table[0].split("\t")
     assert {"level_m_s2", "felt", "trial"} <= set(columns) <= set(sidecar)
     assert all(len(line.split("\t")) == len(columns) for line in table)
+
+
+def test_ids_that_differ_in_letter_case_only_are_refused_or_remarked_on(tmp_path):
+    paths = [tmp_path / id / f"{id}.session" for id in ("P01", "p01")]
+    for path in paths:
+        path.parent.mkdir()
+        made_session(path, id=path.stem)
+    done = run("analyse", *paths)
+    assert done.exit_code == 0, done.exception
+    assert "P01 and p01 differ in letter case only, and are counted as 2 participants." in done.stdout
+    assert "the same id without signs and letter case" in said("analyse", *paths, "--bids", tmp_path / "b")
+    session = tmp_path / "P01" / "p01.session"
+    refused = said("experiment", "detection-threshold", "--participant", "p01", "--session", session)
+    assert "p01.session differs from P01.session in letter case only" in refused
+    assert [path.name for path in session.parent.iterdir()] == ["P01.session"]
 
 
 def test_a_study_is_run_in_a_terminal(tmp_path):

@@ -67,14 +67,16 @@ class Total:
 
 @node("inverse", "Tests")
 class Inverse:
-    """1 over what is missing to 500 N: not finite at 500 N."""
+    """What is missing to 500 N, and 1 over that: not finite at 500 N."""
 
     force = Input("N")
+    missing = Output()
     out = Output("m/s^2")
 
-    def run(force, out):
+    def run(force, missing, out):
         for i in range(out.size):
-            out[i] = 1.0 / (500.0 - force[i])
+            missing[i] = 500.0 - force[i]
+            out[i] = 1.0 / missing[i]
 
 
 @node("beat", "Tests")
@@ -399,6 +401,13 @@ def test_a_value_that_is_not_finite_names_its_node_and_is_silenced(blocks):
     well = run(program_of(patch), force=step_on(1, 100, LENGTH, 200.0), blocks=blocks)["output"]
     assert out[1].tobytes() == well[1].tobytes()
     assert np.abs(out[0, 1200:2000]).min() > 0.0, "it plays on afterwards"
+
+
+def test_a_value_that_goes_nowhere_does_no_harm():
+    nodes = {"tile": "tile-force", "bad": "inverse", "out": "tile-output"}
+    program = program_of(patch_of(nodes, "tile.force bad.force", "bad.missing out.acceleration"))
+    assert (run(program, force=np.full((2, LENGTH), 500.0))["output"] == 0.0).all()
+    assert program.fault() is None
 
 
 # --- swaps ---

@@ -105,3 +105,18 @@ def test_damaged_files_are_read_or_refused_in_one_line(whole, tmp_path):
             refused -= 1
         refused += 1
     assert 20 < refused < 200
+
+
+def test_one_that_ends_while_somebody_reads_it_is_whole_and_in_one_file_when_they_end(tmp_path):
+    path = tmp_path / "followed.uf"
+    writer = Writer(path, ABOUT)
+    writer.put("vibration", 0, np.ones((4800, 2), np.float32))
+    writer.commit()
+    with Recording(path) as reader:
+        assert len(reader.vibration()[1]) == 4800
+        writer.put("vibration", 4800, np.ones((4800, 2), np.float32))
+        writer.close()
+        assert len(reader.vibration()[1]) == 9600
+    assert [file.name for file in tmp_path.iterdir()] == ["followed.uf"]
+    with Recording(path) as recording:
+        assert len(recording.vibration()[1]) == 9600

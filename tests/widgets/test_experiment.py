@@ -431,6 +431,16 @@ def test_an_id_that_looks_like_a_name_is_refused(bench):
     assert "names are not asked for" in bench.workspace.overview.state.text()
 
 
+def test_an_id_that_differs_from_one_with_a_session_in_letter_case_only_is_refused(bench):
+    folder, start = bench.workspace.sessions.of(bench.workspace.library.study), bench.workspace.start
+    folder.mkdir(parents=True)
+    (folder / "P01.session").touch()
+    for typed, can_begin, button in (("p01", False, "Begin"), ("P01", True, "Go on"), ("p012", True, "Begin")):
+        bench.type_id(typed)
+        assert (start.begin_button.isEnabled(), start.begin_button.text()) == (can_begin, button)
+        assert ("P01 has a session already" in bench.workspace.overview.state.text()) is not can_begin
+
+
 def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
     """From the window of `make run` to a finished pilot of two trials: every action is a click or a key."""
     window, workspace, actions = bench.window, bench.workspace, []

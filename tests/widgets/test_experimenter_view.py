@@ -59,6 +59,11 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
         person.until(lambda: "Nobody" not in shown(), "somebody stands there")
         tile.force_n = 0.0
         person.until(lambda: shown().startswith("Nobody stands on the floor"), "nobody stands there again")
+        runner.stop("by the participant")
+        shown()
+        assert view.state.text().split("  ·  ")[0] == "Stopped by the participant."
+        runner.go_on()
+        person.until_phase(Phase.READY)
         runner.start()
         person.until_phase(Phase.ANSWERING)
         assert "Nobody" not in shown()  # to answer, one may leave the floor

@@ -82,6 +82,25 @@ def test_who_stands_on_a_loaded_tile_can_be_read(floor_map, turned):
     assert ground(contacts[1]) > 60
 
 
+@pytest.mark.parametrize("x_m", [-0.1, 0.0, 0.1])
+@pytest.mark.parametrize("y_m", [-0.1, 0.0, 0.1])
+def test_the_name_of_who_stands_there_does_not_cover_the_newtons_of_a_small_floor(floor_map, turned, x_m, y_m):
+    floor_map.resize(240, 240)
+    at = turned.tiles[2].to_floor((x_m, y_m))
+
+    def picture(load_n, person):
+        floor_map.set_loads([0.0, 0.0, load_n], [False] * 3)
+        floor_map.set_contacts([OngoingContact(1, *at, 800.0, (2,), person=person)], 1.0)
+        return floor_map.grab().toImage()
+
+    alone, other = picture(800.0, 0), picture(801.0, 0)
+    spots = [(x, y) for x in range(240) for y in range(240) if alone.pixel(x, y) != other.pixel(x, y)]
+    assert 5 < len(spots) < 100  # of the last digit
+    named = picture(800.0, 3)
+    assert named != alone
+    assert all(named.pixel(x, y) == alone.pixel(x, y) for x, y in spots)
+
+
 def test_the_mouse_presses_in_the_tiles_own_frame_and_lets_go(floor_map, qtbot, turned):
     floor_map.can_press = True
     floor_map.set_press(200.0)

@@ -4,9 +4,9 @@ import json
 
 import pytest
 from made_studies import TD, protocol_text
-from on_screen import show
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QPushButton, QScrollArea, QTableWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QScrollArea, QTableWidget
+from study_hand import CTRL, Hand
 from windows import choose_file, dialog_of, quiet_window
 
 from underfoot.experiments.foot import FootAnswer
@@ -19,65 +19,11 @@ from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.experiment import question_table
 from underfoot.widgets.experiment.protocol_editor import UNSAVED
-from underfoot.widgets.experiment.workspace import ExperimentWorkspace
-
-LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
 def made(qtbot, tmp_path):
     return Hand(qtbot, tmp_path)
-
-
-class Hand:
-    """A workspace without a session, and the hand of who makes a study in it."""
-
-    def __init__(self, qtbot, folder):
-        self.qtbot, self.folder, self.said = qtbot, folder, []
-        self.workspace = self.opened()
-
-    def opened(self):
-        workspace = ExperimentWorkspace(REGISTRY, *(self.folder / name for name in ("studies", "protocols", "presets")))
-        self.qtbot.addWidget(workspace, before_close_func=lambda w: w.findings.background.join())
-        workspace.notified.connect(self.said.append)
-        workspace.resize(1280, 740)
-        show(self.qtbot, workspace)
-        return workspace
-
-    @property
-    def protocol_editor(self):
-        return self.workspace.protocol_editor
-
-    def click(self, button):
-        assert button.isEnabled()
-        self.qtbot.mouseClick(button, LEFT)
-
-    def page(self, place):
-        self.click(self.protocol_editor.tabs.button(place))
-
-    def type(self, field, text):
-        field.selectAll()
-        self.qtbot.keyClicks(field, text)
-
-    def choose(self, box, words):
-        """Choose in a box as keys do: its text is typed."""
-        box.setFocus()
-        box.setCurrentIndex(box.findText(words))
-        box.activated.emit(box.currentIndex())
-
-    def keep(self):
-        """Save and close, by keys."""
-        self.qtbot.waitUntil(self.protocol_editor.save_button.isEnabled)
-        self.qtbot.keyClick(self.protocol_editor, Qt.Key.Key_S, CTRL)
-        assert self.workspace.stack.currentWidget() is self.protocol_editor
-        self.qtbot.keyClick(self.protocol_editor, Qt.Key.Key_Escape)
-
-    def protocols(self):
-        return sorted(path.name for path in (self.folder / "protocols").glob("*.json"))
-
-    def answer(self, words):
-        box = next(box for box in self.workspace.findChildren(QMessageBox) if box.isVisible())
-        self.click(next(button for button in box.findChildren(QPushButton) if button.text().replace("&", "") == words))
 
 
 def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_presets(made):

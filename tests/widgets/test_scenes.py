@@ -67,6 +67,7 @@ def test_a_button_is_pressed_by_a_foot_and_the_patch_comes_back(scenes, window, 
     assert not window.main_bar.target.isEnabled()
     qtbot.mouseClick(scenes.panel.start, LEFT)
     assert scenes.stage is None
+    assert scenes.panel.speed.text() == ""
     assert session.patch.title == "Hiss"
     assert window.main_bar.target.isEnabled()
 

@@ -13,8 +13,8 @@ from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.design.group_view import description_of_group
-from underfoot.widgets.design.inline_edit import InlineEdit
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import aligned, copied, pasted, refusal, snapped
 from underfoot.widgets.design.patch_view import PatchView

@@ -1,6 +1,6 @@
 """The Design workspace: palette, canvas, inspector and preview around one document."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
@@ -15,6 +15,7 @@ from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.panels import column
+from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.first_steps import FirstSteps
 from underfoot.widgets.design.inspector import Inspector, edited_patch
@@ -72,13 +73,9 @@ class DesignWorkspace(Workspace):
         self.silence_hint = SilenceHint(lambda text: self.canvas.show_message(text, alarm=False))
         self.slots: SlotListening | None = None
         self._lay_out()
-        group = self.document.group
-        self.undo_action = self._undo_action("Undo", ("Ctrl+Z",), self.undo)
-        self.redo_action = self._undo_action("Redo", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo)
-        group.undoTextChanged.connect(lambda text: _set_step_name(self.undo_action, "Undo", text))
-        group.redoTextChanged.connect(lambda text: _set_step_name(self.redo_action, "Redo", text))
-        group.canUndoChanged.connect(self.undo_action.setEnabled)
-        group.canRedoChanged.connect(self.redo_action.setEnabled)
+        self.undo_actions = UndoActions(self.document.group, self)
+        self.undo_action, self.redo_action = self.undo_actions.undo, self.undo_actions.redo
+        self.undo_actions.used.connect(self._say)
         self._connect()
         self.set_floor(default_floor().tiles)
 
@@ -244,32 +241,11 @@ class DesignWorkspace(Workspace):
         self.setFocusProxy(self.canvas)
         self.canvas.setFocus()
 
-    def undo(self) -> None:
-        """Undo the last edit, and show its name."""
-        text = self.document.stack.undoText()
-        self.document.stack.undo()
-        self._say(f"Undone: {_lower_first(text)}")
-
-    def redo(self) -> None:
-        """Redo the last undone edit, and show its name."""
-        text = self.document.stack.redoText()
-        self.document.stack.redo()
-        self._say(f"Redone: {_lower_first(text)}")
-
     def _say(self, text: str) -> None:
         """Show a message on the patch until its next change, and ensure that it is visible."""
         self.canvas.fit_if_lost()
         self._said = text
         self.notified.emit(text)
-
-    def _undo_action(self, name: str, keys: tuple[str, ...], do: Callable[[], object]) -> QAction:
-        action = QAction(name, self)
-        action.setEnabled(False)
-        action.triggered.connect(lambda _=False: do())
-        action.setShortcuts([QKeySequence(key) for key in keys])
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        self.addAction(action)
-        return action
 
     def _connect(self) -> None:
         self.document.changed.connect(self._changed)
@@ -340,17 +316,3 @@ class DesignWorkspace(Workspace):
     def _publish(self, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"
         self.document.edit(published(self.patch(), end, on), text)
-
-
-def _set_step_name(action: QAction, word: str, text: str) -> None:
-    """Set an action's text to `word` and the name of its undo step."""
-    action.setText(f"{word}: {_lower_first(text)}" if text else word)
-
-
-def _lower_first(text: str) -> str:
-    """Return the name of a step with a lower-case first letter, to follow a colon.
-
-    >>> _lower_first("Move 3 nodes")
-    'move 3 nodes'
-    """
-    return text[:1].lower() + text[1:]

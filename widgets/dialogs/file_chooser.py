@@ -10,10 +10,19 @@ from underfoot.widgets.controls.file_dialog import file_dialog
 
 
 class FileChooser:
-    """Asks for files in dialogs of one window, each from the folder `folder()` on; errors of ours go to `notify`."""
+    """Asks for files in dialogs of one window, each from the folder `folder()` on; errors of ours go to `notify`.
 
-    def __init__(self, window: QWidget, folder: Callable[[], str], notify: Callable[[str], object]) -> None:
-        self._window, self._folder, self._notify = window, folder, notify
+    Those of a file that was to be read go to `refuse` with its path, if it is given.
+    """
+
+    def __init__(
+        self,
+        window: QWidget,
+        folder: Callable[[], str],
+        notify: Callable[[str], object],
+        refuse: Callable[[Path, str], object] | None = None,
+    ) -> None:
+        self._window, self._folder, self._notify, self._refuse = window, folder, notify, refuse
 
     def ask(
         self,
@@ -33,7 +42,10 @@ class FileChooser:
             try:
                 then(Path(name))
             except UnderfootError as error:
-                self._notify(str(error))
+                if self._refuse is not None and not save_as:
+                    self._refuse(Path(name), str(error))
+                else:
+                    self._notify(str(error))
 
         dialog = file_dialog(over or self._window, title, self._folder(), filter)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)

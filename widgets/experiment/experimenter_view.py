@@ -117,7 +117,8 @@ class ExperimenterView(QWidget):
         seconds = f"{runner.seconds_left:.0f} s" if runner.seconds_left > 0.0 else ""
         left = self._time_left_text(runner)
         is_over = phase is Phase.END
-        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if is_over else str(phase)
+        says_itself = is_over or (phase is Phase.STOPPED and bool(runner.hint))
+        now = _WORDS.get(page.kind, "") if phase is Phase.PAGE else "" if says_itself else str(phase)
         self.state.setText(_joined(now, seconds, runner.hint, left))
         self.live.setText(_level_text(runner))
         news = empty_floor_text(runner) or (runner.messages[-1] if runner.messages else "")

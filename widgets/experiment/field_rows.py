@@ -6,7 +6,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QLineEdit, QPlainTextEdit, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QPlainTextEdit, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.experiments.declared import BooleanField, NamedChoice, TextLine, caption, shown_name
@@ -14,6 +14,7 @@ from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
 from underfoot.widgets import theme
+from underfoot.widgets.controls.undo_actions import DocumentLine, DocumentText
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
 LEAST_CONTROL_PX, NARROW_PX = 12 * theme.GRID, 76 * theme.GRID
@@ -102,12 +103,12 @@ class FieldRows(QWidget):
             case StimulusName():
                 return self._choices(name, {"(none)": "", **{stimulus: stimulus for stimulus in self._stimuli}}, value)
         if name in LONG_TEXTS:
-            text = QPlainTextEdit(str(value))
+            text = DocumentText(str(value))
             text.setTabChangesFocus(True)
             text.setFixedHeight(PROSE_PX)
             text.textChanged.connect(lambda: self._set(name, text.toPlainText()))
             return text
-        line = QLineEdit(value_text(parameter, value))
+        line = DocumentLine(value_text(parameter, value))
         match parameter:
             case StimulusNames():
                 line.setPlaceholderText(f"all: {', '.join(self._stimuli)}"[:80])

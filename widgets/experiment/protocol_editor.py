@@ -2,15 +2,18 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QApplication,
     QButtonGroup,
     QHBoxLayout,
     QPushButton,
     QScrollArea,
     QStackedWidget,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -18,12 +21,15 @@ from PySide6.QtWidgets import (
 from underfoot.errors import UnderfootError
 from underfoot.experiments.declared import fields_of
 from underfoot.experiments.draft import Draft, unused_path
+from underfoot.experiments.draft_edits import DraftEdit
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
 from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
+from underfoot.widgets.controls.undo_actions import UndoActions
+from underfoot.widgets.experiment.draft_history import DraftHistory
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.overview import facts_of
 from underfoot.widgets.experiment.question_table import QuestionTable
@@ -66,6 +72,8 @@ class ProtocolEditor(QWidget):
         self.problem, self.note = theme.label("", "alarm"), theme.label("", "muted")
         for label in (self.problem, self.note):
             label.setWordWrap(True)
+        self.history = DraftHistory(self)
+        self.undo_actions = UndoActions(self.history.stack, self)
         self.pages = QStackedWidget()
         self.tabs = QButtonGroup(self)
         self.stimuli: StimulusPage
@@ -77,6 +85,8 @@ class ProtocolEditor(QWidget):
         self.tabs.idClicked.connect(self.show_page)
         self.save_button.clicked.connect(self.save_protocol)
         self.close_button.clicked.connect(self.ask_to_leave)
+        self.history.restored.connect(self._restore)
+        self.undo_actions.used.connect(self.notified)
 
     @property
     def is_changed(self) -> bool:
@@ -111,7 +121,9 @@ class ProtocolEditor(QWidget):
     def keep_unsaved(self) -> None:
         """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again."""
         if self.draft is not None and self.is_changed:
-            kept = json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw})
+            kept = json.dumps(
+                {"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()}
+            )
             write_file(make_folder(self._own) / UNSAVED, kept.encode())
 
     def restore_unsaved(self) -> None:
@@ -124,6 +136,7 @@ class ProtocolEditor(QWidget):
             draft = Draft(found["protocol"], self._registry, self._own)
             path = Path(found["path"]) if found["path"] else None
             self._edit(draft, path, "Not saved when the window closed.")
+            self.history.restore(found.get("history"))
         except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
             self.notified.emit(f"{kept} cannot be read; it is left as it is")
             return
@@ -142,25 +155,63 @@ class ProtocolEditor(QWidget):
         while (old := self.pages.widget(0)) is not None:
             self.pages.removeWidget(old)
             old.deleteLater()
-        questions = QuestionTable(raw["participant"], rows_seen=8)
-        self.questions = questions
+        self.questions = QuestionTable(raw["participant"], rows_seen=8)
         self.stimuli, self.stages = StimulusPage(draft, self._own_patches, self.ask_to_run), StagePage(draft)
         self.stimuli.notified.connect(self.notified)
-        self.rows = {
-            "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
-            "sounds": FieldRows(fields_of(Sounds, Sounds.__struct_fields__), raw["sounds"]),
-        }
-        pages = (_scrolled(self.rows["study"]), questions, self.stimuli, self.stages, _scrolled(self.rows["sounds"]))
-        for page in pages:
+        self._study, self._sounds = _scrolling(), _scrolling()
+        for page in (self._study, self.questions, self.stimuli, self.stages, self._sounds):
             self.pages.addWidget(page)
-        changes = [questions.changed, self.stimuli.changed, self.stages.changed]
-        for changed in (*changes, *(rows.changed for rows in self.rows.values())):
-            changed.connect(lambda *_: self._check_timer.start())
+        self._show_rows()
+        for changed in (self.questions.changed, self.stimuli.changed, self.stages.changed):
+            changed.connect(self._record)
+        for chosen in (self.stimuli.chosen, self.stages.chosen):
+            chosen.connect(lambda _: self.history.settle(draft.raw))
         self._saved_text = json.dumps(raw)
+        self.history.begin(raw)
         self.show_page(0)
         self._check()
         self.rows["study"].controls["title"].setFocus()
         self.opened.emit()
+
+    def _show_rows(self) -> None:
+        """Show the fields of the study itself and of its sounds."""
+        assert self.draft is not None
+        raw = self.draft.raw
+        self.rows = {
+            "study": FieldRows(fields_of(Protocol, _FIELDS), raw),
+            "sounds": FieldRows(fields_of(Sounds, Sounds.__struct_fields__), raw["sounds"]),
+        }
+        for area, rows in ((self._study, self.rows["study"]), (self._sounds, self.rows["sounds"])):
+            _fill(area, rows)
+            rows.changed.connect(self._record)
+
+    def _record(self) -> None:
+        """Record an edit for undo, and check it soon."""
+        if self.draft is not None:
+            self.history.record(self.draft.raw)
+            self._check_timer.start()
+
+    def _restore(self, raw: dict[str, Any], edit: DraftEdit) -> None:
+        """Show an earlier or later state of the draft, at the place where it differs."""
+        if self.draft is None:
+            return
+        self.draft.raw.clear()
+        self.draft.raw.update(raw)
+        self._show_rows()
+        self.questions.show_questions(raw["participant"])
+        for part, page in (("stimuli", self.stimuli), ("stages", self.stages)):
+            page.show_item(edit.index if edit.part == part else page.list.currentRow())
+        self.history.settle(self.draft.raw)
+        self.show_page(_PAGE_OF_FIELD.get(edit.part, 0))
+        self._focus_on(edit)
+        self._check()
+
+    def _focus_on(self, edit: DraftEdit) -> None:
+        """Give the focus to what was restored, unless it is on that page already."""
+        page, focus = self.pages.currentWidget(), QApplication.focusWidget()
+        if page is not None and (focus is None or not page.isAncestorOf(focus)):
+            controls = self.rows["sounds"].controls if edit.part == "sounds" else self.rows["study"].controls
+            controls.get(edit.merge.rpartition(".")[2], page).setFocus()
 
     def show_page(self, index: int) -> None:
         """Show the page with this index."""
@@ -211,6 +262,7 @@ class ProtocolEditor(QWidget):
         self._check_timer.stop()
         self.stimuli.background.stop()
         self.draft, self._saved_text = None, ""
+        self.history.stack.clear()
         self.closed.emit(self._has_saved)
 
     def _check(self) -> None:
@@ -233,6 +285,12 @@ class ProtocolEditor(QWidget):
     def _lay_out(self) -> None:
         head, tabs = QHBoxLayout(), QHBoxLayout()
         head.addWidget(self.title, 1)
+        for action in (self.undo_actions.undo, self.undo_actions.redo):
+            button = QToolButton()
+            button.setDefaultAction(action)
+            button.setProperty("role", "flat")
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            head.addWidget(button)
         head.addWidget(self.save_button)
         head.addWidget(self.close_button)
         tabs.setSpacing(theme.GRID // 2)
@@ -260,8 +318,14 @@ def _is_own_key(event: QKeyEvent) -> bool:
     return event.matches(QKeySequence.StandardKey.Save) or event.key() == Qt.Key.Key_Escape
 
 
-def _scrolled(rows: FieldRows) -> QScrollArea:
-    """Return rows at the top of a scrolling page."""
+def _scrolling() -> QScrollArea:
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    return area
+
+
+def _fill(area: QScrollArea, rows: FieldRows) -> None:
+    """Show rows at the top of a scrolling page."""
     inside = QWidget()
     inside.setProperty("role", "ground")
     inside.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -269,7 +333,8 @@ def _scrolled(rows: FieldRows) -> QScrollArea:
     column.setContentsMargins(0, 0, theme.GRID, 0)
     column.addWidget(rows)
     column.addStretch(1)
-    area = QScrollArea()
-    area.setWidgetResizable(True)
+    old = area.takeWidget()
+    if old is not None:  # it may be handling a key just now
+        old.hide()
+        old.deleteLater()
     area.setWidget(inside)
-    return area

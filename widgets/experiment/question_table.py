@@ -68,6 +68,11 @@ class QuestionTable(QWidget):
         self.remove.clicked.connect(self._remove)
         self._show()
 
+    def show_questions(self, questions: list[dict[str, Any]]) -> None:
+        """Edit another list from now on."""
+        self.questions = questions
+        self._show()
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the column of texts the remaining width, with a readable minimum."""
         super().resizeEvent(event)

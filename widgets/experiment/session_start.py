@@ -72,12 +72,17 @@ class SessionStart(QWidget):
         """Enable the buttons for the id that was typed, and say why a session cannot begin."""
         person = self.participant.text()
         has_session = self._controller is not None and self._controller.session is not None
-        goes_on = is_id(person) and self._sessions.path(self._study, person).exists()
+        alike = self._sessions.alike(self._study, person) if is_id(person) else ""
+        goes_on = is_id(person) and not alike and self._sessions.path(self._study, person).exists()
         why_not = "The session is not open yet." if not has_session else "" if person else _HOW
         if person and not is_id(person):
             why_not = "An id has up to 40 letters, digits, - and _; names are not asked for."
+        if alike:
+            why_not = (
+                f"{alike} has a session already, and ids must differ in more than letter case; type {alike} to go on."
+            )
         self.pilot_button.setEnabled(has_session)
-        self.begin_button.setEnabled(has_session and is_id(person))
+        self.begin_button.setEnabled(has_session and is_id(person) and not alike)
         self.begin_button.setText("Go on" if goes_on else "Begin")
         self.stated.emit(why_not)
 

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFileDialog,
     QHBoxLayout,
-    QLineEdit,
     QMessageBox,
     QPushButton,
     QVBoxLayout,
@@ -29,6 +28,7 @@ from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.undo_actions import DocumentLine
 from underfoot.widgets.experiment.background import BackgroundWorker
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, LEAST_CONTROL_PX, FieldRows
 from underfoot.widgets.experiment.item_list import ItemList
@@ -216,7 +216,7 @@ class StimulusForm(QWidget):
         self._stimulus, self._draft = stimulus, draft
         for field in ("settings", "factors"):
             stimulus[field] = dict(stimulus.get(field) or {})
-        self.name = QLineEdit(name)
+        self.name = DocumentLine(name)
         self.name.textEdited.connect(self.renamed)
         self.patch = QComboBox()
         for text, value in _patches(own).items():
@@ -231,7 +231,7 @@ class StimulusForm(QWidget):
         self.settings = QWidget()
         self.levels = FieldRows(fields_of(Stimulus, LEVELS if stimulus.get("patch") else LEVELS[2:]), stimulus)
         self.levels.changed.connect(self.changed)
-        self.factors = QLineEdit("; ".join(f"{key}: {value}" for key, value in stimulus["factors"].items()))
+        self.factors = DocumentLine("; ".join(f"{key}: {value}" for key, value in stimulus["factors"].items()))
         self.factors.setPlaceholderText("what the analysis compares, such as waveform: C; amplitude: 0.5")
         self.factors.textEdited.connect(self._set_factors)
         self._lay_out()

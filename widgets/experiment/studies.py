@@ -58,6 +58,16 @@ class SessionFolder:
         """Return the session files of a study, sorted by name."""
         return sorted(self.of(study).glob("*.session"))
 
+    def alike(self, study: StudyFile, participant: str) -> str:
+        """Return the id of a session in the study that differs from this id in letter case only; "" if there is none.
+
+        Some file systems would take one for the other, and others would begin a second session.
+        """
+        ids = [path.stem for path in self.files(study)]
+        if participant in ids:
+            return ""
+        return next((id for id in ids if id.casefold() == participant.casefold()), "")
+
     def was_begun_otherwise(self, study: StudyFile, participant: str) -> bool:
         """Return whether the participant's session was begun with another version of the study."""
         path = self.path(study, participant)

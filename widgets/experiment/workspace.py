@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QStackedWidget, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
@@ -24,6 +24,7 @@ from underfoot.widgets.workspace import Workspace, WorkspaceContext
 SHORTCUTS = (
     ("New study, make a copy, edit", "Alt+N, Alt+M, Alt+E"),
     ("Making a study: save and go on, close", "Ctrl+S, Esc"),
+    ("Making a study: undo, redo", "Ctrl+Z, Ctrl+Shift+Z"),
     ("Making a study: add, copy, remove, move", "Ins, Ctrl+D, Del, Alt+Up and Alt+Down"),
     ("Begin a presentation, or continue", "Space or Return"),
     ("Choose an answer", "1, 2, …"),
@@ -60,7 +61,7 @@ class ExperimentWorkspace(Workspace):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.library)
-        layout.addWidget(self.stack, 1)
+        layout.addWidget(_scrolling(self.stack), 1)
         self.setFocusProxy(self.library)
         self._connect()
         self._show_study(self.library.study)
@@ -178,3 +179,16 @@ class ExperimentWorkspace(Workspace):
         self.running.ended.connect(self._end)
         for part in (self.library, self.protocol_editor, self.running):
             part.notified.connect(self.notified)
+
+
+def _scrolling(pages: QStackedWidget) -> QScrollArea:
+    """Return the pages so that they scroll on a screen that is too small for them, instead of overlapping."""
+    pages.setProperty("role", "ground")
+    pages.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setWidget(pages)
+    for bar in (area.horizontalScrollBar(), area.verticalScrollBar()):
+        pages.currentChanged.connect(lambda _, bar=bar: bar.setValue(0))
+    return area

@@ -1,5 +1,6 @@
 """Export of a recording from the window: file dialog, export in a process, progress, and stop."""
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
@@ -10,6 +11,7 @@ from underfoot.engine.export_process import ExportRequest
 from underfoot.engine.survey_process import Progress
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
+from underfoot.widgets.recordings.tracks import time_text
 
 POLL_MS = 100
 _ONE_KIND = (".wav", ".mat")
@@ -20,18 +22,31 @@ _WORDS = {
 }
 
 
+Stretch = tuple[float, float]
+"""Beginning and end in seconds of a recording."""
+
+
 class ExportDialog(QDialog):
-    """Choice of the format, and of the vibration signal if the format has only one; lists what the format omits."""
+    """Choice of the stretch, of the format, and of the vibration signal if the format has only one; lists what the
+    format omits."""
 
-    wanted = Signal(str, str)
-    """Suffix, and one of `VIBRATION`."""
+    wanted = Signal(str, str, object)
+    """Suffix, one of `VIBRATION`, and the `Stretch`; None for the whole recording."""
 
-    def __init__(self, parent: QWidget) -> None:
+    def __init__(self, parent: QWidget, length_s: float, selection: Stretch | None) -> None:
+        """Create the dialog; `selection` is the stretch that is selected in the recording."""
         super().__init__(parent)
         self.setWindowTitle("Export a recording")
-        self.format, self.vibration = QComboBox(), QComboBox()
+        self.stretch, self.format, self.vibration = QComboBox(), QComboBox(), QComboBox()
+        self.stretch.setAccessibleName("Stretch")
         self.format.setAccessibleName("Format")
         self.vibration.setAccessibleName("Vibration")
+        self.stretch.addItem(f"Whole recording, {time_text(length_s, 0.01)}", None)
+        if selection is not None:
+            begin, end = (time_text(time_s, 0.001) for time_s in selection)
+            self.stretch.addItem(f"Selected stretch, {begin} to {end}", selection)
+        no_selection = theme.label("To export a part, select it first: drag on the ruler.", "muted")
+        no_selection.setVisible(selection is None)
         for suffix, one in formats().items():
             self.format.addItem(one.title.partition(":")[0], suffix)
         self.format.setCurrentIndex(self.format.findData(".csv"))
@@ -39,7 +54,7 @@ class ExportDialog(QDialog):
             self.vibration.addItem(_WORDS[source], source)
         self.vibration.setCurrentIndex(VIBRATION.index("measured"))
         self.about, self.omissions = theme.label(), theme.label("", "muted")
-        for label in (self.about, self.omissions):
+        for label in (no_selection, self.about, self.omissions):
             label.setWordWrap(True)
             label.setFixedWidth(52 * theme.GRID)
         self._vibration_label = theme.label("Vibration")
@@ -50,13 +65,16 @@ class ExportDialog(QDialog):
         grid = QGridLayout(self)
         grid.setContentsMargins(*[2 * theme.GRID] * 4)
         grid.setVerticalSpacing(theme.GRID)
-        grid.addWidget(theme.label("Format"), 0, 0)
-        grid.addWidget(self.format, 0, 1)
-        grid.addWidget(self.about, 1, 1)
-        grid.addWidget(self.omissions, 2, 1)
-        grid.addWidget(self._vibration_label, 3, 0)
-        grid.addWidget(self.vibration, 3, 1)
-        grid.addWidget(buttons, 4, 0, 1, 2)
+        grid.addWidget(theme.label("Stretch"), 0, 0)
+        grid.addWidget(self.stretch, 0, 1)
+        grid.addWidget(no_selection, 1, 1)
+        grid.addWidget(theme.label("Format"), 2, 0)
+        grid.addWidget(self.format, 2, 1)
+        grid.addWidget(self.about, 3, 1)
+        grid.addWidget(self.omissions, 4, 1)
+        grid.addWidget(self._vibration_label, 5, 0)
+        grid.addWidget(self.vibration, 5, 1)
+        grid.addWidget(buttons, 6, 0, 1, 2)
         self.format.currentIndexChanged.connect(self._show)
         self._show()
 
@@ -70,7 +88,10 @@ class ExportDialog(QDialog):
         self.adjustSize()
 
     def _accept(self) -> None:
-        self.wanted.emit(self.format.currentData(), self.vibration.currentData())
+        stretch = self.stretch.currentData()
+        self.wanted.emit(
+            self.format.currentData(), self.vibration.currentData(), tuple(stretch) if stretch is not None else None
+        )
         self.accept()
 
 
@@ -86,28 +107,34 @@ class Exporting(QWidget):
         self.hide()
         self._process: ChildProcess | None = None
         self._folder = ""
+        self._source: Path | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._poll)
+
+    def is_reading(self, path: Path) -> bool:
+        """Whether this recording is being exported."""
+        return self.is_busy and self._source == path
 
     @property
     def is_busy(self) -> bool:
         """Whether a file is being written."""
         return self._process is not None
 
-    def ask(self, source: Path) -> None:
-        """Ask for format and file, and export the recording `source`."""
+    def ask(self, source: Path, length_s: float, selection: Stretch | None) -> None:
+        """Ask for stretch, format and file, and export the recording `source`."""
         if self.is_busy:
             self.notified.emit("An export is being written; stop it, or wait until it is done.")
             return
-        dialog = ExportDialog(self.window())
-        dialog.wanted.connect(lambda suffix, vibration: self._ask_file(source, suffix, vibration))
+        dialog = ExportDialog(self.window(), length_s, selection)
+        dialog.wanted.connect(partial(self._ask_file, source))
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
-    def begin(self, source: Path, path: Path, vibration: str) -> None:
-        """Export the recording `source` to the file `path`, in a process."""
-        request = ExportRequest(str(source), str(path), vibration)
+    def begin(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None = None) -> None:
+        """Export the recording `source`, or a stretch of it, to the file `path`, in a process."""
+        self._source = source
+        request = ExportRequest(str(source), str(path), vibration, stretch_s)
         self._process = ChildProcess("export", "underfoot.engine.export_process", request)
         self._timer.start()
         self.progressed.emit("Exporting…")
@@ -126,21 +153,22 @@ class Exporting(QWidget):
             process.send("stop")
             process.end(5.0)
 
-    def _ask_file(self, source: Path, suffix: str, vibration: str) -> None:
-        name = str(Path(self._folder or source.parent) / f"{source.stem}{suffix}")
+    def _ask_file(self, source: Path, suffix: str, vibration: str, stretch_s: Stretch | None) -> None:
+        part = "" if stretch_s is None else " {:.2f}-{:.2f} s".format(*stretch_s)
+        name = str(Path(self._folder or source.parent) / f"{source.stem}{part}{suffix}")
         dialog = QFileDialog(
             self.window(), "Export to", name, f"{formats()[suffix].title.partition(':')[0]} (*{suffix})"
         )
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix(suffix.removeprefix("."))
         dialog.selectFile(name)
-        dialog.fileSelected.connect(lambda path: self._chosen(source, Path(path), vibration))
+        dialog.fileSelected.connect(lambda path: self._chosen(source, Path(path), vibration, stretch_s))
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
-    def _chosen(self, source: Path, path: Path, vibration: str) -> None:
+    def _chosen(self, source: Path, path: Path, vibration: str, stretch_s: Stretch | None) -> None:
         self._folder = str(path.parent)
-        self.begin(source, path, vibration)
+        self.begin(source, path, vibration, stretch_s)
 
     def _poll(self) -> None:
         process = self._process

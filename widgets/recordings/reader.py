@@ -17,6 +17,7 @@ from underfoot.floor.layout import Floor
 from underfoot.records import envelopes
 from underfoot.records.envelopes import Envelope
 from underfoot.records.recording import Gap, Mark, Recording
+from underfoot.records.renaming import rename_recording
 from underfoot.records.survey import Survey, has_envelopes, load_cached_survey, open_envelopes
 
 LEVELS = (1, 4, 16, 64)
@@ -25,6 +26,9 @@ RAW_S, FINE_S = 0.004, 0.1
 """Durations of a pixel below which samples are read, and below which fine bins are read, in seconds."""
 WINDOW_S = 0.1
 """Time around the cursor over which vibration is measured."""
+
+_CHANGES = ("mark", "rename")
+"""Kinds of requests that change a file; these are never dropped."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,10 @@ class RecordingReader(QObject):
     """`CursorValues`."""
     marked = Signal(list)
     """Carries all marks of the recording after a change."""
+    renamed = Signal(object, object)
+    """The old and the new `Path` of a recording."""
+    not_renamed = Signal(object, str)
+    """The `Path` of a recording, and why it keeps its name."""
     failed = Signal(str)
     """Why something could not be done, in a line."""
 
@@ -133,7 +141,8 @@ class RecordingReader(QObject):
     def open(self, path: Path) -> None:
         """Open a recording in the place of the one before."""
         with self._condition:
-            self._requests.clear()
+            for kind in [kind for kind in self._requests if not kind.startswith(_CHANGES)]:
+                del self._requests[kind]
         self._enqueue("open", partial(self._open, path))
 
     def reread(self) -> None:
@@ -155,6 +164,10 @@ class RecordingReader(QObject):
     def change_marks(self, change: Callable[[Recording], object]) -> None:
         """Apply an edit to the recording's marks."""
         self._enqueue(f"mark {id(change)}", partial(self._change_marks, change))
+
+    def rename(self, path: Path, name: str) -> None:
+        """Give a recording another name; if it is open, it stays open."""
+        self._enqueue(f"rename {path}", partial(self._rename, path, name))
 
     def close_file(self) -> None:
         """Close the file."""
@@ -200,14 +213,31 @@ class RecordingReader(QObject):
         self._recording = self._base = None
 
     def _open(self, path: Path) -> None:
+        recording = self._open_file(path)
+        self.opened.emit(_opened(recording, self._floor))
+        self._read_overview()
+
+    def _open_file(self, path: Path) -> Recording:
         self._close_recording()
         recording = self._open_files.enter_context(Recording(path))
         floor = Floor.loads(recording.about["floor"], str(path))
         self._recording, self._floor = recording, floor
         self._columns = dict.fromkeys(envelopes.SOURCES, len(floor.tiles)) | {"force": len(floor.tiles) + 1}
         self._find_base()
-        self.opened.emit(_opened(recording, floor))
-        self._read_overview()
+        return recording
+
+    def _rename(self, path: Path, name: str) -> None:
+        is_open = self._recording is not None and self._recording.path == path
+        if is_open:
+            self._close_recording()  # some systems rename no open file, and this one would count as being read
+        now = path
+        try:
+            now = rename_recording(path, name)
+            self.renamed.emit(path, now)
+        except UnderfootError as error:
+            self.not_renamed.emit(path, str(error))
+        if is_open:
+            self._open_file(now)
 
     def _read_new(self) -> None:
         if self._recording is not None:

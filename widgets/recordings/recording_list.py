@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QSize, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -25,6 +25,8 @@ from underfoot.quantities import counted
 from underfoot.records.recording import SUFFIXES
 from underfoot.records.summary import Summary, summary_of
 from underfoot.widgets import theme
+from underfoot.widgets.controls.inline_edit import InlineEdit
+from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.trash import move_to_trash
 from underfoot.widgets.plots.painting import polygon
@@ -92,6 +94,8 @@ class RecordingList(QWidget):
     notified = Signal(str)
     deleted = Signal(object)
     """Carries the `Path` of a recording that is about to be deleted, and must be closed."""
+    rename_requested = Signal(object, str)
+    """Carries the `Path` of a recording, and the new name that was typed."""
 
     def __init__(self, folder: Callable[[], Path], added: list[str]) -> None:
         """Create the list. `folder` returns the program's folder of recordings.
@@ -116,6 +120,10 @@ class RecordingList(QWidget):
         self.list.setTextElideMode(Qt.TextElideMode.ElideRight)
         self.empty_text = theme.label("Nothing was recorded yet. Ctrl+R records what is played.", "muted")
         self.empty_text.setWordWrap(True)
+        self.inline = InlineEdit(self.list.viewport())
+        self.problem = theme.label("", "alarm")
+        self.problem.setWordWrap(True)
+        self.problem.hide()
         self.add_file, self.add_folder = QPushButton("Open…"), QPushButton("Folder…")
         self.add_folder.setToolTip("Show the recordings of another folder, too")
         self.delete = QPushButton("Delete…")
@@ -173,6 +181,30 @@ class RecordingList(QWidget):
             text = f"Move “{path.stem}” to the trash?"
             ask(self, "Delete a recording", text, "Move to trash", lambda: self._delete(path))
 
+    def edit_name(self) -> None:
+        """Open a field for the name of the selected recording."""
+        item, path = self.list.currentItem(), self.chosen_path()
+        if item is None or path is None or self.inline.isVisible():
+            return
+        self.show_problem("")
+        self.list.scrollToItem(item)
+        over = self.list.visualItemRect(item).adjusted(PICTURE.width() + theme.GRID, -theme.GRID + 2, 0, 0)
+        self.inline.open(over, path.stem, lambda name: self._request_name(path, name))
+
+    def show_renamed(self, old: Path, new: Path) -> None:
+        """Show a recording under its new name."""
+        self._added[:] = [str(new) if place == str(old) else place for place in self._added]
+        self._known.pop(old, None)
+        is_chosen = self.chosen_path() == old
+        self.refresh()
+        if is_chosen:
+            self.mark(new)
+
+    def show_problem(self, why: str) -> None:
+        """Say below the list why a recording could not be renamed; "" for no reason."""
+        self.problem.setText(why)
+        self.problem.setVisible(bool(why))
+
     def close_down(self) -> None:
         """End the thread."""
         self.summaries.close()
@@ -191,6 +223,19 @@ class RecordingList(QWidget):
             except OSError:
                 continue
         return sorted(found, key=lambda path: -found[path])
+
+    def _request_name(self, path: Path, name: str) -> None:
+        if name != path.stem:
+            self.rename_requested.emit(path, name)
+
+    def _show_menu(self, at: QPoint) -> None:
+        if self.list.itemAt(at) is None:
+            return
+        menu = Menu(self.list)
+        menu.aboutToHide.connect(menu.deleteLater)
+        menu.addAction("Rename…\tF2", self.edit_name)
+        menu.addAction("Delete…\tDel", self.ask_to_delete)
+        menu.popup(self.list.viewport().mapToGlobal(at))
 
     def _delete(self, path: Path) -> None:
         self.deleted.emit(path)
@@ -263,6 +308,7 @@ class RecordingList(QWidget):
     def _choose(self) -> None:
         path = self.chosen_path()
         self.delete.setEnabled(path is not None)
+        self.show_problem("")
         if path is not None:
             self.chosen.emit(path)
 
@@ -271,6 +317,8 @@ class RecordingList(QWidget):
         self.summaries.failed.connect(self._show_failure)
         self.search.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(lambda *_: self._choose())
+        self.list.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.list.customContextMenuRequested.connect(self._show_menu)
         self.add_file.clicked.connect(self._ask_file)
         self.add_folder.clicked.connect(self._ask_folder)
         self.delete.clicked.connect(self.ask_to_delete)
@@ -284,6 +332,7 @@ class RecordingList(QWidget):
         column.addWidget(self.search)
         column.addWidget(self.empty_text)
         column.addWidget(self.list, 1)
+        column.addWidget(self.problem)
         column.addLayout(line)
         self.setFocusProxy(self.list)
 

@@ -24,6 +24,7 @@ class Surveyor(QObject):
         super().__init__(parent)
         self._process: ChildProcess | None = None
         self._survey = Survey()
+        self._is_closed = False
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._poll)
@@ -34,8 +35,10 @@ class Surveyor(QObject):
         return self._process is not None
 
     def begin(self, path: Path) -> None:
-        """Survey this recording instead of the previous one."""
+        """Survey this recording instead of the previous one; do nothing after `close`."""
         self.stop()
+        if self._is_closed:
+            return
         self._survey = Survey()
         self._process = ChildProcess("survey", "underfoot.engine.survey_process", str(path))
         self._timer.start()
@@ -47,6 +50,11 @@ class Surveyor(QObject):
         if process is not None:
             process.kill()  # safe to kill: files are moved into place, and tables are resumed
             process.end(0.0)
+
+    def close(self) -> None:
+        """Stop for good: a recording that was being opened may still be reported."""
+        self._is_closed = True
+        self.stop()
 
     def _poll(self) -> None:
         process = self._process

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -44,6 +45,7 @@ SHORTCUTS = (
     ("Mark; mark with a text", "M; Shift+M"),
     ("Play the stretch, or stop", "P"),
     ("Loop", "L"),
+    ("Rename, delete the recording", "F2, Delete in the list"),
     ("Export the recording", "Ctrl+Shift+E"),
 )
 NOTHING = "Choose a recording, drop one here, or record something with Ctrl+R."
@@ -70,6 +72,7 @@ class RecordingsWorkspace(Workspace):
         self.readout = CursorReadout(self.axis, self.reader, self)
         self.playback = Playback(self.axis, self)
         self.marks = MarkEditing(self.axis, self.reader, self)
+        self._survey_again = False
         self._build()
         self._connect()
         self.axis.show_content(None, NOTHING)
@@ -99,7 +102,7 @@ class RecordingsWorkspace(Workspace):
 
     def close_down(self) -> None:
         self.exporting.close_down()
-        self.surveyor.stop()
+        self.surveyor.close()
         self.recordings.close_down()
         self.reader.close()
 
@@ -214,15 +217,51 @@ class RecordingsWorkspace(Workspace):
     # --- actions of the user ---
 
     def export(self) -> bool:
-        """Ask for a file, and export the recording to it."""
+        """Ask for a file, and export the recording, or its selected stretch, to it."""
         if self.axis.content is not None:
-            self.exporting.ask(self.axis.content.opened.path)
+            self.exporting.ask(self.axis.content.opened.path, self.axis.length_s, self.axis.selection)
         else:
             self.notified.emit("No recording is open: choose one in the list, then export it.")
         return True
 
+    def _rename(self, path: Path, name: str) -> None:
+        """Give a recording another name, unless it is in use."""
+        if self.follower.is_written(path):
+            self._show_kept(path, f"{path.name} is being recorded; stop that with Ctrl+R, then rename it")
+        elif self.exporting.is_reading(path):
+            self._show_kept(path, f"{path.name} is being exported; stop that, or wait until it is done")
+        else:
+            if self._is_open(path):
+                self.playback.stop()
+                self._survey_again = self.surveyor.is_busy
+                self.surveyor.stop()
+            self.reader.rename(path, name)
+
+    def _show_renamed(self, old: Path, new: Path) -> None:
+        content = self.axis.content
+        if content is not None and self._is_open(old):
+            content.opened = replace(content.opened, path=new)
+            self.title.setText(new.stem)
+            self._go_on_with_survey()
+        self.recordings.show_renamed(old, new)
+
+    def _show_kept(self, path: Path, why: str) -> None:
+        """Say why a recording keeps its name."""
+        self.recordings.show_problem(why)
+        if self._is_open(path):
+            self._go_on_with_survey()
+
+    def _go_on_with_survey(self) -> None:
+        """Go on with the survey of the open recording, if the request for another name stopped it."""
+        if self._survey_again and self.axis.content is not None:
+            self.surveyor.begin(self.axis.content.opened.path)
+        self._survey_again = False
+
+    def _is_open(self, path: Path) -> bool:
+        return self.axis.content is not None and self.axis.content.opened.path == path
+
     def _close_if_open(self, path: Path) -> None:
-        if self.axis.content is not None and self.axis.content.opened.path == path:
+        if self._is_open(path):
             self._close_recording(NOTHING)
             self.reader.close_file()
 
@@ -240,6 +279,8 @@ class RecordingsWorkspace(Workspace):
         self.follower.ended.connect(self.open)
         reader.overview_read.connect(self._show_overview)
         reader.marked.connect(self._show_marks)
+        reader.renamed.connect(self._show_renamed)
+        reader.not_renamed.connect(self._show_kept)
         reader.failed.connect(self._fail)
         self.surveyor.progressed.connect(self._show_progress)
         self.surveyor.found.connect(self._show_survey)
@@ -250,6 +291,7 @@ class RecordingsWorkspace(Workspace):
         self.steps.notified.connect(self.notified)
         self.recordings.chosen.connect(self.open_file)
         self.recordings.deleted.connect(self._close_if_open)
+        self.recordings.rename_requested.connect(self._rename)
         self.recordings.notified.connect(self.notified)
         self.exporting.notified.connect(self.notified)
         self.playback.notified.connect(self.notified)
@@ -261,6 +303,7 @@ class RecordingsWorkspace(Workspace):
             ("Shift+Backspace", self.marks.remove),
             ("P", self.playback.play_or_stop),
             ("L", self.playback.looping.click),
+            ("F2", self.recordings.edit_name),
         ):
             QShortcut(keys, self, do).setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         QShortcut("Delete", self.recordings, self.recordings.ask_to_delete).setContext(
@@ -309,7 +352,7 @@ class RecordingsWorkspace(Workspace):
         )
         play = (self.playback.patch, self.playback.button, self.playback.looping)
         self.export_button = self._button(
-            "export", "Export…", "Write it for other programs (Ctrl+Shift+E)", self.export
+            "export", "Export…", "Write it, or the selected stretch, for other programs (Ctrl+Shift+E)", self.export
         )
         self._export_action = QAction("Export recording…", self)
         self._export_action.triggered.connect(self.export)

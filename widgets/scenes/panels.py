@@ -138,6 +138,7 @@ class ScenePanel(QWidget):
         self.project.setEnabled(playing)
         if why_not or not playing:
             self.state.setText(why_not)
+            self.speed.clear()
 
     def show_screens(self, names: Sequence[str]) -> None:
         """Offer these screens; of several, the last is the projector's by default."""

@@ -91,7 +91,7 @@ class Exchange(QObject):
     def _show(self, result: "tuple[Path, Imported | UnderfootError]") -> None:
         path, imported = result
         if isinstance(imported, UnderfootError):
-            self._notify(str(imported))
+            self._open_patch.not_read.emit(path, str(imported))
             return
         self._open_patch.open_untitled(imported.patch)
         self._notify(f"Imported {path.name}: it plays at each footfall")

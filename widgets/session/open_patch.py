@@ -30,6 +30,7 @@ AUTOSAVE_MS = 1000
 FIRST_PRESET = "gravel"
 SLOTS = ("A", "B")
 
+PATCH_FILES = "; allowed: a patch, which is a .json file (Import… takes those of other programs)"
 FILTER = "Patches (*.json);;All files (*)"
 _Answer = QMessageBox.StandardButton
 
@@ -95,6 +96,8 @@ class OpenPatch(QObject):
     """The name or the unsaved mark may have changed."""
     notified = Signal(str)
     """A line for the user."""
+    not_read = Signal(object, str)
+    """The `Path` of a file that was to be opened, and why it cannot be read, in a line."""
 
     def __init__(self, registry: Registry, settings: Settings, folder: Path, window: QWidget) -> None:
         """Create the open patch; copies of unsaved work are kept in `folder`, and `window` is the parent of dialogs."""
@@ -229,7 +232,8 @@ class OpenPatch(QObject):
         try:
             patch = self.nodes.load(path)
         except UnderfootError as error:
-            self.notified.emit(str(error))
+            is_other = path.suffix.lower() != ".json" and "allowed:" not in str(error)
+            self.not_read.emit(path, f"{error}{PATCH_FILES if is_other else ''}")
             return False
         unknown = self._unknown_files(patch, path.absolute().parent)
         if unknown:

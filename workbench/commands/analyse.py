@@ -45,6 +45,7 @@ def analyse(options: AnalyseOptions) -> None:
     results = results_of(options.sessions)
     settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
     findings = analysed(results.rows, results.protocol, settings)
+    findings[0].remarks += results.remarks
     if options.csv is not None:
         results.write_csv(options.csv)
     if options.bids is not None:

@@ -30,10 +30,13 @@ class _Formats(click.Command):
     show_default=True,
     help="The kind of vibration for formats that hold one: commanded or measured m/s^2, or the drive.",
 )
-def export(recording: Path, output: Path, vibration: str) -> None:
+@click.option("--from", "from_s", type=float, metavar="S", help="Export from this second; by default the first.")
+@click.option("--to", "to_s", type=float, metavar="S", help="Export up to this second; by default the last.")
+def export(recording: Path, output: Path, vibration: str, from_s: float | None, to_s: float | None) -> None:
     """Write RECORDING for other programs."""
     from underfoot.records.exports import ExportSource, format_of
     from underfoot.records.recording import Recording
+    from underfoot.records.survey import RecordedForces
 
     require_outputs_writable(output, inputs=[recording])
     told = [time.monotonic()]
@@ -45,4 +48,8 @@ def export(recording: Path, output: Path, vibration: str) -> None:
         return True
 
     with Recording(recording) as opened, report_compiling(None):
-        format_of(output).write(ExportSource(opened, vibration, progress), output)
+        stretch_s = None
+        if from_s is not None or to_s is not None:
+            length_s = RecordedForces(opened).length_s
+            stretch_s = (0.0 if from_s is None else from_s, length_s if to_s is None else to_s)
+        format_of(output).write(ExportSource(opened, vibration, progress, stretch_s), output)

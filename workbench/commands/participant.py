@@ -91,6 +91,9 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
 
     path, person = Path(options.session or ""), options.participant or ""
     if not path.exists():
+        alike = next((p.name for p in _beside(path) if p.name.casefold() == path.name.casefold()), "")
+        if alike:  # some file systems would take one for the other
+            raise BadValue(f"{path} differs from {alike} in letter case only; go on with that, or choose another name")
         about = {"target": options.target, "profiles": str(options.profiles or "")}
         return SessionFile.create(path, protocol, person, folder, about)
     file = SessionFile.open(path)
@@ -102,6 +105,11 @@ def _session_file(options: "ExperimentOptions", protocol: "Protocol", folder: Pa
         file.close()
         raise file.begun_otherwise()
     return file
+
+
+def _beside(path: Path) -> list[Path]:
+    """Return the files in the folder of a new file."""
+    return list(path.parent.iterdir()) if path.parent.is_dir() else []
 
 
 @dataclass

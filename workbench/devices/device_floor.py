@@ -66,9 +66,8 @@ class DeviceFloor:
         self._overflowed = 0
         self.reader = TransportReader(transport, self.receive, form)
         self.reader.notices.extend(self._conversion.notices)
-        self.receive(np.zeros(0, SAMPLE), self._since_s)
-        self.pull(frame)  # loads the kernels in advance; there is no sample yet
-        session.forget()
+        self.receive(np.zeros(0, SAMPLE), self._since_s)  # loads the kernels in advance; there is no sample yet
+        self._hand_over = hand_over.specialised(self._rows_parts, self._buffers_parts, 0, 0, 0, 0.0)
 
     def accelerations_of(self, accelerometers: tuple[Accelerometer, ...]) -> LinkAcceleration:
         """Return the acceleration over the link of these accelerometers; call before `start`."""
@@ -117,7 +116,7 @@ class DeviceFloor:
         now = (time.monotonic() - self._since_s) * self._rate
         if end > self._end:
             self._begin, self._end = self._end, end
-        return hand_over(self._rows_parts, self._buffers_parts, self._queued, self._begin, end, now)
+        return self._hand_over(self._rows_parts, self._buffers_parts, self._queued, self._begin, end, now)
 
     def receive(self, samples: NDArray[np.void], now_s: float) -> None:
         """Queue samples of tiles, records of `wire_format.SAMPLE` that arrived at `now_s` by `time.monotonic`.

@@ -24,7 +24,7 @@ class Replay:
         self._repeats = repeats
         self._next = 0
         self._shift = 0.0
-        self.pull(start)  # loads the kernel in advance; there is no sample yet
+        self._play = _play.specialised(self.stamps, self.forces, self._frames, self._force_n, 0, 0, 0.0, 0.0)
 
     @property
     def is_finished(self) -> bool:
@@ -35,7 +35,7 @@ class Replay:
         """Write the samples before session frame `end` to the buffers."""
         count = 0
         while True:
-            count, self._next = _play(
+            count, self._next = self._play(
                 self.stamps, self.forces, self._frames, self._force_n, count, self._next, self._shift, end
             )
             if not (self.is_finished and self._repeats) or count == MAX_SAMPLES:

@@ -39,6 +39,10 @@ class BlockRunner:
         channels, tiles = loop.safety.channels, len(loop.source.floor.tiles)
         in_order = np.array_equal(channels, np.arange(tiles))
         self._played = loop.out if in_order else np.zeros((loop.block, tiles), np.float32)
+        source, ring = loop.source, memory.force
+        self._write_samples = _write_samples.specialised(
+            ring.header, ring.rows, source.stamps, source.arrivals, source.forces, 0
+        )
         loop.intake.on_samples = self._write_forces
 
     def run(self) -> None:
@@ -94,7 +98,7 @@ class BlockRunner:
 
     def _write_forces(self, count: int) -> None:
         source, ring = self.loop.source, self.memory.force
-        _write_samples(ring.header, ring.rows, source.stamps, source.arrivals, source.forces, count)
+        self._write_samples(ring.header, ring.rows, source.stamps, source.arrivals, source.forces, count)
 
 
 def load_kernels() -> None:

@@ -15,11 +15,13 @@ from underfoot.records.recording import Recording
 
 @dataclass(frozen=True)
 class ExportRequest:
-    """Recording to export, output path, and the kind of vibration for formats that store only one."""
+    """Recording to export, output path, the kind of vibration for formats that store only one, and the stretch in
+    seconds; None for the whole recording."""
 
     source: str
     path: str
     vibration: str = "measured"
+    stretch_s: tuple[float, float] | None = None
 
 
 def run(connection: Connection, request: ExportRequest) -> None:
@@ -41,11 +43,12 @@ def run(connection: Connection, request: ExportRequest) -> None:
         try:
             path = Path(request.path)
             with Recording(Path(request.source)) as recording:
-                format_of(path).write(ExportSource(recording, request.vibration, progress), path)
+                export = ExportSource(recording, request.vibration, progress, request.stretch_s)
+                format_of(path).write(export, path)
             connection.send(f"The recording was exported to {path}")
         except ExportStopped:
             connection.send("The export was stopped; nothing of it is left.")
         except UnderfootError as error:
             connection.send(str(error))
         except MemoryError:
-            connection.send(f"There is not enough memory for {request.path}; export a shorter recording, or as .h5")
+            connection.send(f"There is not enough memory for {request.path}; export a stretch, or as .h5")

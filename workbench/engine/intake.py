@@ -124,6 +124,8 @@ class Intake:
             self._queue, self._segments, self._timing, self.signals, self.zero_rows,
         )  # fmt: skip
         self._where = addresses(self._memory)
+        self._take = _take.specialised(self._where, 0, 0)
+        self._fill = _fill.specialised(self._where, 0, 0, True)
 
     def take(self, end: int) -> None:
         """Take the samples before session frame `end` from the source, and track contacts through them."""
@@ -136,11 +138,11 @@ class Intake:
                 if self.tracker.opening:
                     self._open(count)
                 else:
-                    _take(self._where, 0, count)
+                    self._take(self._where, 0, count)
 
     def fill(self, frame: int, n: int, with_centroid: bool = True) -> None:
         """Write `n` frames into `signals`, from session frame `frame` on; of x and y, without centroid, only zeros."""
-        _fill(self._where, frame, n, with_centroid)
+        self._fill(self._where, frame, n, with_centroid)
 
     def tare(self) -> None:
         """Take the present reading of every tile as its zero."""
@@ -155,7 +157,7 @@ class Intake:
         while self.tracker.opening and begin < count:
             self.tracker.feed(seconds[begin : begin + 1], forces[begin : begin + 1])
             begin += 1
-        _take(self._where, begin, count)
+        self._take(self._where, begin, count)
 
 
 _FARTHEST = 1 << 52  # frames: beyond this, float64 has no halves, and nearby sums are equal
@@ -342,5 +344,6 @@ def _draw_line(out: Floats, signal: int, segment: np.record, period: float, fram
         for i in range(out.size):
             out[i] = start + step
         return
-    for i in range(out.size):
-        out[i] = start + step * min(max((frame + i - period - since) / length, 0.0), 1.0)
+    first = float(frame)
+    for i in range(out.size):  # the sum is exact; of 64 bits, `i` is converted number by number, in twice the time
+        out[i] = start + step * min(max((first + np.int32(i) - period - since) / length, 0.0), 1.0)

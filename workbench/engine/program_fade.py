@@ -72,8 +72,7 @@ class ProgramFader:
     @property
     def read_centroid(self) -> bool:
         """Whether a running program reads centroids. Allocates nothing."""
-        now, old = self.current.engine_signals, self._old.engine_signals
-        return "x_m" in now or "y_m" in now or "x_m" in old or "y_m" in old
+        return self.current.reads_centroid or self._old.reads_centroid
 
     def stretch(self, stop: int) -> int:
         """Return the frame up to which nothing changes, at most `stop`."""

@@ -7,6 +7,7 @@ written, and readers skip them.
 """
 
 from collections.abc import Callable
+from functools import cached_property
 from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
@@ -59,9 +60,11 @@ def _written_pointer(context: Any, builder: Any, signature: Any, args: Any) -> A
 def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], n: int) -> None:
     """Append the first `n` rows of `new` to the ring and publish them."""
     at = header[0].written
+    place = at % rows.shape[0]
     for i in range(n):
         for j in range(rows.shape[1]):
-            rows[(at + i) % rows.shape[0], j] = new[i, j]
+            rows[place, j] = new[i, j]
+        place = place + 1 if place + 1 < rows.shape[0] else 0
     publish(header, at + n)
 
 
@@ -69,9 +72,11 @@ def write_rows(header: NDArray[np.void], rows: NDArray[Any], new: NDArray[Any], 
 def copy_rows(header: NDArray[np.void], rows: NDArray[Any], first: int, out: NDArray[Any]) -> int:
     """Copy rows from `first` on into `out`; return the number of rows ever written after the copy."""
     _written(header)  # acquire: rows counted before are visible from here on
+    place = first % rows.shape[0]
     for i in range(out.shape[0]):
         for j in range(rows.shape[1]):
-            out[i, j] = rows[(first + i) % rows.shape[0], j]
+            out[i, j] = rows[place, j]
+        place = place + 1 if place + 1 < rows.shape[0] else 0
     return _written(header)
 
 
@@ -126,7 +131,11 @@ class Ring:
 
     def write(self, new: NDArray[Any], n: int) -> None:
         """Append the first `n` rows of `new`, which has the ring's type and width. Allocates nothing."""
-        write_rows(self.header, self.rows, new, n)
+        self._write_rows(self.header, self.rows, new, n)
+
+    @cached_property
+    def _write_rows(self) -> Callable[..., None]:
+        return write_rows.specialised(self.header, self.rows, self.rows, 0)
 
     def skip(self, count: int) -> None:
         """Continue at row `count`, at least the present one; the rows in between are a gap."""

@@ -80,6 +80,7 @@ class Safety:
             self.out, self._rows, self._stage, np.zeros((2, ROWS), np.int64), WORK.zeros().values
         )
         self._where = addresses(self._memory)
+        self._limit = _limit.specialised(self._where, np.zeros((1, 1)), np.zeros(1, np.uint8), 0, 0, 0)
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
         """Ramp the acceleration of a row's full scale to this value (m/s^2) within 10 ms from `frame` on."""
@@ -137,7 +138,7 @@ class Safety:
         A row after those of the tiles is Sound, relative to full scale. `zero_rows` marks rows that are zero
         throughout. Rows with the same channel are added. Allocates nothing.
         """
-        _limit(self._where, acceleration, zero_rows, frame, at, n)
+        self._limit(self._where, acceleration, zero_rows, frame, at, n)
 
     def commanded(
         self, acceleration: NDArray[np.float64], zero_rows: NDArray[np.uint8], out: NDArray[np.float32], frame: int,

@@ -1,4 +1,4 @@
-"""The safety stage for eight rows at a time, which hides the latency of dependencies between frames."""
+"""The safety stage for four or eight rows at a time, which hides the latency of dependencies between frames."""
 
 import math
 from typing import Any
@@ -8,13 +8,26 @@ from numpy.typing import NDArray
 
 from underfoot.engine.safety_rows import LARGEST, NEGLIGIBLE, along, is_still, limit_row
 from underfoot.kernels import Floats, inlined, part
-from underfoot.lanes import all_eight, anywhere, chosen, eight, everywhere, magnitudes, put, put_across, roots
+from underfoot.lanes import (
+    all_eight,
+    all_four,
+    anywhere,
+    chosen,
+    eight,
+    everywhere,
+    full_like,
+    magnitudes,
+    put,
+    put_across,
+    roots,
+    take_like,
+)
 from underfoot.layouts import Layout, Memory
 
 CHUNK = 64
 """Frames processed at once."""
-ROWS = 8
-"""Rows processed at once."""
+ROWS, HALF = 8, 4
+"""Rows processed at once, and the number that takes half the time on processors with vectors of four."""
 
 _LANES = Layout(
     "safety_lanes",
@@ -72,7 +85,10 @@ def limit_group(
         if _are_steady(rows, members, sounding, here):
             _take(out, rows, members, sounding, work, (at + begin, frames))
             _transpose(acceleration, members, begin, work.given[: frames * ROWS])
-            done = _run(work, stage, frames)
+            if sounding <= HALF:
+                done = _run(work, stage, frames, all_four(0.0))
+            else:
+                done = _run(work, stage, frames, all_eight(0.0))
             _give(out, rows, members, sounding, work, (at + begin, done))
         if done < frames:
             for place in range(sounding):
@@ -197,22 +213,37 @@ def _give(
 
 
 @part
-def _run(work: Memory, stage: np.record, n: int) -> int:
-    """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n."""
-    lanes, zero, one, infinite = work.lanes, all_eight(0.0), all_eight(1.0), all_eight(math.inf)
-    negligible, nearly_one, largest = all_eight(NEGLIGIBLE), all_eight(1.0 - NEGLIGIBLE), all_eight(LARGEST)
-    burst_share, rms_share = all_eight(stage.burst_share), all_eight(stage.rms_share)
-    release_share, pole = all_eight(stage.release_share), all_eight(stage.dc_pole)
-    spare = all_eight(stage.burst_share / stage.rms_share - 1.0)
-    scale, most, square = eight(lanes.scale, 0), eight(lanes.most, 0), eight(lanes.square, 0)
-    dc_in, dc_out, peak = eight(lanes.dc_in, 0), eight(lanes.dc_out, 0), eight(lanes.peak, 0)
-    burst_square, mean_square = eight(lanes.burst_square, 0), eight(lanes.mean_square, 0)
-    peak_gain = eight(lanes.peak_gain, 0)
+def _run(work: Memory, stage: np.record, n: int, zero: Any) -> int:
+    """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n.
+
+    As many of the rows side by side are processed as there are numbers in `zero`.
+    """
+    lanes, one, infinite = work.lanes, full_like(zero, 1.0), full_like(zero, math.inf)
+    negligible, nearly_one, largest = (
+        full_like(zero, NEGLIGIBLE),
+        full_like(zero, 1.0 - NEGLIGIBLE),
+        full_like(zero, LARGEST),
+    )
+    burst_share, rms_share = full_like(zero, stage.burst_share), full_like(zero, stage.rms_share)
+    release_share, pole = full_like(zero, stage.release_share), full_like(zero, stage.dc_pole)
+    spare = full_like(zero, stage.burst_share / stage.rms_share - 1.0)
+    scale, most, square = (
+        take_like(zero, lanes.scale, 0),
+        take_like(zero, lanes.most, 0),
+        take_like(zero, lanes.square, 0),
+    )
+    dc_in, dc_out, peak = (
+        take_like(zero, lanes.dc_in, 0),
+        take_like(zero, lanes.dc_out, 0),
+        take_like(zero, lanes.peak, 0),
+    )
+    burst_square, mean_square = take_like(zero, lanes.burst_square, 0), take_like(zero, lanes.mean_square, 0)
+    peak_gain = take_like(zero, lanes.peak_gain, 0)
     done = n
     for i in range(n):
-        now = eight(work.given, i * ROWS) * scale
+        now = take_like(zero, work.given, i * ROWS) * scale
         is_finite = magnitudes(now) < infinite
-        now = _held(now, largest) * all_eight(work.level[i])
+        now = _held(now, largest) * full_like(zero, work.level[i])
         sounds = magnitudes(now) + magnitudes(dc_in) + magnitudes(dc_out) > zero
         if not everywhere(is_finite & sounds):
             done = i
@@ -231,9 +262,9 @@ def _run(work: Memory, stage: np.record, n: int) -> int:
         if anywhere(is_above):
             gain = chosen(is_above, most / magnitudes(y), gain)
         peak_gain = gain
-        y = y * (gain * all_eight(work.opening[i]))
+        y = y * (gain * full_like(zero, work.opening[i]))
         mean_square = _toward(mean_square, y * y, rms_share)
-        y = _held(y + eight(work.before, i * ROWS), most)
+        y = _held(y + take_like(zero, work.before, i * ROWS), most)
         peak = _larger(peak, magnitudes(y))
         put(work.made, i * ROWS, y)
     put(lanes.dc_in, 0, dc_in)
@@ -248,7 +279,7 @@ def _run(work: Memory, stage: np.record, n: int) -> int:
 @inlined
 def _toward(mean: Any, value: Any, share: Any) -> Any:
     mean = mean + share * (value - mean)
-    return chosen(mean > all_eight(NEGLIGIBLE), mean, all_eight(0.0))
+    return chosen(mean > full_like(mean, NEGLIGIBLE), mean, full_like(mean, 0.0))
 
 
 @inlined
@@ -260,5 +291,5 @@ def _larger(a: Any, b: Any) -> Any:
 @inlined
 def _held(value: Any, most: Any) -> Any:
     """Clamp a value to -most to most."""
-    value = _larger(value, all_eight(-1.0) * most)
+    value = _larger(value, full_like(most, -1.0) * most)
     return chosen(most < value, most, value)

@@ -31,8 +31,17 @@ def in_form(mistake: str, protocol: Mapping[str, Any]) -> str:
     if found is None:
         return mistake
     steps = [name or int(number) for name, number in _STEP.findall(found["path"])]
-    place = ", ".join(_names(steps, protocol))
+    place = place_in_form(steps, protocol)
     return f"{place[:1].upper()}{place[1:]}{found['says']}"
+
+
+def place_in_form(steps: Sequence[str | int], protocol: Mapping[str, Any]) -> str:
+    """Return the place at the end of these keys of the document, in the words of the form.
+
+    >>> place_in_form(["stages", 0, "seconds"], {"stages": [{"id": "rest", "kind": "pause"}]})
+    'stage rest, Lasts'
+    """
+    return ", ".join(_names(steps, protocol))
 
 
 def _names(steps: Sequence[str | int], protocol: Mapping[str, Any]) -> list[str]:

@@ -59,6 +59,18 @@ def columns_of(rows: Iterable[Row]) -> list[str]:
     return list(names)
 
 
+def alike_ids(rows: Iterable[Row]) -> list[tuple[str, ...]]:
+    """Return the participants' ids that differ from each other in letter case only.
+
+    >>> alike_ids([{"participant": "P01"}, {"participant": "P02"}, {"participant": "p01"}])
+    [('P01', 'p01')]
+    """
+    found: dict[str, dict[str, None]] = {}
+    for row in rows:
+        found.setdefault(str(row["participant"]).casefold(), {})[str(row["participant"])] = None
+    return [tuple(ids) for ids in found.values() if len(ids) > 1]
+
+
 def grouped(rows: Iterable[Row], *columns: str) -> dict[tuple[Any, ...], list[Row]]:
     """Return the rows grouped by the values of columns, in order of first appearance.
 

@@ -131,8 +131,11 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
     written.append(_json(make_folder(folder) / "dataset_description.json", description))
     people = list(dict.fromkeys(str(row["participant"]) for row in rows))
     labels = {person: bids_label(person) for person in people}
-    if len(set(labels.values())) < len(people):
-        raise BadFile("two participants have the same id without signs; BIDS allows letters and digits only")
+    if len({label.casefold() for label in labels.values()}) < len(people):
+        raise BadFile(
+            "two participants have the same id without signs and letter case; BIDS allows letters and digits only, and "
+            "some file systems make no difference of case"
+        )
     for person, label in labels.items():
         mine = [_bids_row(row) for row in rows if str(row["participant"]) == person]
         columns = [column for column in columns_of(mine) if column != "participant"]

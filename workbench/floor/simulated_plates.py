@@ -125,10 +125,8 @@ class SimulatedPlates:
         )
         self._where = addresses(self._memory)
         self._unsettled = 0
-        drive, silent_since = np.zeros((0, sounds.size), np.float32), self._rows["zero_frames"]
-        self.apply(
-            drive, 1, silent_since, np.zeros((3, tiles, 0)), 0, 0, 0
-        )  # its kernels are loaded here, so that the first block is not late for them
+        drive, silent_since = np.zeros((0, sounds.size), np.float32), np.zeros(2, ROW)["zero_frames"]  # with gaps
+        self._apply = _apply.specialised(self._where, drive, silent_since, np.zeros((3, tiles, 0)), (0, 0, 0))
 
     def apply(
         self, drive: NDArray[np.float32], sounding: int, silent_since: NDArray[np.int64], signals: NDArray[np.float64],
@@ -141,7 +139,7 @@ class SimulatedPlates:
         frames. Allocates nothing.
         """
         if self._unsettled or sounding:  # else all of `out` is zero
-            self._unsettled = _apply(self._where, drive, silent_since, signals, (frame, at, n))
+            self._unsettled = self._apply(self._where, drive, silent_since, signals, (frame, at, n))
 
     def awake(self) -> tuple[bool, ...]:
         """Return for each tile whether anything moves."""

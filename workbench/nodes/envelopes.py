@@ -7,7 +7,7 @@ import numpy as np
 from underfoot.layouts import Layout
 from underfoot.models.filtering import second_order
 from underfoot.models.signals import breakpoints, envelopes
-from underfoot.models.signals.glide import glided
+from underfoot.models.signals.glide import multiply
 from underfoot.parameters import Choice, Number, Rows
 from underfoot.patch.node import Input, Output, node, prepared_columns
 
@@ -113,9 +113,7 @@ class ForceEnvelope:
         gain = 1.0 / full_force
         if state.gain == 0.0:
             state.gain = gain
-        for i in range(out.size):
-            state.gain = glided(state.gain, gain, frame + i)
-            out[i] = force[i] * state.gain
+        state.gain = multiply(force, state.gain, gain, frame, out)
 
 
 @node("strain-rate-envelope", "Shapes")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache
 from underfoot.layouts import Layout
-from underfoot.models.signals.glide import glided
+from underfoot.models.signals.glide import multiply
 from underfoot.models.stick_slip import quantile_table, texture
 from underfoot.parameters import Choice, Count, Number
 from underfoot.patch.node import Input, Output, RequestedError, node, prepared
@@ -84,9 +84,9 @@ class StickSlip:
         drive, first, per_newton = acceleration, len(events), 1.0 / reference
         if state.per_newton == 0.0:
             state.per_newton = per_newton
+        state.per_newton = multiply(force, state.per_newton, per_newton, frame, drive)
         for i in range(drive.size):
-            state.per_newton = glided(state.per_newton, per_newton, frame + i)
-            drive[i] = force[i] * state.per_newton * velocity[i] if force[i] > 0.0 else 0.0
+            drive[i] = drive[i] * velocity[i] if force[i] > 0.0 else 0.0
         texture.run(drive, table, key, frame, coefficients, state.slips, acceleration, events)
         for k in range(first, len(events)):
             events.strength[k] *= 10.0 * loudness

@@ -211,6 +211,7 @@ class Builder:
             asleep=np.repeat(~self.awake_at_first[:, None], rows, axis=1).astype(np.uint8),
             ran=np.zeros((count, rows), np.int64),
             cycles=np.zeros(count, np.int64),
+            timed_of=np.array([driver.blocks_per_timed(self.block)], np.int64),
             moving=np.zeros(count, np.uint8),
             inputs=np.array(self.inputs, np.int64),
             watched=np.array(self.watched, np.int64),
@@ -221,6 +222,7 @@ class Builder:
             bits=buffers.view(np.int64),
             buffer_at=starts[:-1],
             row_stride=np.array([self._stride if r else 0 for r in self.buffers.rows], np.int64),
+            unread=self._unread(),
             is_zero=np.array([r == 0 for r in self.buffers.rows], np.uint8),
             nonzero=np.zeros((len(self.buffers.rows), self.block // driver.SLEEP_INTERVAL + 2), np.uint8),
             was_nonzero=np.zeros((len(self.buffers.rows), rows), np.uint8),
@@ -269,6 +271,16 @@ class Builder:
         """Return the buffers that tiles play, or those of the sound output."""
         sinks = [part for part in self.parts if part.type.is_sink and part.type.to_sound == to_sound]
         return np.array([self.buffers.of[_first(part)] for part in sinks], np.int64)
+
+    def _unread(self) -> NDArray[np.uint8]:
+        """Return the outputs that go neither to a node, nor to an output of the floor, nor to a scope."""
+        ids = {part.id for part in self.parts}
+        read = {source for target, source in self.source_of.items() if target.partition(".")[0] in ids}
+        read |= {*self.scopes, *(_first(part) for part in self.parts if part.type.is_sink)}
+        outputs = {f"{part.id}.{port.name}" for part in self.parts for port in part.type.outputs}
+        unread = np.zeros(len(self.buffers.rows), np.uint8)
+        unread[[at for name, at in self.buffers.of.items() if name in outputs - read]] = 1
+        return unread
 
     @property
     def _stride(self) -> int:

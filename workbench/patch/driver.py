@@ -30,6 +30,17 @@ _EXPONENT = 0x7FF0000000000000
 _MAGNITUDE = 0x7FFFFFFFFFFFFFFF
 
 
+def blocks_per_timed(block: int) -> int:
+    """Return of how many blocks one is timed: reading the counter twice takes as long as 64 frames of a small node.
+
+    The number is odd, so that the timed blocks do not always begin sleep intervals.
+
+    >>> blocks_per_timed(64), blocks_per_timed(1024)
+    (17, 1)
+    """
+    return 2 * (512 // block) + 1
+
+
 @kernel
 def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     """Run `n` frames of the program whose tables are at `addresses`, from session frame `frame` on."""
@@ -38,6 +49,7 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
     if p.no_sound[0] == 0:
         p.sound[:] = 0.0
         p.no_sound[0] = 1
+    is_timed = frame // max(n, 1) % p.timed_of[0] == 0
     first = SLEEP_INTERVAL - frame % SLEEP_INTERVAL
     intervals = 1 if n <= first else 1 + (n - first + SLEEP_INTERVAL - 1) // SLEEP_INTERVAL
     row = 0
@@ -51,7 +63,7 @@ def run_block(where: NDArray[np.int64], frame: int, n: int) -> None:
             _scan(p, buffer, row, first, intervals, n)
         ran = False
         for k in range(p.nodes.shape[0]):
-            ran |= _run_node(p, k, row, frame, n, first, intervals)
+            ran |= _run_node(p, k, row, frame, n, (first, intervals), is_timed)
         for buffer in range(p.was_nonzero.shape[0]):
             carry = p.nonzero[buffer, intervals - 1] if (frame + n) % SLEEP_INTERVAL != 0 else 0
             p.was_nonzero[buffer, row] = carry
@@ -150,8 +162,12 @@ def _scan(p: Tables, buffer: int, row: int, first: int, intervals: int, n: int) 
 
 
 @inlined
-def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, intervals: int) -> bool:
-    """Run a row of a node for the block; return whether it was awake at any time."""
+def _run_node(p: Tables, k: int, row: int, frame: int, n: int, sleep: tuple[int, int], is_timed: bool) -> bool:
+    """Run a row of a node for the block; return whether it was awake at any time.
+
+    `sleep` is the frame at which the first sleep interval ends, and the number of intervals.
+    """
+    first, intervals = sleep
     _begin_block(p, k, row, intervals)
     by_span = p.nodes[k].is_driven != 0 or p.moving[k] != 0
     asleep = p.asleep[k, row] != 0
@@ -168,7 +184,7 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
             _silence(p, k, f, wake, n)
             f = wake
         if f < end_of_interval:
-            began = cycles()
+            began = cycles() if is_timed else 0
             ran = True
             if asleep:
                 asleep = False
@@ -181,7 +197,8 @@ def _run_node(p: Tables, k: int, row: int, frame: int, n: int, first: int, inter
                 for i in range(at, at + p.nodes[k].state_size):
                     p.state[i] = 0.0
                 asleep = True
-            p.cycles[k] += cycles() - began
+            if is_timed:
+                p.cycles[k] += cycles() - began
         interval += 1
     p.asleep[k, row] = asleep
     last = n - 1 - (frame + n - 1) % SPAN
@@ -321,7 +338,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     for j in range(p.nodes[k].outputs):
         buffer = p.nodes[k].outputs_at + j
         p.pointers[at] = p.buffers.ctypes.data + 8 * (p.buffer_at[buffer] + f)
-        p.is_zero[buffer] = 0
+        p.is_zero[buffer] = p.unread[buffer]
         at += 1
     e = x + 8 * at
     for j in range(p.nodes[k].event_inputs):
@@ -339,6 +356,8 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     p.ran[k, row] += g - f
     for j in range(p.nodes[k].outputs):
         buffer = p.nodes[k].outputs_at + j
+        if p.unread[buffer] != 0:
+            continue
         a = f
         q = interval
         while a < g:

@@ -81,16 +81,16 @@ class Program:
         for k in np.flatnonzero(nodes["sleep_rule"] == ALL).tolist():
             if driver.tail(self._where, k) > driver.INAUDIBLE:
                 self.tables.asleep[k] = 0
-        # An empty block and an event without a receiver load the kernels, so that the first block and strike need not.
-        driver.run_block(self._where, 0, 0)
-        driver.set_engine_signals(
-            self._where, np.zeros((len(ENGINE_SIGNALS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8), 0
-        )
+        self._run_block = driver.run_block.specialised(self._where, 0, 0)
+        signals, zero_rows = np.zeros((len(ENGINE_SIGNALS), len(self.tiles), 0)), np.zeros(len(self.tiles), np.uint8)
+        self._set_engine_signals = driver.set_engine_signals.specialised(self._where, signals, zero_rows, 0)
+        # An event without a receiver loads the kernel, so that the first strike need not.
         append(EVENTS.zeros(room=1), 0.0, 0.0, 0.0)
         self.output, self.sound = self.tables.output, self.tables.sound
         self.played, self.zero_rows = self.tables.played, self.tables.zero_rows
         """Rows of `output`, then `sound`, and which of them are zero throughout."""
         self.scope = {name: self.tables.scope[i] for i, name in enumerate(self.scope_names)}
+        self.reads_centroid = "x_m" in self.engine_signals or "y_m" in self.engine_signals
         self.begins_anew = False
         """Whether only nodes that follow the floor take over state from the previous program."""
         self._follow_floor = _follow_floor(patch, registry)
@@ -103,13 +103,13 @@ class Program:
         `zero_rows` marks rows in which all of these are zero. Callers of this do not write to `engine_signals`
         themselves.
         """
-        driver.set_engine_signals(self._where, signals, zero_rows, n)
+        self._set_engine_signals(self._where, signals, zero_rows, n)
 
     def run(self, frame: int, n: int) -> None:
         """Run `n` frames, at most `block`, from session frame `frame` on."""
         if self._pending:
             self._put_strikes(frame + n)
-        driver.run_block(self._where, frame, n)
+        self._run_block(self._where, frame, n)
         if self._struck_rows:
             for row in self._struck_rows:
                 self.tables.events[row, _COUNT] = 0.0
@@ -186,7 +186,7 @@ class Program:
         }
 
     def shares(self) -> dict[str, float]:
-        """Return each node's share of the cycles spent since the last call."""
+        """Return each node's share of the cycles spent since the last call, in the blocks that were timed."""
         spent = self.tables.cycles.tolist()
         self.tables.cycles[:] = 0
         total = max(sum(spent), 1)

@@ -33,7 +33,8 @@ class Tables(NamedTuple):
     masked: B2  # [node, row]: does not apply to this tile
     asleep: B2  # [node, row]
     ran: I2  # [node, row]: frames run
-    cycles: I1  # [node]: processor cycles spent
+    cycles: I1  # [node]: processor cycles spent in the blocks that are timed
+    timed_of: I1  # [1]: one block of how many is timed
     moving: B1  # [node]: a control is ramping
     inputs: I1  # buffers of inputs, node after node
     watched: I1  # buffers that must be zero for a node to sleep
@@ -44,7 +45,8 @@ class Tables(NamedTuple):
     bits: I1  # the same memory
     buffer_at: I1  # [buffer]: where its row 0 begins
     row_stride: I1  # [buffer]: from a row to the next; 0 where rows share the buffer
-    is_zero: B1  # [buffer]: all frames are known to be zero
+    unread: B1  # [buffer]: an output that goes nowhere, so that it need not be looked at
+    is_zero: B1  # [buffer]: all frames are known to be zero, or unread
     nonzero: B2  # [buffer, interval]: some frame of the sleep interval so far is not zero
     was_nonzero: B2  # [buffer, row]: the part of this interval before the block had nonzero frames
     read_engine_buffers: I1  # buffers that the engine fills and a node reads

@@ -7,6 +7,7 @@ the user's marks.
 """
 
 import json
+import math
 import os
 import sqlite3
 from collections.abc import Iterator
@@ -131,9 +132,10 @@ class Writer:
         self._base.execute("begin")
 
     def close(self) -> None:
-        """Commit, merge the write-ahead log into the file, and close."""
+        """Commit, merge the log into the file, and close. Where somebody reads the file, the last to end merges it."""
         self._base.execute("commit")
-        self._base.execute("pragma journal_mode = delete")
+        with suppress(sqlite3.OperationalError):  # it is locked while somebody reads it
+            self._base.execute("pragma journal_mode = delete")
         self._base.close()
 
 
@@ -289,13 +291,19 @@ class Recording:
 
     def force_samples_between(self, begin: float, end: float) -> NDArray[np.float64]:
         """Return the force samples with stamps between two session frames, and read only these."""
-        first = self._first_sample_at(begin)
-        parts = [np.zeros((0, 2 + 4 * self._floor_tiles))]
+        empty = np.zeros((0, 2 + 4 * self._floor_tiles))
+        return np.concatenate([empty, *self.force_blocks_between(begin, end)])
+
+    def force_blocks_between(self, begin: float, end: float) -> Iterator[NDArray[np.float64]]:
+        """Yield the force samples with stamps between two session frames, block by block; either can be infinite."""
+        first = self._first_sample_at(begin) if begin > -math.inf else -(1 << 62)
         for _, rows in self.blocks("force", first):
-            parts.append(rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)])
+            is_whole = begin == -math.inf and end == math.inf
+            kept = rows if is_whole else rows[(rows[:, 0] >= begin) & (rows[:, 0] < end)]
+            if len(kept):
+                yield kept
             if rows[-1, 0] >= end:
                 break
-        return np.concatenate(parts)
 
     def frames_between(self, table: str, begin: int, end: int) -> NDArray[np.float32]:
         """Return the rows of a table of `FRAMES` between two session frames, [frame, tile]; NaN in gaps."""

@@ -169,6 +169,11 @@ def cache_survey(recording: Recording, made: Survey) -> None:
         write_file(path, msgspec.json.encode(made))
 
 
+def cached_files(recording: Recording) -> tuple[Path, ...]:
+    """Return the files of a recording in the cache, which may be missing; they are found by its path."""
+    return tuple(_place(recording, suffix) for suffix in ("json", "envelopes"))
+
+
 def envelope_file(recording: Recording) -> Path:
     """Return the file for the envelopes of a recording of an earlier version."""
     return _place(recording, "envelopes")

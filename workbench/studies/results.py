@@ -12,7 +12,7 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.physio import write_physio
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
-from underfoot.experiments.table import Row, rows_of
+from underfoot.experiments.table import Row, alike_ids, rows_of
 from underfoot.experiments.trial_files import read_csv, write_bids, write_csv
 from underfoot.quantities import counted
 from underfoot.records.recording import is_recording
@@ -33,6 +33,15 @@ class Results:
     protocol: Protocol | None
     sessions: tuple[Path, ...]
     left_out: tuple[Path, ...] = ()
+
+    @property
+    def remarks(self) -> list[str]:
+        """What the user should know about these trials, a line each."""
+        names = ", ".join(path.stem for path in self.left_out)
+        found = [f"Begun with another version of the protocol, left out: {names}."] if names else []
+        for ids in alike_ids(self.rows):
+            found.append(f"{' and '.join(ids)} differ in letter case only, and are counted as {len(ids)} participants.")
+        return found
 
     def write_csv(self, path: Path) -> None:
         """Write all trials, one per row."""
@@ -92,7 +101,7 @@ def analysed_files(paths: Sequence[Path], protocol: Protocol | None) -> list[Fin
     """
     results = results_of(paths, protocol)
     findings = analysed(results.rows, results.protocol, Settings())
-    findings[0].remarks += _left_out(results)
+    findings[0].remarks += results.remarks
     return findings
 
 
@@ -109,7 +118,7 @@ def written_files(paths: Sequence[Path], form: str, where: Path, protocol: Proto
     people = len({row["participant"] for row in results.rows})
     trials = counted(len(results.rows), "trial")
     text = f"{form[0].upper()}{form[1:]} of {trials}, participants: {people}. It is in {where}"
-    return [Findings("Written", remarks=[text, *_left_out(results)])]
+    return [Findings("Written", remarks=[text, *results.remarks])]
 
 
 def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequence[Row]:
@@ -124,8 +133,3 @@ def _required_new(path: Path, rows: Sequence[Row], known: Sequence[Row]) -> Sequ
             text = f"{row['participant']}'s trial {row['trial']} of {row['stage']}"
             raise BadValue(f"{path}: {text} is in a file before it, too; analyse one of them")
     return rows
-
-
-def _left_out(results: Results) -> list[str]:
-    names = ", ".join(path.stem for path in results.left_out)
-    return [f"Begun with another version of the protocol, left out: {names}."] if names else []

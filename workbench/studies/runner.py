@@ -220,7 +220,8 @@ class Runner:
         if self.phase in (Phase.STOPPED, Phase.END):
             return
         self.session.panic()
-        self._is_stopped, self._hint = True, f"Stopped: {reason}."
+        self._is_stopped = True
+        self._hint = f"Stopped {reason}." if reason.startswith("by ") else f"Stopped: {reason}."
         self._apparatus.mark(STOP, self.page)
         self.note(f"stopped: {reason}")
 

@@ -140,9 +140,6 @@ def test_roughness_multiplies_by_its_sine(block):
         waveshaping.roughen(x[part], depth, frequency, RATE, phase, y[part])
     exact = x * (1 + 0.7 * np.sin(2 * np.pi * 25.0 * np.arange(n) / RATE))
     assert np.abs(y - exact).max() < 1e-13
-    again = x.copy()
-    waveshaping.roughen(again, depth, frequency, RATE, PHASE.zeros(), again)
-    np.testing.assert_array_equal(y, again)
 
 
 def test_no_sample_passes_the_bound():

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from long_recording import write_recording
+from PySide6.QtCore import Qt
 from windows import LONG_MS, noise_patch, quiet_window
 
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.records.force_files import read_force_file
+from underfoot.records.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +73,40 @@ def test_a_stretch_is_played_through_its_own_patch_and_the_floor_comes_back(wind
     qtbot.waitUntil(
         lambda: controller.session is not None and controller.session.target.kind == "simulator", timeout=LONG_MS
     )
+
+
+def test_what_is_recorded_is_looked_at_and_gets_its_name_when_it_has_ended(window, qtbot, tmp_path, monkeypatch):
+    for module in ("widgets.session.controller", "widgets.recordings.workspace"):
+        monkeypatch.setattr(f"underfoot.{module}.recordings_folder", lambda: tmp_path / "recorded")
+    monkeypatch.setattr("underfoot.records.renaming.PATIENCE_S", LONG_MS / 1000)  # the recorder may take its time
+    said, controller = [], window.controller
+    controller.notified.connect(said.append)
+    controller.bridge.notified.connect(said.append)
+    controller.record(True)
+    path = controller.session.recording.absolute()
+    qtbot.waitUntil(path.exists, timeout=LONG_MS)
+    window.open_file(path)
+    workspace = window.workspaces["Recordings"]
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.length_s > 0.5, timeout=LONG_MS)
+
+    def rename():
+        workspace.recordings.list.setFocus()
+        qtbot.keyClick(workspace.recordings.list, Qt.Key.Key_F2)
+        qtbot.keyClicks(workspace.recordings.inline, "named")
+        qtbot.keyClick(workspace.recordings.inline, Qt.Key.Key_Return)
+
+    rename()
+    assert "is being recorded; stop that with Ctrl+R" in workspace.recordings.problem.text()
+    controller.record(False)
+    qtbot.waitUntil(lambda: not workspace.progress.text() and not workspace.surveyor.is_busy, timeout=LONG_MS)
+    assert not any("not recorded any further" in line for line in said), said
+    rename()
+    qtbot.waitUntil(lambda: workspace.title.text() == "named", timeout=LONG_MS)
+    workspace.reader.close()
+    assert [file.name for file in path.parent.iterdir()] == ["named.underfoot"]
+    with Recording(path.with_stem("named")) as recording:
+        first, end = recording.span
+        assert end - first > 0.5 * 48_000
 
 
 def test_a_stretch_is_read_and_one_that_is_empty_is_refused(walk):

@@ -340,6 +340,12 @@ def test_a_recording_dropped_on_the_window_opens_in_the_workspace(qtbot, tmp_pat
     workspace.close_down()
 
 
+def test_what_was_being_opened_when_the_window_closed_is_not_surveyed(workspace, walk):
+    workspace.close_down()
+    workspace.surveyor.begin(walk)  # as on a report of the reader that comes after
+    assert not workspace.surveyor.is_busy
+
+
 def test_a_list_that_is_closed_reads_no_more(qtbot, tmp_path):
     summaries = Summaries()
     with qtbot.waitSignal(summaries.failed):

@@ -35,6 +35,7 @@ from underfoot.models.fibre_bundle.damage import (
     COEFFICIENTS,
     DRAWS,
     MODELS,
+    NO_THRESHOLD,
     PARAMETERS,
     THRESHOLDS,
     bundle_step,
@@ -53,11 +54,12 @@ from underfoot.models.signals.random import stream_key
 
 STATE = Layout(
     "bundle",
-    *("strain", "speed", "load", "failed", "next_hazard", "worn", "peak", "wearing", "former", "breaking"),
+    *("strain", "speed", "load", "failed", "next_hazard", "worn", "peak", "wearing", "former", "designed", "breaking"),
     step=8,
 )
-"""Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load.
-From `former` on, the strain a frame ago, it is working memory of a call."""
+"""Zeros are an intact bundle at rest. `worn` is 0 for an intact bundle, else 1 plus the frames since the last load;
+`former` is the strain a frame ago. The strain of the next failure, `breaking`, and the coefficients of the motion,
+`step`, are those of the design with number `designed`."""
 
 
 class Fracture(Struct, frozen=True):
@@ -234,10 +236,12 @@ def run_traced(
 ) -> None:
     """Run as `run` does, and fill a trace."""
     c, s, n = coefficients, state, load.size
-    s.breaking = threshold_strain(c, s.next_hazard) if s.worn > 0.0 else math.inf
+    if s.designed != c.designs:
+        s.breaking = threshold_strain(c, s.next_hazard) if s.worn > 0.0 else math.inf
+        _set_step(c, s)
+        s.designed = c.designs
     if not has_mean_damage(c) or s.worn == 0.0:
         s.wearing = math.inf
-    _set_step(c, s)
     i = 0
     while i < n:
         first, is_loaded = i, _stress(c, load[i]) > 0.0
@@ -252,7 +256,7 @@ def run_traced(
         if trace.threshold.size:
             trace.threshold[first:i] = before
             trace.failures[i - 1], trace.threshold[i - 1] = failed, s.breaking
-    s.breaking = 0.0  # as finite as all states: without load, or with nothing left, the threshold is infinite
+    s.breaking = min(s.breaking, NO_THRESHOLD)  # as finite as all states
     if not has_mean_damage(c) or s.worn == 0.0:
         s.wearing = 0.0
 

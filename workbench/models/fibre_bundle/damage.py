@@ -38,10 +38,13 @@ COEFFICIENTS = Layout(
     "bundle_coefficients",
     *("model", "thresholds", "fibres", "pool", "shape", "per_shape", "scale", "stiffness"),
     *("kappa", "gamma", "creep", "gain", "restructurings", "stiffening", "compound"),
-    *("pressure", "limit", "renewal", "loudness", "softness", "holds"),
+    *("pressure", "limit", "renewal", "loudness", "softness", "holds", "designs"),
 )
 """kappa, gamma, creep and gain are k_F, b_F, b_R and 1 over the mass, with time in frames. `pool` is the number of
-thresholds. If `holds`, a fully broken bundle keeps its strain."""
+thresholds. If `holds`, a fully broken bundle keeps its strain. `designs` counts the calls of `design`."""
+
+NO_THRESHOLD = np.finfo(np.float64).max
+"""Strain, in a state, of the next failure where there is none: what is infinite in a call."""
 
 _STIFFEST = 1e6
 """Largest stiffness of a bundle, relative to its initial stiffness."""
@@ -79,6 +82,7 @@ def design(parameters: Memory, model: float, pressure: float, rate: float, coeff
     c.loudness = parameters.loudness * (0.5 * stiffness * scale**2) ** -parameters.softness
     c.softness = parameters.softness
     c.holds = 0.0
+    c.designs += 1.0
 
 
 @kernel

@@ -30,6 +30,7 @@ from underfoot.models.fibre_bundle import damage
 from underfoot.models.fibre_bundle.bundle import FibreBundle
 from underfoot.models.fibre_bundle.damage import (
     DRAWS,
+    NO_THRESHOLD,
     energy_released,
     event_strength,
     fail,
@@ -57,7 +58,7 @@ COEFFICIENTS = Layout(
 
 STATE = Layout(
     "grid",
-    *("worn", "load"),
+    *("worn", "load", "designed"),
     kick=("row",),
     strain=("row",),
     speed=("row",),
@@ -70,8 +71,9 @@ STATE = Layout(
     step=(8, "row"),
 )
 """Zeros are an intact grid at rest. `worn` is 0 for an intact grid, else 1 plus the frames since the last load. All
-cells lie in a row, which is padded for vectors; the cells that are none stay 0. `kick` and the arrays from `breaking`
-on are working memory of a call. A cell's neighbours may lie outside of `strain`, but lie in the arrays beside it."""
+cells lie in a row, which is padded for vectors; the cells that are none stay 0. Strains of the next failures,
+`breaking`, and coefficients of the motion, `step`, are those of the design with number `designed`; `kick` and `former`
+are working memory of a call. A cell's neighbours may lie outside of `strain`, but lie in the arrays beside it."""
 
 _FASTEST = 0.25
 """Largest square of the coupled cells' angular frequency, in radians per frame; kicks are stable up to about 4."""
@@ -249,9 +251,11 @@ def run_traced(
     """Run as `run` does, and fill a trace."""
     c, s = coefficients.bundle, state
     cells = int(coefficients.columns) * int(coefficients.rows)
-    for cell in range(cells):
-        s.breaking[cell] = threshold_strain(c, s.next_hazard[cell]) if s.worn > 0.0 else math.inf
-        _set_step(s, coefficients, cell)
+    if s.designed != c.designs:
+        for cell in range(cells):
+            s.breaking[cell] = threshold_strain(c, s.next_hazard[cell]) if s.worn > 0.0 else math.inf
+            _set_step(s, coefficients, cell)
+        s.designed = c.designs
     for i in range(contact.force.size):
         now = frame + i
         load = min(max(c.pressure * contact.force[i], -c.limit), c.limit)
@@ -269,6 +273,8 @@ def run_traced(
             append(events, now + place, event_strength(c, energy))
             if trace.energy.size:
                 trace.energy[i] = energy
+    for cell in range(cells):
+        s.breaking[cell] = min(s.breaking[cell], NO_THRESHOLD)  # as finite as all states
 
 
 @inlined

@@ -12,7 +12,7 @@ g, k > 0, even if they change at every frame. This keeps a changing section stab
 
 import math
 
-from underfoot.kernels import Floats, kernel, part
+from underfoot.kernels import Floats, inlined, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.glide import glided
 
@@ -77,18 +77,45 @@ def design(g: float, k: float, gain_input: float, gain_x1: float, gain_x2: float
 @kernel
 def run(signal: Floats, coefficients: Memory, state: Memory, out: Floats) -> None:
     """Filter `signal` into `out`; the two may be the same array."""
-    a1, a2, a3 = coefficients.a1, coefficients.a2, coefficients.a3
-    gain_input, gain_x1, gain_x2 = coefficients.gain_input, coefficients.gain_x1, coefficients.gain_x2
+    section = _section(coefficients)
     x1, x2 = state.x1, state.x2
     for i in range(out.size):
-        u = signal[i]
-        rise = u - x2
-        v1 = a1 * x1 + a2 * rise
-        v2 = x2 + a2 * x1 + a3 * rise
-        x1 = 2.0 * v1 - x1
-        x2 = 2.0 * v2 - x2
-        out[i] = gain_input * u + gain_x1 * v1 + gain_x2 * v2
+        out[i], x1, x2 = _step(signal[i], section, x1, x2)
     state.x1, state.x2 = x1, x2
+
+
+@kernel
+def run_two(signal: Floats, first: Memory, second: Memory, states: tuple[Memory, Memory], out: Floats) -> None:
+    """Filter `signal` by two sections, one after the other, into `out`, in little more time than by one."""
+    one, two = _section(first), _section(second)
+    x1, x2, z1, z2 = states[0].x1, states[0].x2, states[1].x1, states[1].x2
+    for i in range(out.size):
+        between, x1, x2 = _step(signal[i], one, x1, x2)
+        out[i], z1, z2 = _step(between, two, z1, z2)
+    states[0].x1, states[0].x2, states[1].x1, states[1].x2 = x1, x2, z1, z2
+
+
+_Section = tuple[float, float, float, float, float, float]
+
+
+@inlined
+def _section(coefficients: Memory) -> _Section:
+    """Return coefficients as `_step` takes them: in memory, they would be read in every frame."""
+    c = coefficients
+    return 2.0 * c.a1, 2.0 * c.a2, 2.0 * c.a3, c.gain_input, 0.5 * c.gain_x1, 0.5 * c.gain_x2
+
+
+@inlined
+def _step(u: float, section: _Section, x1: float, x2: float) -> tuple[float, float, float]:
+    """Return the output for the input u, and the new states.
+
+    It computes twice the midpoints v1 and v2, which is exact, and spares a multiplication from one state to the next.
+    """
+    a1, a2, a3, gain_input, gain_v1, gain_v2 = section
+    rise = u - x2
+    v1 = a1 * x1 + a2 * rise
+    v2 = (2.0 * x2 + a2 * x1) + a3 * rise
+    return gain_input * u + gain_v1 * v1 + gain_v2 * v2, v1 - x1, v2 - x2
 
 
 @kernel

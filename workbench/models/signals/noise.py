@@ -73,8 +73,7 @@ def run_band(key: np.uint64, frame: int, coefficients: Memory, state: Memory, ou
     gain = coefficients.gain
     for i in range(out.size):
         out[i] = gain * _white_sample(key, frame + i)
-    second_order.run(out, coefficients.high_pass, state.high_pass, out)
-    second_order.run(out, coefficients.low_pass, state.low_pass, out)
+    second_order.run_two(out, coefficients.high_pass, coefficients.low_pass, (state.high_pass, state.low_pass), out)
 
 
 @kernel

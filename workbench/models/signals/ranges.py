@@ -31,12 +31,6 @@ def design(low: float, high: float, out_low: float, out_high: float, exponent: f
     ranges.exponent = exponent
 
 
-@part
-def mapped(value: float, ranges: Memory) -> float:
-    """Map a value by these ranges."""
-    return curve(value, ranges.low, ranges.high, ranges.out_low, ranges.out_high, ranges.exponent)
-
-
 @kernel
 def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) -> None:
     """Map `signal` into `out`, from session frame `frame` on; changed ranges are interpolated over a span."""
@@ -44,19 +38,46 @@ def run(signal: Floats, ranges: Memory, frame: int, state: Memory, out: Floats) 
         state.has_begun = 1.0
         copy(ranges.values, state.before.values)
         copy(ranges.values, state.now.values)
-    for i in range(out.size):
+    i = 0
+    while i < out.size:
         into = (frame + i) % SPAN
         if into == 0:
             copy(state.now.values, state.before.values)
             copy(ranges.values, state.now.values)
-            state.is_moving = 0.0
-            for k in range(ranges.values.size):
-                if state.before.values[k] != state.now.values[k]:
-                    state.is_moving = 1.0
-        out[i] = mapped(signal[i], state.now)
+            state.is_moving = not _same(state.before, state.now)
+        is_steady = state.is_moving == 0.0 and _same(state.now, ranges)
+        end = out.size if is_steady else min(out.size, i + SPAN - into)
+        _map(signal[i:end], state.now, out[i:end])
         if state.is_moving != 0.0:
-            before = mapped(signal[i], state.before)
-            out[i] = before + (out[i] - before) * ((into + 1) / SPAN)
+            for j in range(i, end):
+                before = mapped(signal[j], state.before)
+                out[j] = before + (out[j] - before) * ((into + 1 + j - i) / SPAN)
+        i = end
+
+
+@part
+def mapped(value: float, ranges: Memory) -> float:
+    """Map a value by these ranges."""
+    return curve(value, ranges.low, ranges.high, ranges.out_low, ranges.out_high, ranges.exponent)
+
+
+@part
+def _map(signal: Floats, ranges: Memory, out: Floats) -> None:
+    low, high, out_low, out_high = ranges.low, ranges.high, ranges.out_low, ranges.out_high
+    if ranges.exponent == 1.0:
+        for i in range(out.size):
+            out[i] = curve(signal[i], low, high, out_low, out_high, 1.0)
+    else:
+        for i in range(out.size):
+            out[i] = mapped(signal[i], ranges)
+
+
+@part
+def _same(a: Memory, b: Memory) -> bool:
+    same = True
+    for k in range(a.values.size):
+        same &= a.values[k] == b.values[k]
+    return same
 
 
 @kernel

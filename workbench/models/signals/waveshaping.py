@@ -117,7 +117,7 @@ def _sum_harmonics(work: Memory, amplitudes: Floats, half: float) -> None:
 
 @kernel
 def roughen(signal: Floats, depth: Floats, frequency_hz: Floats, rate: float, phase: Memory, out: Floats) -> None:
-    """Multiply `signal` by `1 + m sin(2 pi f_r t)` into `out` (they may be the same array).
+    """Multiply `signal` by `1 + m sin(2 pi f_r t)` into `out`, another array.
 
     `depth` (m) and `frequency_hz` (f_r; thesis: 25 Hz) each hold one value for the stretch or one per frame; `phase` is
     that of the modulation.
@@ -126,10 +126,12 @@ def roughen(signal: Floats, depth: Floats, frequency_hz: Floats, rate: float, ph
     moves = 1 if frequency_hz.size > 1 else 0
     high, low, per_rate = phase.high, phase.low, 1.0 / rate
     for i in range(out.size):
-        sine, _ = sin_cos((high + low) * per_rate)
-        out[i] = signal[i] * (1.0 + depth[i * deepens] * sine)
+        out[i] = (high + low) * per_rate
         high, low = next_phase(high, low, frequency_hz[i * moves], rate)
     phase.high, phase.low = high, low
+    for i in range(out.size):  # apart from the phases, each of which needs the one before, sines are vectorised
+        sine, _ = sin_cos(out[i])
+        out[i] = signal[i] * (1.0 + depth[i * deepens] * sine)
 
 
 @kernel
@@ -159,7 +161,7 @@ def sin_cos(turns: float) -> tuple[float, float]:
     >>> sin_cos(0.5)[1]
     -1.0
     """
-    quarter = math.floor(4.0 * turns + 0.5)
+    quarter = np.floor(4.0 * turns + 0.5)  # `math.floor` gives integers of 64 bits, which are converted one by one
     x = 2.0 * math.pi * (turns - 0.25 * quarter)
     z = x * x
     sine = -1.0 / 1307674368000.0
@@ -179,7 +181,7 @@ def sin_cos(turns: float) -> tuple[float, float]:
     cosine = 1.0 / 24.0 + z * cosine
     cosine = -0.5 + z * cosine
     cosine = 1.0 + z * cosine
-    which = int(quarter) & 3
+    which = np.int32(quarter) & 3
     if which & 1:
         sine, cosine = cosine, -sine
     if which & 2:

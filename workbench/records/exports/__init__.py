@@ -3,6 +3,7 @@
 A new file is a new format; `underfoot export` and the window offer what is here.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
@@ -13,13 +14,15 @@ from pkgutil import iter_modules
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile, UnderfootError
-from underfoot.floor.step_finder import Detections
+from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records.recording import Recording
 from underfoot.records.survey import RecordedForces
 
 VIBRATION = ("commanded", "measured", "vibration")
 """Commanded and measured acceleration of tiles, m/s^2, and their drive, relative to full scale."""
+DECIDED_S = 5.0
+"""Time after its end by which a step has its person, side and measures (`walks.WalkTracker`), with some room."""
 
 
 class ExportStopped(UnderfootError):
@@ -28,55 +31,120 @@ class ExportStopped(UnderfootError):
 
 @dataclass(frozen=True)
 class ExportSource:
-    """A recording as formats take it. Times are seconds from its first frame on, as the window shows them."""
+    """A recording, or a stretch of it, as formats take it. Times are seconds from its first frame on."""
 
     recording: Recording
     vibration: str = "measured"
     """The one of `VIBRATION` that a format takes which carries one alone."""
     progress: Callable[[str, float], bool] = field(default=lambda text, share: True)
     """Receives the current step and its completed share; returns whether to continue."""
+    stretch_s: tuple[float, float] | None = None
+    """Beginning and end of the stretch in seconds from the recording's first frame; None for the whole recording."""
 
     def __post_init__(self) -> None:
+        """Raise `BadFile` for a recording of nothing, `BadValue` for a stretch that is not in the recording."""
         if self.recording.span == (0, 0):
             raise BadFile(f"{self.recording.path} holds nothing to export: it was ended before its first frame")
+        if self.stretch_s is not None:
+            (begin_s, end_s), length_s = self.stretch_s, self.forces.length_s
+            if not 0.0 <= begin_s < end_s <= length_s or self.end == self.first:
+                raise BadValue(
+                    f"the stretch is from {begin_s:.10g} to {end_s:.10g} s; allowed: from a second to a later one, "
+                    f"within the recording's 0 to {length_s:.10g} s"
+                )
 
     @property
     def forces(self) -> RecordedForces:
-        """Its floor, its rates and its force samples."""
+        """The floor, the rates and the ends of the whole recording."""
         return RecordedForces(self.recording)
+
+    @property
+    def first(self) -> int:
+        """The first session frame."""
+        return self._frame_at(None if self.stretch_s is None else self.stretch_s[0], self.forces.first)
+
+    @property
+    def end(self) -> int:
+        """The session frame after the last."""
+        return self._frame_at(None if self.stretch_s is None else self.stretch_s[1], self.forces.end)
+
+    @property
+    def from_s(self) -> float:
+        """Seconds of the recording before the first frame."""
+        return (self.first - self.forces.first) / self.forces.rate
+
+    @property
+    def length_s(self) -> float:
+        """Duration in seconds."""
+        return (self.end - self.first) / self.forces.rate
 
     def pieces(self, text: str) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Yield times (n,) and corner forces (n, tiles, 4), piece by piece."""
-        forces = self.forces
-        for time_s, force_n in forces.pieces():
-            self.report_progress(text, float(time_s[-1]) / max(forces.length_s, 1e-9))
-            yield time_s, force_n
+        begin, end = (-math.inf, math.inf) if self.stretch_s is None else (self.first, self.end)
+        return self._pieces(begin, end, text, self.length_s)
 
     def found(self, text: str) -> Iterator[Detections]:
-        """Yield contacts and footsteps, piece by piece."""
-        forces = self.forces
-        for found in forces.found():
-            if len(found.rows):
-                self.report_progress(text, float(found.rows.time_s[-1]) / max(forces.length_s, 1e-9))
-            yield found
+        """Yield contacts and footsteps, piece by piece.
+
+        Those of a stretch are what is found in the whole recording: all samples of contacts in it, and the steps that
+        begin and end in it, with their numbers.
+        """
+        floor, rate_hz = self.forces.floor, self.forces.rate_hz
+        if self.stretch_s is None:
+            yield from find_steps(self._pieces(-math.inf, math.inf, text, self.length_s), floor, rate_hz)
+            return
+        length_s = self.length_s
+        until = self.end + DECIDED_S * self.forces.rate
+        for found in find_steps(self._pieces(-math.inf, until, text, length_s + DECIDED_S), floor, rate_hz):
+            time_s = found.rows.time_s
+            rows = found.rows.select((time_s >= 0.0) & (time_s < length_s))
+            steps = [s for s in found.steps if s.start_s >= 0.0 and s.start_s + 1e-3 * s.contact_ms <= length_s]
+            yield Detections(rows, steps)
 
     def frames(self, source: str, text: str) -> Iterator[NDArray[np.float32]]:
-        """Yield a table of `VIBRATION`, [frame, tile], for the whole recording, piece by piece; 0 in gaps."""
-        forces = self.forces
-        at = forces.first
-        for first, rows in self.recording.blocks(source, forces.first, forces.end):
+        """Yield a table of `VIBRATION`, [frame, tile], from the first frame to the last, piece by piece; 0 in gaps."""
+        at, begin, end, tiles = self.first, self.first, self.end, len(self.forces.floor.tiles)
+        for first, rows in self.recording.blocks(source, begin, end):
             if first > at:
-                yield from _still(first - at, len(forces.floor.tiles))
-            kept = rows[max(at - first, 0) : forces.end - first]
-            self.report_progress(text, (first - forces.first) / max(forces.end - forces.first, 1))
+                yield from _still(first - at, tiles)
+            kept = rows[max(at - first, 0) : end - first]
+            self.report_progress(text, (first - begin) / max(end - begin, 1))
             yield kept
             at = max(at, first + len(rows))
-        yield from _still(forces.end - at, len(forces.floor.tiles))
+        yield from _still(end - at, tiles)
 
     def marks(self) -> list[tuple[float, str]]:
         """Return time in seconds and text of the marks."""
-        forces = self.forces
-        return [((mark.frame - forces.first) / forces.rate, mark.text) for mark in self.recording.marks()]
+        return [(self._time_s(mark.frame), mark.text) for mark in self.recording.marks() if self._has(mark.frame)]
+
+    def commands(self) -> list[tuple[float, str, str]]:
+        """Return time in seconds, kind and body of the commands."""
+        found = self.recording.commands()
+        return [(self._time_s(frame), kind, body) for frame, kind, body in found if self._has(frame)]
+
+    def gaps(self) -> list[tuple[float, float]]:
+        """Return beginning and length in seconds of the gaps."""
+        ends = [(max(gap.first, self.first), min(gap.first + gap.count, self.end)) for gap in self.recording.gaps()]
+        return [(self._time_s(begin), (end - begin) / self.forces.rate) for begin, end in ends if begin < end]
+
+    def _pieces(
+        self, begin: float, end: float, text: str, until_s: float
+    ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Yield times and corner forces between two session frames."""
+        first, rate, before_s = self.first, self.forces.rate, 0.0 if begin > -math.inf else self.from_s
+        for rows in self.recording.force_blocks_between(begin, end):
+            time_s = (rows[:, 0] - first) / rate
+            self.report_progress(text, (float(time_s[-1]) + before_s) / max(until_s + before_s, 1e-9))
+            yield time_s, rows[:, 2:].reshape(len(rows), -1, 4)
+
+    def _frame_at(self, second: float | None, otherwise: int) -> int:
+        return otherwise if second is None else self.forces.first + round(second * self.forces.rate)
+
+    def _time_s(self, frame: int) -> float:
+        return (frame - self.first) / self.forces.rate
+
+    def _has(self, frame: int) -> bool:
+        return self.stretch_s is None or self.first <= frame < self.end
 
     def report_progress(self, text: str, share: float) -> None:
         """Report the progress; raise `ExportStopped` if the export was cancelled."""

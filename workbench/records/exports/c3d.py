@@ -72,7 +72,7 @@ def _write(export: ExportSource, path: Path) -> None:
     _describe_plates(made, forces.floor)
     _add_events(made, export, first_s)
     made.add_parameter("UNDERFOOT", "TILES", list(forces.floor.ids))
-    made.add_parameter("UNDERFOOT", "FIRST_S", [float(first_s)])
+    made.add_parameter("UNDERFOOT", "FIRST_S", [export.from_s + first_s])
     export.report_progress("Writing", 0.95)
     with replaced(path) as part, written(path):
         named = Path(f"{part}.c3d")  # a name without the suffix would be given it
@@ -84,11 +84,14 @@ def _write(export: ExportSource, path: Path) -> None:
 
 
 def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float, float, int]:
-    """Corner forces at even times (n, tiles, 4), the time of the first, samples a second, and samples in a frame."""
+    """Corner forces at even times (n, tiles, 4), the time of the first, samples a second, and samples in a frame.
+
+    The last samples of a stretch that fill no frame are left out: zeros would be a foot off.
+    """
     forces = export.forces
     pieces = list(export.pieces("Reading forces"))
     if not pieces:
-        raise BadFile(f"{export.recording.path} holds no force samples")
+        raise BadFile(f"{export.recording.path} holds no force samples{' there' if export.stretch_s else ''}")
     time_s = np.concatenate([one for one, _ in pieces])
     rate_hz = even_rate(time_s, forces.rate_hz)
     count = round((float(time_s[-1]) - float(time_s[0])) * rate_hz) + 1
@@ -98,6 +101,8 @@ def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float,
         most_s = MOST_FRAMES // channels * MOST_FRAMES / rate_hz
         raise BadFile(f"{path} would have {count / rate_hz:.0f} s; allowed: {most_s:.0f} s; export it as .h5")
     corners = even_forces(time_s, np.concatenate([force_n for _, force_n in pieces]), rate_hz, in_frame)
+    if export.stretch_s is not None and count >= in_frame:
+        corners = corners[: count // in_frame * in_frame]
     return corners, float(time_s[0]), rate_hz, in_frame
 
 

@@ -39,14 +39,14 @@ def _write(export: ExportSource, path: Path) -> None:
     with replaced(path) as part, written(path), h5py.File(part, "w") as file:
         file.attrs.update({key: recording.about[key] for key in ("floor", "patch")})
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
-        pieces = export.pieces("Writing forces")
+        file.attrs["from_s"] = export.from_s
         table = _Growing(file.create_group("force"), ("time_s", "corners_n"))
         table.append(time_s=np.zeros(0), corners_n=np.zeros((0, tiles, 4)))  # there also if no sample came
-        for time_s, force_n in pieces:
+        for time_s, force_n in export.pieces("Writing forces"):
             table.append(time_s=time_s, corners_n=force_n)
         for source in VIBRATION:
             unit = "of full scale" if source == "vibration" else "m/s^2"
-            frames = _Frames(file.require_group("vibration"), source, unit, forces.end - forces.first, tiles)
+            frames = _Frames(file.require_group("vibration"), source, unit, export.end - export.first, tiles)
             for rows in export.frames(source, f"Writing {source}"):
                 frames.append(rows)
             frames.flush()
@@ -60,13 +60,11 @@ def _write(export: ExportSource, path: Path) -> None:
         marks = export.marks()
         _put(file.require_group("marks"), "time_s", np.array([time_s for time_s, _ in marks]))
         _put(file.require_group("marks"), "text", [text for _, text in marks])
-        commands = recording.commands()
-        at_s = [(frame - forces.first) / forces.rate for frame, _, _ in commands]
-        _put(file.require_group("commands"), "time_s", np.array(at_s))
+        commands = export.commands()
+        _put(file.require_group("commands"), "time_s", np.array([time_s for time_s, _, _ in commands]))
         for name, place in (("kind", 1), ("body", 2)):
             _put(file.require_group("commands"), name, [str(command[place]) for command in commands])
-        gaps = [((gap.first - forces.first) / forces.rate, gap.count / forces.rate) for gap in recording.gaps()]
-        _put(file, "gaps_s", np.array(gaps).reshape(-1, 2))
+        _put(file, "gaps_s", np.array(export.gaps()).reshape(-1, 2))
 
 
 def step_columns(steps: Iterable[Step]) -> dict[str, NDArray | list[str]]:

@@ -20,9 +20,11 @@ def _write(export: ExportSource, path: Path) -> None:
 
     forces, source = export.forces, export.vibration
     tiles = len(forces.floor.tiles)
-    needed = max(32 * tiles * forces.length_s * forces.rate_hz, 4 * tiles * (forces.end - forces.first))
+    needed = max(32 * tiles * export.length_s * forces.rate_hz, 4 * tiles * (export.end - export.first))
     if needed > MOST_BYTES:
-        raise BadFile(f"{path} would need {needed / 1e9:.1f} GB for one variable; allowed: 2.1 GB; export it as .h5")
+        raise BadFile(
+            f"{path} would need {needed / 1e9:.1f} GB for one variable; allowed: 2.1 GB; export a stretch, or as .h5"
+        )
     pieces = list(export.pieces("Reading forces"))
     steps: list[Step] = []
     rows = []
@@ -35,6 +37,7 @@ def _write(export: ExportSource, path: Path) -> None:
         "tiles": np.array(forces.floor.ids, object),
         "rate_hz": forces.rate,
         "force_rate_hz": forces.rate_hz,
+        "from_s": export.from_s,
         "floor_json": export.recording.about["floor"],
         "patch_json": export.recording.about["patch"],
         "time_s": np.concatenate([time_s for time_s, _ in pieces] or [np.zeros(0)])[:, None],

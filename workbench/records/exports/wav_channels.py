@@ -15,7 +15,7 @@ def _write(export: ExportSource, path: Path) -> None:
     if channels > MOST_CHANNELS:
         raise BadFile(f"{path} would have {channels} channels; allowed: up to {MOST_CHANNELS}")
     parts = export.frames(source, f"Writing what tiles {_WORDS[source]}")
-    write_wav_parts(path, parts, forces.end - forces.first, channels, forces.rate)
+    write_wav_parts(path, parts, export.end - export.first, channels, forces.rate)
 
 
 _WORDS = {"commanded": "were asked", "measured": "did", "vibration": "played"}

@@ -1,4 +1,4 @@
-"""A text field on the canvas, over the item that it names; it closes after editing."""
+"""A text field over the item that it names, on the canvas or in a list; it closes after editing."""
 
 from collections.abc import Callable
 
@@ -50,11 +50,13 @@ class InlineEdit(QPlainTextEdit):
         on_done, self._on_done = self._on_done, None
         if on_done is None:
             return
+        had_focus = self.hasFocus()
         self.hide()
         text = " ".join(self.toPlainText().split()) if self._is_line else self.toPlainText().strip()
         if commit:
             on_done(text)
-        self._parent_widget.setFocus()
+        if had_focus:
+            self._parent_widget.setFocus()
 
     def event(self, event: QEvent) -> bool:
         # Escape goes to the field, not to a shortcut of the window.

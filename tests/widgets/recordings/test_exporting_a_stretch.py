@@ -1,0 +1,68 @@
+"""The export dialog offers the stretch that is selected on the axis."""
+
+import pytest
+import soundfile
+from long_recording import write_recording
+from on_screen import show
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QLineEdit
+
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.recordings.exporting import ExportDialog
+from underfoot.widgets.recordings.workspace import RecordingsWorkspace
+from underfoot.widgets.session.settings import Settings
+
+
+@pytest.fixture
+def workspace(qtbot, tmp_path, monkeypatch):
+    """The workspace on the screen, with six seconds of a walk open."""
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
+    made = RecordingsWorkspace(Settings())
+    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
+    made.resize(1280, 748)
+    show(qtbot, made)
+    made.open_file(write_recording(tmp_path / "walk.underfoot", 6.0, default_floor(1, 2)))
+    qtbot.waitUntil(lambda: made.axis.content is not None and made.axis.content.overview is not None)
+    qtbot.waitUntil(lambda: not made.surveyor.is_busy)
+    return made
+
+
+def ask(workspace):
+    QTest.mouseClick(workspace.export_button, Qt.MouseButton.LeftButton)
+    return next(one for one in workspace.window().findChildren(ExportDialog) if one.isVisible())
+
+
+def choices(dialog):
+    return [dialog.stretch.itemText(row) for row in range(dialog.stretch.count())]
+
+
+def test_what_is_selected_on_the_axis_is_exported_alone(workspace, qtbot, tmp_path):
+    axis = workspace.axis
+    axis.set_cursor(1.5)
+    QTest.keyClick(axis, Qt.Key.Key_BracketLeft)
+    axis.set_cursor(4.0)
+    QTest.keyClick(axis, Qt.Key.Key_BracketRight)
+    dialog = ask(workspace)
+    assert choices(dialog) == ["Whole recording, 6.00 s", "Selected stretch, 1.500 s to 4.000 s"]
+    assert dialog.stretch.currentIndex() == 0
+    dialog.format.setCurrentIndex(dialog.format.findData(".wav"))
+    dialog.stretch.setFocus()
+    QTest.keyClick(dialog.stretch, Qt.Key.Key_Down)
+    save = dialog.findChild(QDialogButtonBox).button(QDialogButtonBox.StandardButton.Save)
+    QTest.mouseClick(save, Qt.MouseButton.LeftButton)
+    chooser = next(one for one in workspace.window().findChildren(QFileDialog) if one.isVisible())
+    assert chooser.selectedFiles() == [str(tmp_path / "walk 1.50-4.00 s.wav")]
+    line = chooser.findChild(QLineEdit, "fileNameEdit")
+    line.setText(str(tmp_path / "part.wav"))
+    chooser.accept()
+    qtbot.waitUntil(lambda: not workspace.exporting.is_busy)
+    assert len(soundfile.read(tmp_path / "part.wav")[0]) == round(2.5 * 48_000)
+
+
+def test_without_a_selection_the_dialog_says_how_to_make_one(workspace):
+    dialog = ask(workspace)
+    assert choices(dialog) == ["Whole recording, 6.00 s"]
+    hints = [label.text() for label in dialog.findChildren(type(dialog.about)) if label.isVisible()]
+    assert "To export a part, select it first: drag on the ruler." in hints
+    dialog.reject()

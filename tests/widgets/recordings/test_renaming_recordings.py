@@ -1,0 +1,167 @@
+"""A recording gets another name in the list: by F2, by the menu, and only if nothing is lost by it."""
+
+import shutil
+
+import pytest
+from long_recording import write_recording
+from on_screen import show
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+from underfoot.floor.layout import default_floor
+from underfoot.records.recording import Recording, Writer
+from underfoot.widgets.recordings.workspace import RecordingsWorkspace
+from underfoot.widgets.session.settings import Settings
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    return write_recording(tmp_path_factory.mktemp("walks") / "walk.underfoot", 2.0, default_floor(1, 2))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, walk):
+    """Where the program records, with two recordings."""
+    made = tmp_path / "recorded"
+    made.mkdir()
+    for name in ("monday", "tuesday"):
+        shutil.copy(walk, made / f"{name}.underfoot")
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: made)
+    return made
+
+
+@pytest.fixture
+def workspace(qtbot, folder):
+    """The workspace on the screen, with Monday open and its steps found."""
+    made = RecordingsWorkspace(Settings())
+    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
+    made.resize(1280, 748)
+    show(qtbot, made)
+    made.set_active(True)
+    click(made, "monday")
+    qtbot.waitUntil(lambda: made.axis.content is not None and made.axis.content.overview is not None)
+    qtbot.waitUntil(lambda: not made.surveyor.is_busy)
+    return made
+
+
+def names(workspace):
+    items = (workspace.recordings.list.item(row) for row in range(workspace.recordings.list.count()))
+    return sorted(item.text().split("\n")[0] for item in items)
+
+
+def place(workspace, name):
+    items = [workspace.recordings.list.item(row) for row in range(workspace.recordings.list.count())]
+    item = next(item for item in items if item.text().split("\n")[0] == name)
+    return workspace.recordings.list.visualItemRect(item).center()
+
+
+def click(workspace, name):
+    QTest.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.LeftButton, pos=place(workspace, name))
+
+
+def type_name(workspace, name, key=Qt.Key.Key_Return):
+    """Press F2, type a name over the present one, and press a key."""
+    QTest.keyClick(workspace.recordings.list, Qt.Key.Key_F2)
+    assert workspace.recordings.inline.isVisible()
+    QTest.keyClicks(workspace.recordings.inline, name)
+    QTest.keyClick(workspace.recordings.inline, key)
+    assert not workspace.recordings.inline.isVisible()
+
+
+def test_f2_renames_the_open_one_which_stays_open_where_it_was_looked_at(workspace, folder, qtbot):
+    workspace.axis.set_view(0.5, 1.0)
+    workspace.axis.set_cursor(0.75)
+    type_name(workspace, "first walk")
+    qtbot.waitUntil(lambda: workspace.title.text() == "first walk")
+    assert names(workspace) == ["first walk", "tuesday"]
+    assert sorted(path.name for path in folder.iterdir()) == ["first walk.underfoot", "tuesday.underfoot"]
+    assert workspace.recordings.chosen_path() == folder / "first walk.underfoot"
+    assert (workspace.axis.view.begin_s, workspace.axis.cursor_s) == (0.5, 0.75)
+    workspace.axis.setFocus()
+    qtbot.keyClick(workspace.axis, Qt.Key.Key_M)  # the file that is open now is the renamed one
+    qtbot.waitUntil(lambda: len(workspace.axis.content.opened.marks) == 1)
+    with Recording(folder / "first walk.underfoot") as recording:
+        assert len(recording.marks()) == 1
+
+
+def test_escape_keeps_the_name(workspace, folder):
+    type_name(workspace, "nothing", Qt.Key.Key_Escape)
+    assert names(workspace) == ["monday", "tuesday"]
+    assert workspace.recordings.list.hasFocus()
+
+
+def test_the_menu_renames_what_is_under_the_mouse(workspace, folder, qtbot):
+    qtbot.mouseClick(workspace.recordings.list.viewport(), Qt.MouseButton.RightButton, pos=place(workspace, "tuesday"))
+    at = place(workspace, "tuesday")
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, workspace.recordings.list.viewport().mapToGlobal(at))
+    QApplication.sendEvent(workspace.recordings.list.viewport(), event)
+    menu = next(one for one in workspace.recordings.list.findChildren(QMenu) if one.isVisible())
+    assert [action.text() for action in menu.actions()] == ["Rename…\tF2", "Delete…\tDel"]
+    qtbot.mouseClick(menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(menu.actions()[0]).center())
+    assert workspace.recordings.inline.toPlainText() == "tuesday"
+    QTest.keyClicks(workspace.recordings.inline, "wednesday")
+    click(workspace, "monday")  # a click elsewhere commits, and opens what was clicked
+    qtbot.waitUntil(lambda: names(workspace) == ["monday", "wednesday"])
+    qtbot.waitUntil(lambda: workspace.title.text() == "monday" and workspace.axis.content is not None)
+    assert workspace.recordings.chosen_path() == folder / "monday.underfoot"
+
+
+@pytest.mark.parametrize(
+    ("typed", "why"),
+    [("tuesday", "tuesday.underfoot is there already; choose another name"), ("a/b", "'a/b' is not a file name")],
+)
+def test_a_name_that_cannot_be_is_refused_below_the_list(workspace, folder, qtbot, typed, why):
+    type_name(workspace, typed)
+    problem = workspace.recordings.problem
+    qtbot.waitUntil(problem.isVisible)
+    assert problem.text().startswith(why)
+    assert names(workspace) == ["monday", "tuesday"]
+    workspace.axis.setFocus()
+    qtbot.keyClick(workspace.axis, Qt.Key.Key_M)  # it is still open
+    qtbot.waitUntil(lambda: len(workspace.axis.content.opened.marks) == 1)
+    click(workspace, "tuesday")
+    assert not problem.isVisible()
+
+
+def test_one_that_is_recorded_or_exported_keeps_its_name(workspace, folder, qtbot, monkeypatch):
+    monkeypatch.setattr(workspace.follower, "is_written", lambda path: path.stem == "monday")
+    type_name(workspace, "later")
+    assert "monday.underfoot is being recorded; stop that" in workspace.recordings.problem.text()
+    monkeypatch.undo()
+    monkeypatch.setattr(workspace.exporting, "is_reading", lambda path: True)
+    type_name(workspace, "later")
+    assert "monday.underfoot is being exported" in workspace.recordings.problem.text()
+    monkeypatch.undo()
+    monkeypatch.setattr("underfoot.records.renaming.PATIENCE_S", 0.05)
+    with Recording(folder / "tuesday.underfoot") as recording:
+        about = recording.about
+    writer = Writer(folder / "tuesday.underfoot", about, resume=True)  # another program records
+    writer.set_about("target", "elsewhere")
+    click(workspace, "tuesday")
+    qtbot.waitUntil(lambda: workspace.title.text() == "tuesday" and workspace.axis.content is not None)
+    type_name(workspace, "later")
+    qtbot.waitUntil(lambda: "it is being recorded or read" in workspace.recordings.problem.text())
+    workspace.reader.close()
+    writer.close()
+    assert sorted(path.name for path in folder.iterdir()) == ["monday.underfoot", "tuesday.underfoot"]
+
+
+def test_a_single_file_that_was_added_is_found_under_its_new_name(qtbot, workspace, walk, tmp_path):
+    path = shutil.copy(walk, tmp_path / "own.underfoot")
+    workspace.open_file(path)
+    qtbot.waitUntil(lambda: workspace.title.text() == "own" and workspace.axis.content is not None)
+    workspace.recordings.list.setFocus()
+    type_name(workspace, "mine")
+    qtbot.waitUntil(lambda: workspace.title.text() == "mine")
+    assert names(workspace) == ["mine", "monday", "tuesday"]
+
+
+def test_a_long_list_shows_the_field_at_the_item(workspace):
+    QTest.keyClick(workspace.recordings.list, Qt.Key.Key_F2)
+    inline = workspace.recordings.inline
+    item = workspace.recordings.list.visualItemRect(workspace.recordings.list.currentItem())
+    assert item.contains(inline.geometry().center())
+    assert item.topLeft() != QPoint()
+    QTest.keyClick(inline, Qt.Key.Key_Escape)

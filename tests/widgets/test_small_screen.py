@@ -1,0 +1,46 @@
+"""The Experiment workspace on a screen of 1280 x 800 at 200 %, which has 640 x 400 points: it scrolls."""
+
+from itertools import combinations
+
+import pytest
+from on_screen import show
+from PySide6.QtCore import QRect
+from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
+from study_hand import Hand
+
+
+@pytest.fixture
+def made(qtbot, tmp_path):
+    hand = Hand(qtbot, tmp_path)
+    hand.workspace.resize(640, 340)
+    show(qtbot, hand.workspace)
+    qtbot.waitUntil(lambda: hand.workspace.size().toTuple() == (640, 340))
+    return hand
+
+
+def places(page):
+    """The rectangles of all visible texts and controls of a page."""
+    parts = [part for kind in (QLabel, QLineEdit, QPushButton) for part in page.findChildren(kind) if part.isVisible()]
+    return {part: QRect(part.mapTo(page, part.rect().topLeft()), part.size()) for part in parts}
+
+
+@pytest.mark.parametrize("name", ["overview", "experimenter"])
+def test_nothing_overlaps_and_all_can_be_scrolled_to(made, qtbot, name):
+    page: QWidget = getattr(made.workspace, name)
+    made.workspace.stack.setCurrentWidget(page)
+    qtbot.waitUntil(lambda: page.isVisible() and page.width() > 320)
+    found = places(page)
+    assert len(found) > 4
+    assert not [pair for pair in combinations(found.values(), 2) if pair[0].intersects(pair[1])]
+    assert all(page.rect().contains(place) for place in found.values())
+    area = made.workspace.stack.parentWidget().parentWidget()
+    assert isinstance(area, QScrollArea)
+    assert area.horizontalScrollBar().maximum() > 0
+
+
+def test_another_page_begins_at_its_left(made):
+    area = made.workspace.stack.parentWidget().parentWidget()
+    area.horizontalScrollBar().setValue(50)
+    assert area.horizontalScrollBar().value() == 50
+    made.click(made.workspace.library.new)
+    assert area.horizontalScrollBar().value() == 0
