@@ -251,6 +251,18 @@ def test_monitor_says_when_forces_are_none_that_a_walk_has(underfoot, folder, wa
     assert said in underfoot("monitor", "walk.csv").error
 
 
+def test_monitor_says_how_many_contacts_a_gap_has_cut(underfoot, folder, walk):
+    whole = underfoot("monitor", walk)
+    assert "cut by gaps" not in whole.error
+    header, *rows = walk.read_text().splitlines()
+    at_s = float(whole.out.splitlines()[1].split()[1]) + 0.3  # in the second step, when the first has ended
+    kept = [row for row in rows if not at_s < float(row.partition(",")[0]) < at_s + 0.1]
+    walk.write_text("\n".join([header, *kept]) + "\n")
+    said = underfoot("monitor", walk)
+    assert "underfoot: 2 contacts cut by gaps in the samples; they give no step\n" in said.error
+    assert len(said.out.splitlines()) == len(whole.out.splitlines()) - 1
+
+
 def test_monitor_says_the_same_in_lines_for_people_and_stops_when_told(underfoot, folder, walk):
     assert [line.split()[3] for line in underfoot("monitor", "walk.csv").out.splitlines()] == ["t1", "t2"]
     assert len(underfoot("monitor", "walk.csv", "--seconds", "1.2").out.splitlines()) < 3

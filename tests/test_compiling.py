@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from underfoot import __version__
 from underfoot.commands.compiling import report_compiling
 from underfoot.kernels import kernel
 
@@ -30,3 +31,13 @@ def test_what_is_compiled_is_told_and_what_is_loaded_is_not(monkeypatch, tmp_pat
     assert first == "underfoot: first use: compiling kernels, which takes up to a minute"
     assert last.startswith("underfoot: 1 kernel compiled in ")
     assert said[1] == ""
+
+
+def test_a_cache_that_cannot_be_written_is_told(monkeypatch, tmp_path, capfd):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))
+    with report_compiling():
+        _kernel()(np.ones(3))
+    *_, last = capfd.readouterr().err.splitlines()
+    kept = f"underfoot: kernels cannot be kept in {tmp_path / 'file' / __version__}, so each time they are compiled"
+    assert last == f"{kept}; name another folder in UNDERFOOT_CACHE"

@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from underfoot.commands.files import require_folders_writable, require_outputs_writable
 from underfoot.errors import BadFile
 from underfoot.files import make_folder, read_file, replaced, write_file
 
@@ -49,3 +50,43 @@ def test_what_cannot_be_is_a_bad_file_that_leaves_nothing(tmp_path):
     with pytest.raises(BadFile, match="inside cannot be written"):
         make_folder(tmp_path / "file" / "inside")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["file", "folder"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX has permissions, links and devices of this kind")
+def test_permissions_links_and_devices_stay_what_they_are(tmp_path):
+    before = os.umask(0o077)
+    try:
+        write_file(tmp_path / "mine.csv", b"answers of people")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "mine.csv").stat().st_mode & 0o777 == 0o600
+    write_file(tmp_path / "mine.csv", b"more")
+    assert (tmp_path / "mine.csv").stat().st_mode & 0o777 == 0o600
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "a.wav").symlink_to(tmp_path / "disk" / "a.wav")
+    write_file(tmp_path / "a.wav", b"there")
+    assert (tmp_path / "a.wav").is_symlink()
+    assert (tmp_path / "disk" / "a.wav").read_bytes() == b"there"
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(BadFile, match="pipe cannot be written: it is a device, and no file"):
+        write_file(tmp_path / "pipe", b"")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX has permissions of this kind")
+def test_what_is_protected_is_refused_before_the_work(tmp_path, monkeypatch):
+    path = tmp_path / "old.csv"
+    write_file(path, b"old")
+    path.chmod(0o444)
+    tmp_path.chmod(0o555)
+    monkeypatch.setattr(os, "access", lambda path, mode: bool(os.stat(path).st_mode & 0o200))  # also for root
+    try:
+        with pytest.raises(BadFile, match=r"old\.csv cannot be written: permission denied"):
+            write_file(path, b"new")
+        for check in (require_outputs_writable, require_folders_writable):
+            with pytest.raises(BadFile, match="new cannot be written: permission denied"):
+                check(tmp_path / "new")
+        with pytest.raises(BadFile, match="new/report cannot be written: permission denied"):
+            require_folders_writable(tmp_path / "new" / "report")
+    finally:
+        tmp_path.chmod(0o755)
+    assert path.read_bytes() == b"old"

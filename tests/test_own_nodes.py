@@ -1,9 +1,13 @@
 """Nodes in files beside a patch: nothing in them is run without consent; with it they play, in every process."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import soundfile
 
+import underfoot as uf
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
 from underfoot.errors import BadFile
@@ -85,3 +89,34 @@ def test_a_live_session_plays_it_and_its_next_version(own_node, until):
         until(lambda: 0.0 <= loudest() < 1e-6, "the next version plays, which is silent")
     finally:
         session.close()
+
+
+def test_a_script_agrees_as_the_page_says(folder, own_node):
+    page = (Path(__file__).parents[1] / "docs" / "plugins.md").read_text()
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    with pytest.raises(BadFile, match="which runs with your rights"):
+        uf.open_patch("hum.json")
+    found = {}
+    exec(code, found)
+    nobody = uf.Forces(np.arange(100) / 1000.0, np.zeros((100, 1, 4)), 1000.0, uf.default_floor(1, 1))
+    assert np.abs(uf.render(found["patch"], nobody, seconds=0.1).samples).max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("out[i] = wave", r": run of Hum cannot be compiled: NameError: name 'wave' is not defined$"),
+        ("out[i] = 'loud'", r", line 20: run of Hum cannot be compiled: there is no setitem\(.*str.*\)$"),
+        ("out[i] = strength.loud", r", line 20: run of Hum cannot be compiled: Unknown attribute 'loud' of"),
+        ("import numpy", r": run of Hum cannot be compiled: Use of unsupported opcode \(IMPORT_NAME\)"),
+    ],
+)
+def test_a_function_that_cannot_be_compiled_is_one_line(underfoot, folder, own_node, line, says):
+    text = own_node.file.read_text()
+    own_node.file.write_text(re.sub(r"^( +)out\[i\] = .*$", rf"\1{line}", text, flags=re.MULTILINE))
+    assert own_node.file.read_text() != text
+    said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
+    assert said.status == 1
+    assert said.error.count("\n") == 1
+    assert said.error.startswith(f"underfoot: {own_node.file}")
+    assert re.search(says, said.error.strip()), said.error

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from long_recording import write_recording
 
 import underfoot as uf
 from underfoot.devices.simulated_floor import SimulatedFloor
@@ -134,6 +135,10 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
     (lambda patch: uf.Patch(seed="one").add("tone"), "seed is 'one'; allowed: a whole number"),
     (lambda patch: uf.Patch(title=3).add("tone"), "title is 3; allowed: text"),
     (lambda patch: uf.walk("10"), "seconds is '10'; allowed: above 0, up to 600 s"),
+    (lambda patch: uf.walk(2.0, seed="a"), "seed is 'a'; allowed: a whole number, -2^63 to 2^63 - 1"),
+    (lambda patch: uf.SlipDistribution.solve(3, 20.0), "block is 3; allowed: a BlockOnBelt"),
+    (lambda patch: uf.Profile(tile="t1").force("much"),
+     "readings are no array of numbers; allowed: a last axis of 4, one for each sensor"),
     (lambda patch: uf.walk(2.0, 4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
 ])  # fmt: skip
 def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said):
@@ -252,3 +257,20 @@ def test_a_script_with_a_guard_has_its_processes(tmp_path):
     done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert sorted(eval(done.stdout)) == [(0, 1), (1, 2)]
+
+
+def test_forces_with_lost_samples_are_saved_as_they_are_read(folder):
+    walked = uf.walk(2.0, uf.default_floor(1, 2))
+    force_n = walked.force_n.copy()
+    force_n[::50, 0] = np.nan
+    uf.Forces(walked.time_s, force_n, walked.rate_hz, walked.floor).save("lossy.csv")
+    found = uf.read_forces("lossy.csv")
+    assert len(found) == len(walked) - 40
+    assert np.abs(found.force_n - force_n[np.isfinite(force_n).all(axis=(1, 2))]).max() < 6e-4
+
+
+def test_a_recording_says_which_tables_it_has(folder):
+    path = write_recording(folder / "walk.underfoot", 0.2, uf.default_floor(1, 1))
+    with uf.Recording(path) as recording, pytest.raises(uf.UnderfootError) as error:
+        recording.acceleration("asked")
+    assert str(error.value) == "table is 'asked'; allowed: commanded, measured"

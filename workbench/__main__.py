@@ -1,11 +1,13 @@
 """The entry point: the command line, and the one place that opens the window."""
 
 import builtins
+import errno
 import gc
 import os
 import sys
 from contextlib import ExitStack
 from importlib import import_module
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,8 +55,12 @@ def cli(
 def main() -> None:
     """Run the command line; every error is one line, and exit status 1."""
     gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again: 0.03 s
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # "m/s²" where a terminal or a pipe has no such sign
     try:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where an error of it is caught
     except click.exceptions.Abort:
         sys.exit(130)
     except click.UsageError as error:
@@ -68,8 +74,12 @@ def main() -> None:
     except MemoryError:
         _fail("there is not enough memory for this; ask for fewer seconds or fewer tiles")
     except BrokenPipeError:
+        _discard_output()
         sys.exit(1)
     except OSError as error:
+        if error.filename is None and error.errno in _REFUSED:
+            _discard_output()
+            _fail(f"what is printed cannot be written: {(error.strerror or 'refused').lower()}")
         if error.filename is None:
             raise
         _fail(f"{error.filename} cannot be reached: {(error.strerror or 'refused').lower()}")
@@ -77,6 +87,16 @@ def main() -> None:
         sys.exit(130)
     gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s
     sys.exit(status if isinstance(status, int) else 0)
+
+
+_REFUSED = (errno.ENOSPC, errno.EIO, errno.EFBIG)
+"""What a full or broken disk says, to which the standard output goes."""
+
+
+def _discard_output() -> None:
+    """Let nothing more be printed, or the interpreter tries again as it ends, and says that it failed."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(line: str) -> None:

@@ -1,5 +1,6 @@
 """Numba settings of kernels, imported only when a kernel is called."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
@@ -10,11 +11,13 @@ import numpy as np
 from numba import config, types
 from numba.core.caching import NullCache
 from numba.core.ccallback import CFunc
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from underfoot import lane_lowering, memory_lowering
+from underfoot.errors import BadFile
 from underfoot.kernel_cache import KernelCache, digest, of_part, options_text
 
 
@@ -82,12 +85,31 @@ def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:
 
 
 def compiled_callback(signature: Any, function: Callable[..., Any]) -> CFunc:
-    """Return the function compiled for this signature, or loaded."""
+    """Return the function compiled for this signature, or loaded; `BadFile` names its file if it cannot be."""
     callback: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
     callback._cache = KernelCache(function, f"callback {signature} {LOWERING}")
     with released(callback._cache):
-        callback.compile()
+        try:
+            callback.compile()
+        except (NumbaError, UnsupportedBytecodeError, AttributeError, TypeError) as error:
+            line, reason = _fault(str(error))
+            owner, _, name = function.__name__.rpartition("_")  # adapters are called so: Gain_run
+            raise BadFile(f"{function.__code__.co_filename}{line}: {name} of {owner} {reason}") from error
     return callback
+
+
+def _fault(text: str) -> tuple[str, str]:
+    """Return the place in a file and the reason, on one line, of what Numba says on many.
+
+    >>> _fault("Failed in nopython mode" + chr(10) + "NameError: name 'a' is not defined")
+    ('', "cannot be compiled: NameError: name 'a' is not defined")
+    """
+    place = re.search(r'File "[^"]*", line (\d+):\n\s*def ', text)  # not of the adapter, which has no such line
+    said = [line for line in map(str.strip, text.splitlines()) if line and not line.startswith(("Failed in", "During"))]
+    reason = said[0] if said else text
+    if reason.startswith("No implementation") and len(said) > 1:
+        reason = f"there is no {said[1].removeprefix('>>> ')}"
+    return (f", line {place[1]}" if place else ""), f"cannot be compiled: {reason[:300]}"
 
 
 @contextmanager

@@ -1,7 +1,9 @@
 """Reading and atomic writing of files: written beside the old file, then moved into place."""
 
+import errno
 import os
-import tempfile
+import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,29 +36,42 @@ def write_file(path: str | Path, *data: bytes | memoryview) -> None:
 def replaced(path: str | Path) -> Iterator[Path]:
     """Yield an empty file beside `path` to be written, and let it replace `path` at the end of the block.
 
-    If the block raises, the file is removed and `path` is unchanged. Raise `BadFile` if the file cannot be created or
-    moved; exceptions of the block itself pass through (see `written`).
+    If the block raises, the file is removed and `path` is unchanged. Behind a link, the file that it names is replaced.
+    Permissions are those of the old file, or of any new one. Raise `BadFile` if the file cannot be created or moved;
+    exceptions of the block itself pass through (see `written`).
 
+    >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with replaced(Path(folder, "a.txt")) as part:
     ...         _ = part.write_text("whole")
     ...     Path(folder, "a.txt").read_text()
     'whole'
     """
-    path = Path(path)
+    require_replaceable(path)
+    target = Path(os.path.realpath(path))
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
     with written(path):
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        os.close(handle)
-    part = Path(name)
+        part.touch(exist_ok=False)
     try:
         yield part
         with written(path):
             with part.open("r+b") as file:
                 os.fsync(file.fileno())
-            part.chmod(0o644)
-            part.replace(path)
+            if target.exists():
+                part.chmod(stat.S_IMODE(target.stat().st_mode))
+            part.replace(target)
     finally:
         part.unlink(missing_ok=True)
+
+
+def require_replaceable(path: str | Path) -> None:
+    """Raise `BadFile` for what must not become a file: a device, or a file that is protected against writing."""
+    if os.path.exists(path) and not os.path.isdir(path):
+        with written(path):
+            if not os.path.isfile(path):
+                raise OSError(errno.EINVAL, "it is a device, and no file")
+            if not os.access(path, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 @contextmanager

@@ -88,6 +88,15 @@ def test_the_command_measures_files_and_keeps_the_round_trip_in_the_profile(tmp_
     assert part.round_trip_ms == pytest.approx(12.5, abs=0.02)
 
 
+def test_a_sound_file_that_is_no_train_of_clicks_gives_no_latency(tmp_path):
+    train, onsets, _ = returned(np.full(60, 0.0125))
+    few = train[: onsets[5]].astype(np.float32)
+    wavfile.write(tmp_path / "few.wav", int(RATE), few)
+    options = ["--played", str(tmp_path / "few.wav"), "--recorded", str(tmp_path / "few.wav")]
+    said = CliRunner().invoke(cli, ["calibrate", "latency", *options])
+    assert "few.wav has 5 clicks; allowed: 20 or more" in str(said.exception)
+
+
 def test_the_round_trip_of_a_card_is_measured_through_it(null_sink, tmp_path):
     """The sink's monitor is its input. In a process of its own, since PortAudio looks for devices only once."""
     command = [

@@ -216,7 +216,7 @@ def test_what_the_command_cannot_use_is_one_line(underfoot):
     for options, words in (
         (("--target", "simulator", "--displacement", "9.2:1:0"), "are for hardware"),
         (("--target", "udp:5005"), "--displacement is missing"),
-        (("--target", "simulator", "--plate", "/nowhere"), "the plate at /nowhere cannot be opened"),
+        (("--target", "simulator", "--plate", "/nowhere"), "at /nowhere cannot be opened: there is no such port"),
         ((), "give either --footsteps or --target"),
         (("--target", "simulator", "--each", "1"), "footsteps is 1; allowed"),
     ):

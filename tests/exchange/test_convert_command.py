@@ -70,5 +70,8 @@ def test_what_cannot_be_converted_is_one_line(refused, folder):
     assert "--format is 'x'; allowed: " in refused("convert", SINE, "-o", "p.wav", "--format", "x")
     assert "IN or -o OUT is missing" in refused("convert")
     assert "no such file" in refused("convert", "missing.haptic", "-o", "p.json")
+    for seconds in ("nan", "0", "-1", "1e6"):  # of which the last took all memory there is
+        said = refused("convert", SINE, "-o", "p.haptic", "--seconds", seconds)
+        assert f"seconds is {float(seconds)}; allowed: above 0, up to 600 s" in said
     assert "--tile is 'x'; allowed: t1" in refused("convert", SINE, "-o", "p.wav", "--tile", "x")
     assert "there is no folder" in refused("convert", SINE, "-o", "no/p.wav")

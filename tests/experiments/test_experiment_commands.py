@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import resource
 import subprocess
 import sys
@@ -122,6 +123,10 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     assert "threshold TD" in done.stdout
     assert "0.46 m/s^2" in done.stdout  # the thesis's, beside
     assert (tmp_path / "r" / "analysis.html").read_text().count("<svg") == 3
+    for path in (tmp_path / "t.csv", *paths):  # the answers of people
+        before = path.read_bytes()
+        assert "is given twice" in said("analyse", path, "--csv", path)
+        assert path.read_bytes() == before
     again = run("analyse", tmp_path / "t.csv")
     assert [line for line in again.stdout.splitlines() if "threshold" in line] == [
         line for line in done.stdout.splitlines() if "threshold" in line
@@ -266,6 +271,17 @@ def test_what_cannot_be_is_one_line(tmp_path):
     assert "columns is 'stimulus'; allowed: a table of rating has the columns" in said("analyse", tmp_path / "c.csv")
     (tmp_path / "d.csv").write_text("participant,method,trial\nP1,rating\n")
     assert "line 2: 3 cells are needed" in said("analyse", tmp_path / "d.csv")
+
+
+def test_a_study_is_not_begun_on_a_sound_card_that_is_not_there(tmp_path):
+    """In a process of its own, since PortAudio looks for devices only once."""
+    command = ["experiment", "free-labels", "--participant", "P1", "--session", str(tmp_path / "s"), "--sound", "nix"]
+    done = subprocess.run(
+        [sys.executable, "-m", "underfoot", *command], input="", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert re.fullmatch(r"underfoot: (nix cannot be played on: .*; cards: .*|PortAudio is not there .*)\n", done.stderr)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_sessions_of_two_protocols_are_not_mixed(tmp_path):

@@ -31,6 +31,7 @@ def test_cues_are_what_their_messages_say():
     assert cue_of(Message("/underfoot/strike", ("t1",))) == StrikeCue("t1", 1.0)
     assert cue_of(Message("/underfoot/set", ("tone", "frequency", 80))) == SetCue("tone", "frequency", 80)
     assert cue_of(Message("/underfoot/mark", ("begin",))) == MarkCue("begin")
+    assert cue_of(Message("/underfoot/mark", ("begin", 7.0))) == MarkCue("begin", 7)  # as Pure Data sends it
 
 
 BAD = (

@@ -12,8 +12,10 @@ from pathlib import Path
 
 import pytest
 from free_ports import free_port
+from long_recording import write_recording
 from osc_ends import LOOPBACK
 
+from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "network.md"
@@ -99,3 +101,13 @@ def test_what_cannot_be_served_is_one_line(refused):
     assert "above 0" in refused("serve", "simulator", "--seconds", "0")
     assert "--level" in refused("serve", "simulator", "--level", "6")
     assert "there.json" in refused("serve", "simulator", "--patch", "there.json")
+    assert "no such file or preset" in refused("serve", "simulator", "--patch", "there")
+
+
+def test_it_takes_presets_and_recordings_as_monitor_does(underfoot, folder):
+    write_recording(folder / "walk.underfoot", 0.3, default_floor(1, 1), vibration=False)
+    (folder / "there.underfoot").write_bytes(b"")
+    for target in ("corridor", "walk.underfoot"):
+        said = underfoot("serve", target, "--patch", "gravel", "--record", "there.underfoot", "--listen", "off")
+        assert said.status == 1
+        assert "there.underfoot is there already" in said.error.splitlines()[-1]  # told when all else was looked at

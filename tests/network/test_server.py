@@ -175,9 +175,9 @@ def test_cues_come_in_the_order_in_which_they_were_sent(serve, end, until):
 def test_what_is_osc_but_no_cue_is_refused_with_a_reason(serve, end, until):
     port, address = listening()
     server = serve(listen=address)
-    end.send_message(port, "/underfoot/play", "gravel", "t1", float("nan"))
+    end.send_message(port, "/underfoot/play", "gravel", "t1", float("nan"), 5)
     ((number, refused, reason),) = until(lambda: end.received("/underfoot/refused"))
-    assert (number, refused, reason) == (-1, "/underfoot/play", "gain_db is nan; allowed: -80 to 20 dB")
+    assert (number, refused, reason) == (5, "/underfoot/play", "gain_db is nan; allowed: -80 to 20 dB")
     assert server.counts.refused == 1
     assert not server.cues()
 

@@ -17,6 +17,8 @@ def test_what_cannot_be_is_refused_in_a_line(refused):
     assert "0 to 2" in refused("scene", "frozen-pond", "--set", "turn=9")
     assert "allowed" in refused("scene", "footprints", "--set", "ground=lava")
     assert "--seconds" in refused("scene", "frozen-pond", "--film", "a.gif")
+    assert "ends in .gif" in refused("scene", "frozen-pond", "--film", "a.mp4", "--seconds", "1")
+    assert "ends in .png" in refused("scene", "frozen-pond", "--picture", "a.jpg", "--seconds", "1")
     assert "above 0" in refused("scene", "frozen-pond", "--seconds", "0")
     assert "folder" in refused("scene", "frozen-pond", "--picture", "nowhere/a.png")
     assert "walk.csv" in refused("scene", "frozen-pond", "--target", "walk.csv")

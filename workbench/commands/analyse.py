@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 
 
@@ -40,6 +40,8 @@ def analyse(options: AnalyseOptions) -> None:
     from underfoot.experiments.analysis.settings import Settings
     from underfoot.studies.results import results_of
 
+    require_folders_writable(options.report, options.bids)
+    require_outputs_writable(options.csv, inputs=options.sessions)
     results = results_of(options.sessions)
     settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
     findings = analysed(results.rows, results.protocol, settings)

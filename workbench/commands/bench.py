@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from underfoot.commands.files import FILE
+from underfoot.commands.files import FILE, require_folders_writable
 from underfoot.commands.options import takes_options
-from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.errors import BadValue, UnderfootError
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,7 @@ def bench(options: BenchOptions) -> None:
         raise BadValue(f"--seed is {options.seed}; allowed: 0 or more")
     if options.quick and options.short:
         raise BadValue("--quick and --short are both given; allowed: one of them")
-    for folder in (report, figures):
-        if folder is not None and folder.exists() and not folder.is_dir():
-            raise BadFile(f"{folder} is not a folder")
+    require_folders_writable(report, figures)
     if figures is not None:
         _draw(figures, options.quick, options.as_json)
         return

@@ -1,5 +1,6 @@
 """Progress report of a command while kernels are compiled, which takes half a minute at first use."""
 
+import os
 import sys
 import threading
 import time
@@ -8,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from underfoot.files import cache_folder
 from underfoot.quantities import counted
 
 if TYPE_CHECKING:
@@ -80,6 +82,10 @@ class _CompileReporter:
         while not self._done.wait(_EVERY_S if again else 5 * _EVERY_S):
             self._line(again, "" if again else "\n")
         self._line(again, "\n")
+        folder = cache_folder()
+        if not os.access(folder, os.W_OK):  # which the first kernel would have made
+            kept = f"kernels cannot be kept in {folder}, so each time they are compiled"
+            print(f"underfoot: {kept}; name another folder in UNDERFOOT_CACHE", file=sys.stderr, flush=True)
 
     def _line(self, begin: str, end: str) -> None:
         kernels = counted(self.count, "kernel")

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
 from underfoot.errors import BadValue
@@ -37,7 +37,7 @@ class ConvertOptions:
 @click.option("--format", default="", help="Format, if the suffix is ambiguous.")
 @click.option("--tile", default="", help="Write only this tile; by default all, or the one that moves most.")
 @click.option("--seconds", type=float, help="Length; by default until vibration ends, at most 5 s.")
-@click.option("--force", help='Force CSV, or "none"; by default one step over one tile.')
+@click.option("--force", type=FORCES, help='Force CSV, recording, C3D file, walk, or "none"; by default one step.')
 @click.option("--floor", type=FLOOR, help="Floor JSON for a simulated walker; copied into a shared folder.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles, copied into a shared folder.")
 @RUN_CODE

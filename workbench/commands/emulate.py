@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from underfoot.commands.files import FILE, FLOOR
+from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender
 from underfoot.devices.transports import TRANSPORTS
@@ -39,7 +39,7 @@ class EmulateOptions:
     senders: Mapping[type[Sender], str]
     floor: Path | None
     tile: int | None
-    force: Path | None
+    force: str | None
     rate: float | None
     sensors: Path | None
     acceleration: Path | None
@@ -75,7 +75,9 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--floor", type=FLOOR, help="Floor JSON; by default 2 x 2 tiles. Found automatically beside a force CSV.")
 @click.option("--tile", type=int, help="Send only this tile of the floor, counted from 0.")
 @click.option(
-    "--force", type=FILE, help="Force CSV, played once, or repeatedly for --seconds; by default a simulated walker."
+    "--force",
+    type=FORCES,
+    help="Force CSV or preset walk, played once, or repeatedly for --seconds; by default a simulated walker.",
 )
 @click.option("--rate", type=float, help="Samples per second of every tile; by default 1000, or the file's rate.")
 @click.option("--sensors", type=FILE, help='Simulated sensors instead of ideal ones: a parameter file, or "default".')

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.experiment_options import ExperimentOptions
-from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
 from underfoot.errors import BadValue
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 @click.option("--pilot", is_flag=True, help="Try it on yourself: two trials of each stage, short pauses, kept apart.")
 @click.option("--participant", help="Run the study in the terminal, on a person with this id.")
 @click.option("--session", type=FILE, help="Session file; an existing one is continued.")
-@click.option("--target", default="simulator", show_default=True, help="Source of forces, as for `monitor`.")
-@click.option("--floor", type=FILE, help="Floor JSON of the target; by default the default floor.")
+@click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
+@click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
 @click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
@@ -71,6 +71,9 @@ def experiment(options: ExperimentOptions) -> None:
         raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
     if options.csv is not None and options.simulate is None and options.plan is None:
         raise BadValue("--csv is for --simulate and --plan; `analyse --csv` writes the trials of people")
+    require_folders_writable(options.report)
+    page = options.report / "power.html" if options.report else None
+    require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions, page))
     protocol, folder = opened_protocol(options.protocol, options.conditions)
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
@@ -103,7 +106,6 @@ def _print_plan(options: ExperimentOptions, protocol: "Protocol", participant: s
     from underfoot.experiments.plan import COLUMNS, plan_of
     from underfoot.experiments.trial_files import write_csv
 
-    require_outputs_writable(options.csv)
     rows = plan_of(protocol, participant)
     if options.csv is not None:
         write_csv(options.csv, rows, COLUMNS)
@@ -137,8 +139,6 @@ def _simulated(options: ExperimentOptions, protocol: "Protocol", folder: Path) -
     from underfoot.experiments.simulation import summaries
 
     people = options.simulate or 0
-    page = options.report / "power.html" if options.report and options.report.is_dir() else None
-    require_outputs_writable(page, options.csv)
     truth = dict(_truth(options.truth))
     truths = truths_of(protocol, truth)
     found = power_of(summaries(_found(options, protocol, folder, people)), people, truths)

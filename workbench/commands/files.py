@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from underfoot.errors import BadFile
+from underfoot.files import require_replaceable
 
 FILE = click.Path(path_type=Path)
 """A file or folder that is named on the command line."""
@@ -68,6 +69,23 @@ def require_outputs_writable(*outputs: Path | None, inputs: Sequence[str | Path 
             raise BadFile(f"{path} cannot be written: it is a folder")
         if not os.path.isdir(path.parent):
             raise BadFile(f"{path} cannot be written: there is no folder {path.parent}")
+        require_replaceable(path)
+        _require_writable(path, path.parent)
         if os.path.realpath(path) in taken:
             raise BadFile(f"{path} is given twice; what comes out needs a file of its own")
         taken.add(os.path.realpath(path))
+
+
+def require_folders_writable(*folders: Path | None) -> None:
+    """Raise `BadFile` before the work for folders of outputs that cannot be made, or written into."""
+    for path in folders:
+        if path is None:
+            continue
+        if path.exists() and not path.is_dir():  # which raises for a name too long
+            raise BadFile(f"{path} is not a folder")
+        _require_writable(path, next(one for one in (path, *path.absolute().parents) if os.path.isdir(one)))
+
+
+def _require_writable(path: Path, folder: Path) -> None:
+    if not os.access(folder, os.W_OK):
+        raise BadFile(f"{path} cannot be written: permission denied")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from underfoot.commands.session_target import session_target
 from underfoot.commands.typed_lines import TypedLines
+from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
 from underfoot.files import make_folder
@@ -61,6 +62,8 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     from underfoot.studies.runner import Runner
 
     target = session_target(options.target, options.floor, options.profiles, options.sound, walker=False)
+    if target.sound is not None:
+        require_card(target.sound)  # a session would go on without what is to be felt
     with ExitStack() as opened:
         file = open_file()
         opened.callback(file.close)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import session_target
 from underfoot.errors import BadValue, DeviceError, require
@@ -48,8 +48,8 @@ class SceneOptions:
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("--target", default="simulator", show_default=True, help="Source of forces, as for `monitor`.")
-@click.option("--floor", type=FILE, help="Floor JSON of the target; by default the default floor.")
+@click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
+@click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
 @click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
 @click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
@@ -102,6 +102,9 @@ def _check(options: SceneOptions) -> None:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0, up to a day")
     if options.film is not None and (options.seconds is None or options.seconds > MOST_FILM_S):
         raise BadValue(f"--film needs --seconds of at most {MOST_FILM_S:g}")
+    for option, path, suffix in (("--film", options.film, ".gif"), ("--picture", options.picture, ".png")):
+        if path is not None and path.suffix.lower() != suffix:
+            raise BadValue(f"{option} is {path}; allowed: a name that ends in {suffix}")
     require_outputs_writable(options.record, options.film, options.picture, inputs=(options.floor,))
 
 

@@ -14,7 +14,7 @@ import click
 from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.files import FILE, RUN_CODE, require_outputs_writable
+from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -54,12 +54,13 @@ class ServeOptions:
     help=f"""Send contacts and steps to other programs, and take cues from them (docs/network.md).
 
     TARGET is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
-    or a force CSV. Each address is HOST:PORT, or "off"; HOST is an IPv4 address or localhost.
+    a force CSV, the preset walk "corridor", a recording, or a C3D file. Each address is HOST:PORT, or "off"; HOST is
+    an IPv4 address or localhost.
     """
 )
-@click.argument("target")
-@click.option("--floor", type=FILE, help="Floor JSON; found automatically beside a force CSV.")
-@click.option("--patch", type=FILE, help="The floor's own patch; by default none.")
+@click.argument("target", type=FORCES)
+@click.option("--floor", type=FLOOR, help="Floor JSON; found automatically beside a force CSV.")
+@click.option("--patch", type=PATCH, help="The floor's own patch: a file, or a preset's name; by default none.")
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
@@ -150,19 +151,19 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 def _target(options: ServeOptions) -> "Target":
     from underfoot.engine.target import Target, live_target, sound_device
-    from underfoot.floor.forces import load_floor_beside
     from underfoot.floor.layout import Floor
+    from underfoot.records.force_files import FORMS, floor_of
 
     sound = sound_device(options.sound)
     live = live_target(options.target, options.floor)
     if live is not None:
         return replace(live, sound=sound, profiles=str(options.profiles or ""))
     if not os.path.isfile(options.target):
-        allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, a force CSV"
+        allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, {FORMS}"
         raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
     if options.profiles is not None:
         raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")
-    floor = Floor.load(options.floor) if options.floor else load_floor_beside(options.target)
+    floor = Floor.load(options.floor) if options.floor else floor_of(options.target)
     return Target(floor, kind="replay", source=options.target, sound=sound)
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from underfoot.commands.files import require_outputs_writable
-from underfoot.errors import BadFile
+from underfoot.commands.files import require_folders_writable, require_outputs_writable
 from underfoot.options import option
 
 if TYPE_CHECKING:
@@ -32,8 +31,7 @@ class TileOptions:
     def require_writable(self) -> None:
         """Raise `BadFile` before the work, and not after it, where profile or report cannot be written."""
         require_outputs_writable(self.profile)
-        if self.report is not None and self.report.exists() and not self.report.is_dir():
-            raise BadFile(f"{self.report} is not a folder")
+        require_folders_writable(self.report)
 
     def chosen(self) -> "tuple[Floor, Tile]":
         """Return the floor and the tile of the options, by default the default floor and its first tile."""

@@ -92,6 +92,16 @@ def devices() -> list[Card]:
     return cards
 
 
+def require_card(name: str) -> None:
+    """Raise `DeviceError` if there is no such output device; "" is the default one."""
+    sounddevice = portaudio()
+    try:
+        sounddevice.query_devices(device_of(name), "output")
+    except (ValueError, sounddevice.PortAudioError) as error:
+        cards = ", ".join(card.name for card in devices()) or "none is there"
+        raise DeviceError(f"{name or 'the default card'} cannot be played on: {error}; cards: {cards}") from None
+
+
 def max_channels(name: str) -> int:
     """Return the channels of the device in one stream; `MAX_CHANNELS` also if there is no such device."""
     try:

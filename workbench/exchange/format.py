@@ -14,7 +14,7 @@ from underfoot.devices.offline import DEFAULT_S, offline_source
 from underfoot.engine.loop import LoopOptions
 from underfoot.engine.preview import one_step
 from underfoot.engine.render import Rendered, render_source
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.exchange.losses import KEPT
 from underfoot.floor.layout import Floor
 from underfoot.nodes import REGISTRY
@@ -23,6 +23,8 @@ from underfoot.records.force_files import read_force_file
 
 QUIET = 1e-3
 """Samples below this share of the largest (-60 dB) are trimmed at both ends of an export."""
+MOST_S = 600.0
+"""Longest `seconds` of an export, which is analysed as a whole in memory."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,10 @@ class Export:
     force: str | None = None
     floor: Floor | None = None
     profiles: Path | None = None
+
+    def __post_init__(self) -> None:
+        is_allowed = self.seconds is None or 0.0 < self.seconds <= MOST_S
+        require(is_allowed, "seconds", self.seconds, f"above 0, up to {MOST_S:g} s")
 
     @cached_property
     def rendered(self) -> Rendered:

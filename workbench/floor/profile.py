@@ -423,7 +423,10 @@ def load_for_tile(path: str | Path, tile: str, serial: str = "") -> Profile:
 
 
 def _four(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    array = np.asarray(values, dtype=np.float64)
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadValue(f"{name} are no array of numbers; allowed: a last axis of 4, one for each sensor") from None
     require(array.ndim >= 1 and array.shape[-1] == 4, name, array.shape, "a last axis of 4, one for each sensor")
     return array
 

@@ -9,10 +9,11 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from underfoot.floor.contacts import Contact, ContactRows, ContactTracker, OngoingContact
-from underfoot.floor.footsteps import Step
+from underfoot.floor.footsteps import LEAST_N, Step
 from underfoot.floor.layout import Floor
 from underfoot.floor.loss_concealment import LossConcealment
 from underfoot.floor.walks import WalkTracker
+from underfoot.quantities import counted
 
 CHUNK = 4096
 """Most samples per call."""
@@ -39,6 +40,8 @@ class StepFinder:
         self._counter = WalkTracker(floor)
         self._concealment = LossConcealment(self._tracker, CHUNK)
         self._untared = np.zeros(len(floor.tiles), bool)
+        self._first_s = math.inf
+        self._cut = 0
 
     def feed(self, time_s: NDArray[np.float64], force_n: NDArray[np.float64]) -> Detections:
         """Process the next samples, at most `CHUNK`: times (n,) and corner forces (n, tiles, 4)."""
@@ -47,6 +50,9 @@ class StepFinder:
             self._concealment.fill(time_s, force_n, len(time_s))
         followed = self._tracker.feed(time_s, force_n)
         self._untared |= self._tracker.untared
+        if len(time_s):
+            self._first_s = min(self._first_s, float(time_s[0]))
+        self._cut += sum(map(self._is_cut_by_gap, followed.finished))
         now = float(time_s[-1]) if len(time_s) else -math.inf
         return Detections(followed.rows, self._counter.feed(followed.finished, now), finished=followed.finished)
 
@@ -72,7 +78,15 @@ class StepFinder:
     def warnings(self) -> list[str]:
         """Return warnings about the data."""
         names = [tile.id for tile, untared in zip(self._floor.tiles, self._untared, strict=True) if untared]
-        return [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
+        found = [f"untared, loaded from the first sample on: {', '.join(names)}"] if names else []
+        if self._cut:
+            found.append(f"{counted(self._cut, 'contact')} cut by gaps in the samples; they give no step")
+        return found
+
+    def _is_cut_by_gap(self, contact: Contact) -> bool:
+        """Return whether a contact that would be a step was cut, and not by the stream's ends or a missing tare."""
+        is_cut = contact.cut and contact.start_s > self._first_s and not self._untared[list(contact.tiles)].any()
+        return bool(is_cut and contact.force_n.max(initial=0.0) >= LEAST_N)
 
 
 def find_steps(

@@ -133,10 +133,29 @@ def cue_of(message: Message) -> Cue:
     return cue
 
 
+def number_of(message: Message) -> int:
+    """Return the number that the sender chose for a cue, also where the cue is none that can be carried out.
+
+    >>> number_of(Message("/underfoot/mark", ("", 7))), number_of(Message("/underfoot/mark"))
+    (7, -1)
+    """
+    kind = Cue.cues.get(message.address)
+    names = [one.name for one in fields(kind)] if kind else []
+    if "number" not in names or len(message.arguments) <= names.index("number"):
+        return NO_NUMBER
+    try:
+        return int(_converted("number", int, message.arguments[names.index("number")]))
+    except BadValue:
+        return NO_NUMBER
+
+
 def _converted(name: str, wanted: object, given: Argument) -> Argument:
-    """Return an argument with the declared type; an integer is accepted for a float, nothing else."""
+    """Return an argument with the declared type: an integer is taken for a float, and a whole float for an integer, as
+    Pure Data sends floats only."""
     if wanted is float and type(given) is int:
         given = float(given)
+    if wanted is int and type(given) is float and given.is_integer():
+        given = int(given)
     if wanted in _WORDS and type(given) is not wanted:
         raise BadValue(f"{name} is {given!r}; allowed: {_WORDS[wanted]}")
     if isinstance(given, str):

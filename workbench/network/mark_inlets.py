@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from underfoot.devices.transports.serial import port_reason
 from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
 
@@ -92,7 +93,7 @@ class SerialMarks:
         try:
             return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
         except (OSError, ValueError) as error:
-            raise DeviceError(f"marks cannot be read from {self._name}: {error}") from None
+            raise DeviceError(f"marks cannot be read from {self._name}: {port_reason(error)}") from None
 
     def _run(self) -> None:
         text = b""
@@ -101,7 +102,7 @@ class SerialMarks:
                 came = self._port.read(max(self._port.in_waiting, 1))
             except (OSError, TypeError) as error:
                 self._port.close()
-                self.problem = f"marks cannot be read from {self._name}: {error}"
+                self.problem = f"marks cannot be read from {self._name}: {port_reason(error)}"
                 self._find_again()
                 continue
             at_s = time.monotonic()

@@ -27,7 +27,7 @@ from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.addresses import Address
-from underfoot.network.cues import LONGEST_TEXT, NO_NUMBER, Cue, HelloCue, MarkCue, PanicCue, cue_of
+from underfoot.network.cues import LONGEST_TEXT, NO_NUMBER, Cue, HelloCue, MarkCue, PanicCue, cue_of, number_of
 from underfoot.network.live_contacts import LiveContacts
 from underfoot.network.lsl import LslStreams
 from underfoot.network.mark_inlets import LslMarks, SerialMarks
@@ -291,7 +291,7 @@ class NetworkServer:
         except BadValue as error:
             self._refuse(str(error))
             if self._acts.spends(1.0):
-                self._answer(sender, "refused", NO_NUMBER, one.address[:_REASON], str(error)[:_REASON])
+                self._answer(sender, "refused", number_of(one), one.address[:_REASON], str(error)[:_REASON])
             return
         if not self._acts.spends({HelloCue: _HELLO_COSTS, PanicCue: 0.0}.get(type(cue), 1.0)):
             self._refuse(f"more than {MOST_CUES_S:g} cues came in a second")

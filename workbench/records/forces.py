@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import fields, force_setattr
 from numpy.typing import NDArray
 
-from underfoot.arguments import TINY, number
+from underfoot.arguments import TINY, integer, number
 from underfoot.clock import RATE_HZ
 from underfoot.devices.force_source import MAX_SAMPLES, SENSOR_HZ
 from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
@@ -100,8 +100,12 @@ class Forces(ForceSeries, frozen=True):
         return to_dataframe(self._columns())
 
     def save(self, path: str | Path) -> None:
-        """Write a force CSV, and its floor beside it; `BadFile` if that fails."""
-        force_table(path, self._columns())
+        """Write a force CSV, and its floor beside it; `BadFile` if that fails.
+
+        Samples that one tile of several lost (NaN) are left out, as `read_forces` takes none.
+        """
+        is_whole = np.isfinite(self.force_n).all(axis=(1, 2))
+        force_table(path, {name: column[is_whole] for name, column in self._columns().items()})
         self.floor.save(floor_beside(path))
 
     def _columns(self) -> dict[str, Any]:
@@ -186,6 +190,7 @@ def walk(
     """
     seconds = number("seconds", seconds, TINY, WALK_S, f"above 0, up to {WALK_S:g} s")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
+    seed = integer("seed", seed, -(2**63), 2**63 - 1, "-2^63 to 2^63 - 1")
     who = drawn_people(people, path or "random", seed) if people != 1 or path else ()
     source = SimulatedFloor(floor or default_floor(), RATE_HZ, seed, people=who)
     count = max(round(seconds * SENSOR_HZ), 1)

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, require
 from underfoot.files import replaced
 from underfoot.records import envelopes
 
@@ -249,6 +249,7 @@ class Recording:
     def acceleration(self, table: str) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
         gaps."""
+        require(table in FRAMES[1:], "table", table, ", ".join(FRAMES[1:]))
         if self.version < 2:
             return 0, np.zeros((0, 1), np.float32)
         blocks = list(self.blocks(table))

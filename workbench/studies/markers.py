@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.devices.transports.serial import port_reason
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Floor
 
@@ -88,7 +89,7 @@ class SerialTrigger:
         try:
             self._port = serial.Serial(port, BAUD, write_timeout=0.1)
         except (OSError, ValueError) as error:
-            raise DeviceError(f"the trigger {port} cannot be opened: {error}") from None
+            raise DeviceError(f"the trigger {port} cannot be opened: {port_reason(error)}") from None
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
         """Send the byte of a marker; a disconnected port does not end the study."""

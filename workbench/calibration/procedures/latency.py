@@ -16,6 +16,7 @@ from underfoot.clock import RATE_HZ
 from underfoot.errors import BadFile, BadMeasurement
 from underfoot.options import option
 from underfoot.parameters import Count, Number
+from underfoot.quantities import counted
 
 if TYPE_CHECKING:
     from underfoot.calibration.science.clicks import ClickDelays
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 LOUDEST = 0.9
+FEWEST = 20
+"""Clicks of a measurement."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,10 @@ class LatencyCalibration(Calibration):
         if rate_hz != recorded_hz:
             raise BadFile(f"{self.recorded} is at {recorded_hz} Hz, {self.played} at {rate_hz}; allowed: one rate")
         sent, received = (one[:, int(abs(one).max(axis=0).argmax())] for one in (played, recording))
-        return result_of(click_delays(sent, click_onsets(sent, rate_hz), received, rate_hz), rate_hz, self.block)
+        onsets = click_onsets(sent, rate_hz)
+        if len(onsets) < FEWEST:
+            raise BadFile(f"{self.played} has {counted(len(onsets), 'click')}; allowed: {FEWEST} or more")
+        return result_of(click_delays(sent, onsets, received, rate_hz), rate_hz, self.block)
 
 
 class LatencyProcedure(SoundProcedure):
@@ -89,7 +95,7 @@ class LatencyProcedure(SoundProcedure):
             "Nobody stands on the tile."
         )
         questions = (
-            ask("clicks", Count(1000, low=20, high=5000, doc="How many clicks: some 40 a second.")),
+            ask("clicks", Count(1000, low=FEWEST, high=5000, doc="How many clicks: some 40 a second.")),
             ask("block", Count(128, low=16, high=4096, unit="frames", doc="A block, as set under Audio.")),
             ask("level", Number(0.5, 0.01, LOUDEST, unit="of full scale", doc="How loud to play.")),
         )

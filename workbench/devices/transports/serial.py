@@ -142,7 +142,7 @@ class SerialTransport(Transport):
             self._serial.reset_input_buffer()
         except (OSError, ValueError) as error:
             self.close()
-            raise DeviceError(f"{self.name} cannot be opened: {_reason(error)}") from None
+            raise DeviceError(f"{self.name} cannot be opened: {port_reason(error)}") from None
 
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
@@ -153,7 +153,7 @@ class SerialTransport(Transport):
             first = port.read(max(1, port.in_waiting))  # requesting more would wait for it
             return first + port.read(port.in_waiting)  # otherwise the rest would wait until the next read
         except (OSError, TypeError) as error:
-            raise DeviceError(f"{self.name} went away: {_reason(error)}") from None
+            raise DeviceError(f"{self.name} went away: {port_reason(error)}") from None
 
     def close(self) -> None:
         """Release the port."""
@@ -163,7 +163,8 @@ class SerialTransport(Transport):
             self._serial = None
 
 
-def _reason(error: Exception) -> str:
+def port_reason(error: Exception) -> str:
+    """Return in words why a serial port cannot be opened or read."""
     text = " ".join(str(error).split())
     known = {
         2: "there is no such port",

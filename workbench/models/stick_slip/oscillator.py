@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from underfoot.arguments import number
+from underfoot.errors import require
 from underfoot.kernels import kernel, part
 
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -101,6 +102,7 @@ def require_slip(block: BlockOnBelt, t_end: float, error: float) -> tuple[BlockO
     Traceback (most recent call last):
     underfoot.errors.BadValue: v0 is 1.0; allowed: below belt_velocity, and not below -1e9 times it
     """
+    require(isinstance(block, BlockOnBelt), "block", block, "a BlockOnBelt")
     rate = number("w0", block.w0, 1e-30, 1e30, "1e-30 to 1e30 rad/s")
     belt = number("belt_velocity", block.belt_velocity, 1e-30, 1e30, "1e-30 to 1e30 m/s")
     level = rate * belt * belt

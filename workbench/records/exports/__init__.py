@@ -42,7 +42,9 @@ class ExportSource:
     """Beginning and end of the stretch in seconds from the recording's first frame; None for the whole recording."""
 
     def __post_init__(self) -> None:
-        """Raise `BadValue` for a stretch that is not in the recording."""
+        """Raise `BadFile` for a recording of nothing, `BadValue` for a stretch that is not in the recording."""
+        if self.recording.span == (0, 0):
+            raise BadFile(f"{self.recording.path} holds nothing to export: it was ended before its first frame")
         if self.stretch_s is not None:
             (begin_s, end_s), length_s = self.stretch_s, self.forces.length_s
             if not 0.0 <= begin_s < end_s <= length_s or self.end == self.first:

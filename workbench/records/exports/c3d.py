@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.layout import Floor, Tile
+from underfoot.records.even_samples import even_forces, even_rate
 from underfoot.records.exports import ExportFormat, ExportSource
 
 CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
@@ -27,7 +28,9 @@ following values of LABELS are in LABELS2, the next ones in LABELS3. Of force pl
 _INT = 2
 """The type of a whole number in a C3D file, which ezc3d would not choose."""
 SAMPLES_A_FRAME = 10
-"""Frames of a C3D file are those of cameras: of force there are some samples in each."""
+"""Frames of a C3D file are those of cameras: of force there are some samples in each, more where the file is long."""
+MOST_FRAMES = 65535
+"""Frames of a file, and samples of all channels in one of them: the header tells both in two bytes."""
 
 
 def sensor_order(tile: Tile) -> tuple[NDArray[np.intp], float, float] | None:
@@ -57,14 +60,14 @@ def _write(export: ExportSource, path: Path) -> None:
     forces = export.forces
     if len(forces.floor.tiles) > MOST:
         raise BadFile(f"{path} would have {len(forces.floor.tiles)} force plates; allowed: up to {MOST}")
-    corners, first_s = _even(export)
+    corners, first_s, rate_hz, in_frame = _even(export, path)
     made = ezc3d.c3d()
-    made["parameters"]["POINT"]["RATE"]["value"] = [forces.rate_hz / SAMPLES_A_FRAME]
+    made["parameters"]["POINT"]["RATE"]["value"] = [_frame_rate(rate_hz, in_frame)]
     made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
     made["parameters"]["POINT"]["LABELS"]["value"] = []
-    made["data"]["points"] = np.zeros((4, 0, len(corners) // SAMPLES_A_FRAME))
+    made["data"]["points"] = np.zeros((4, 0, len(corners) // in_frame))
     labels, analogs = _analogs(forces.floor, corners, path)
-    _describe_analogs(made, labels, forces.rate_hz)
+    _describe_analogs(made, labels, rate_hz)
     made["data"]["analogs"] = analogs[None]
     _describe_plates(made, forces.floor)
     _add_events(made, export, first_s)
@@ -80,21 +83,39 @@ def _write(export: ExportSource, path: Path) -> None:
             named.unlink(missing_ok=True)
 
 
-def _even(export: ExportSource) -> tuple[NDArray[np.float32], float]:
-    """Corner forces at even times (n, tiles, 4), and the time of the first: what is missing is 0, and n a multiple of
-    `SAMPLES_A_FRAME`. The last samples of a stretch that fill no frame are left out: zeros would be a foot off."""
+def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float, float, int]:
+    """Corner forces at even times (n, tiles, 4), the time of the first, samples a second, and samples in a frame.
+
+    The last samples of a stretch that fill no frame are left out: zeros would be a foot off.
+    """
     forces = export.forces
     pieces = list(export.pieces("Reading forces"))
     if not pieces:
         raise BadFile(f"{export.recording.path} holds no force samples{' there' if export.stretch_s else ''}")
     time_s = np.concatenate([one for one, _ in pieces])
-    place = np.round((time_s - time_s[0]) * forces.rate_hz).astype(np.intp)
-    found = int(place[-1]) + 1
-    is_cut = export.stretch_s is not None and found >= SAMPLES_A_FRAME
-    count = (found // SAMPLES_A_FRAME if is_cut else -(-found // SAMPLES_A_FRAME)) * SAMPLES_A_FRAME
-    even, kept = np.zeros((count, len(forces.floor.tiles), 4), np.float32), place < count
-    even[place[kept]] = np.nan_to_num(np.concatenate([force_n for _, force_n in pieces])[kept])
-    return even, float(time_s[0])
+    rate_hz = even_rate(time_s, forces.rate_hz)
+    count = round((float(time_s[-1]) - float(time_s[0])) * rate_hz) + 1
+    in_frame = max(SAMPLES_A_FRAME, -(-count // MOST_FRAMES))
+    channels = len(CHANNELS) * len(forces.floor.tiles)
+    if channels * in_frame > MOST_FRAMES:
+        most_s = MOST_FRAMES // channels * MOST_FRAMES / rate_hz
+        raise BadFile(f"{path} would have {count / rate_hz:.0f} s; allowed: {most_s:.0f} s; export it as .h5")
+    corners = even_forces(time_s, np.concatenate([force_n for _, force_n in pieces]), rate_hz, in_frame)
+    if export.stretch_s is not None and count >= in_frame:
+        corners = corners[: count // in_frame * in_frame]
+    return corners, float(time_s[0]), rate_hz, in_frame
+
+
+def _frame_rate(rate_hz: float, in_frame: int) -> float:
+    """Return frames a second, as a 32-bit number that is not rounded up: readers divide the rates, and cut.
+
+    >>> 128.0 / float(np.float32(12.8)) < 10.0 <= 128.0 / _frame_rate(128.0, 10)
+    True
+    """
+    sample_rate, frame_rate = float(np.float32(rate_hz)), np.float32(rate_hz / in_frame)
+    while sample_rate / float(frame_rate) < in_frame:
+        frame_rate = np.nextafter(frame_rate, np.float32(0.0))
+    return float(frame_rate)
 
 
 def _analogs(floor: Floor, corners: NDArray[np.float32], path: Path) -> tuple[list[str], NDArray[np.float64]]:
@@ -180,7 +201,8 @@ def _events(export: ExportSource) -> Iterator[tuple[float, str, str, str]]:
 FORMAT = ExportFormat(
     ".c3d",
     "C3D: tiles as force plates of type 3 (eight channels), steps and marks as events",
-    "vibration, contacts, commands; forces beyond 32-bit floats; uneven times, and gaps, which are 0 N; "
+    "vibration, contacts, commands; forces beyond 32-bit floats; uneven times; lost samples, which are on a line for "
+    "up to 40 ms, and longer gaps, which are 0 N; "
     f"more than {MOST} tiles (needs ezc3d: install underfoot[c3d])",
     _write,
 )

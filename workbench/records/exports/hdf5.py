@@ -41,6 +41,7 @@ def _write(export: ExportSource, path: Path) -> None:
         file.attrs.update(rate_hz=forces.rate, force_rate_hz=forces.rate_hz, tiles=list(forces.floor.ids))
         file.attrs["from_s"] = export.from_s
         table = _Growing(file.create_group("force"), ("time_s", "corners_n"))
+        table.append(time_s=np.zeros(0), corners_n=np.zeros((0, tiles, 4)))  # there also if no sample came
         for time_s, force_n in export.pieces("Writing forces"):
             table.append(time_s=time_s, corners_n=force_n)
         for source in VIBRATION:

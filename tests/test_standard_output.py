@@ -1,0 +1,60 @@
+"""What a command prints into pipes that end, full disks and closed outputs: one line at most, and a status."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+COMMANDS = [["nodes"], ["nodes", "--json"], ["convert", "--formats"], ["scene"], ["-h"], ["monitor", "corridor"]]
+MODES = pytest.mark.parametrize("unbuffered", ["", "1"], ids=["buffered", "at once"])
+
+
+def started(arguments, unbuffered, **streams):
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    return subprocess.Popen(
+        [sys.executable, "-m", "underfoot", *arguments], stderr=subprocess.PIPE, text=True, env=environment, **streams
+    )
+
+
+def lines_of(error):
+    return [line for line in error.splitlines() if not line.startswith(("underfoot: first use", "underfoot: person"))]
+
+
+@MODES
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_pipe_that_ends_is_no_error_to_be_told(arguments, unbuffered):
+    read, write = os.pipe()
+    os.close(read)
+    process = started(arguments, unbuffered, stdout=write)
+    os.close(write)
+    _, error = process.communicate()
+    assert process.returncode == 1
+    assert [line for line in lines_of(error) if "kernels compiled" not in line] == []
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+@MODES
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_full_disk_is_one_line(arguments, unbuffered):
+    with open("/dev/full", "w") as full:
+        process = started(arguments, unbuffered, stdout=full)
+    _, error = process.communicate()
+    assert process.returncode == 1
+    found = [line for line in lines_of(error) if "kernels compiled" not in line]
+    assert found == ["underfoot: what is printed cannot be written: no space left on device"]
+
+
+def test_a_sign_that_an_output_has_not_is_replaced():
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    command = [sys.executable, "-m", "underfoot", "levels", "stimulus-sp"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "commanded, m/s?" in done.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no sh")
+def test_a_closed_output_is_no_error():
+    shell = f"exec '{sys.executable}' -m underfoot nodes >&-"
+    done = subprocess.run(["sh", "-c", shell], stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
