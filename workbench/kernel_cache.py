@@ -326,6 +326,8 @@ class _Files(FunctionCache):
         """Let another process compile it."""
         if self._lock is not None:
             self._lock.release()
+            if not self._lock.is_locked:
+                self._lock = None  # one that exists when a process is forked is of no use to the fork
 
     @property
     def stem(self) -> Path:
