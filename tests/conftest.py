@@ -53,8 +53,8 @@ def _nothing_stands_by():
 def _processes_are_forked():
     """Processes of sessions are forked from one that has imported what they need: alone, each takes a second for that.
 
-    They are spawned where a test has changed the environment, which that process does not see. What tests start as a
-    command begins as it does elsewhere, with a new interpreter.
+    They are spawned where a test has given them another sound server or cache in the environment, which that process
+    does not see. What tests start as a command begins as it does elsewhere, with a new interpreter.
     """
     from underfoot.engine import child_process
 
@@ -77,7 +77,7 @@ def _processes_are_forked():
 
 
 def _environment():
-    return {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    return {name: value for name, value in os.environ.items() if name.startswith(("ALSA_", "PULSE_", "UNDERFOOT_"))}
 
 
 @pytest.fixture(autouse=True)
