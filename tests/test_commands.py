@@ -344,6 +344,7 @@ def test_monitor_starts_no_compiler(underfoot, folder, monkeypatch):
             processes.append(set(self.pids))
             return super().poll()
 
+    assert underfoot("monitor", "simulator", "--patch", SINE, "--seconds", "0.1").status == 0  # which compiles kernels
     monkeypatch.setattr(monitoring, "Session", Counted)
     assert underfoot("monitor", "simulator", "--patch", SINE, "--seconds", "0.5").status == 0
     assert set.union(*processes) == {"engine", "standby"}

@@ -1,5 +1,6 @@
 """Many arrays as one named tuple, passed to compiled code by address to keep calls cheap."""
 
+from functools import cache
 from typing import Annotated, Any, get_type_hints
 
 import numpy as np
@@ -15,6 +16,7 @@ I2 = Annotated[np.ndarray, np.dtype(np.int64), 2]
 U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
 
 
+@cache
 def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
     """Return name, type and dimensions of each array of a named tuple, from its annotations."""
     return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
@@ -26,7 +28,8 @@ def addresses(tables: Any) -> np.ndarray:
     Passing some forty arrays one by one would cost more than running a small patch. The holder of the addresses must
     keep the arrays.
     """
-    for array, (name, dtype, dimensions) in zip(tables, declared(type(tables)), strict=True):
+    kind: Any = type(tables)
+    for array, (name, dtype, dimensions) in zip(tables, declared(kind), strict=True):
         assert array.dtype == dtype, name
         assert array.ndim == dimensions, name
         assert array.flags.c_contiguous, name

@@ -55,7 +55,10 @@ class Kernel:
 
         if IS_DISABLED:
             return self.compiled
-        return self.compiled.compile(tuple(map(self.compiled.typeof_pyval, arguments)))
+        types = tuple(map(self.compiled.typeof_pyval, arguments))
+        if types not in self.compiled.overloads:
+            self.compiled.compile(types)
+        return self.compiled.overloads[types].entry_point
 
     @property
     def _numba_type_(self) -> Any:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.replay import Replay
-from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.simulated_floor import WALK_S, SimulatedFloor
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile
@@ -27,15 +27,20 @@ def offline_source(
     walking: bool = True,
     simulation: TileParameters | None = None,
     profiles: Mapping[str, Profile] | None = None,
+    seconds: float | None = None,
 ) -> tuple[ForceSource, float]:
-    """Return the force source of a rendering, and its length in seconds.
+    """Return the force source of a rendering, and its length in seconds: `seconds` if they are given.
 
     Without `forces` the seeded walker walks on the floor, 2 x 2 tiles by default; without `walking`, nobody does. With
     `simulation` the floor has the same simulated tiles as a session, with their `profiles`.
     """
     floor = floor or default_floor()
     if forces is not None:
-        return Replay(forces, floor, rate_hz), float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
+        length_s = float(forces.time_s[-1] - forces.time_s[0]) + TAIL_S
+        return Replay(forces, floor, rate_hz), length_s if seconds is None else seconds
+    length_s = DEFAULT_S if seconds is None else seconds
+    walk_s = length_s if 0.0 < length_s < WALK_S else WALK_S
     if simulation is not None:
-        return SimulatedFloor(floor, rate_hz, _THESE_TILES, walking, simulation, dict(profiles or {})), DEFAULT_S
-    return SimulatedFloor(floor, rate_hz, seed, walking), DEFAULT_S
+        tiles = simulation, dict(profiles or {})
+        return SimulatedFloor(floor, rate_hz, _THESE_TILES, walking, *tiles, walk_s=walk_s), length_s
+    return SimulatedFloor(floor, rate_hz, seed, walking, walk_s=walk_s), length_s

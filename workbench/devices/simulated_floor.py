@@ -30,7 +30,8 @@ class SimulatedFloor:
     without one, by the nominal curve of their kind: `notices` say so, and `sensors` has the counts. The walker, people
     or recording are then those that the parameters name; `people` walk in any case. The whole walk is known, so every
     sample arrives in time; `footfalls` and `curves` say whose foot is where (`simulated_loads.feet_down`). `walk` and
-    `press` take effect with the next sample.
+    `press` take effect with the next sample. The walk ends after `walk_s` seconds; a shorter one is the beginning of a
+    longer one.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class SimulatedFloor:
         simulation: TileParameters | None = None,
         profiles: Mapping[str, Profile] | None = None,
         people: Sequence[Person] = (),
+        walk_s: float = WALK_S,
     ) -> None:
         self.floor, self.rate_hz = floor, SENSOR_HZ
         self.stamps, _, self.forces = sample_buffers(floor)
@@ -52,7 +54,7 @@ class SimulatedFloor:
         people = tuple(people or (simulation.people if simulation else ()))
         walker = simulation.walker if simulation else gait.Walker()
         path = simulation.path_m if simulation else ()
-        self.footfalls = _footfalls(floor, seed, people, walker, path).copy()
+        self.footfalls = _footfalls(floor, seed, people, walker, path, walk_s).copy()
         self.curves = simulated_loads.gait_curves([person.walker for person in people] or [walker])
         self._is_walking = walking
         self._hands = np.zeros(len(floor.tiles), simulated_loads.HAND)
@@ -106,13 +108,13 @@ class SimulatedFloor:
 
 @lru_cache(maxsize=16)
 def _footfalls(
-    floor: Floor, seed: int, people: tuple[Person, ...], walker: gait.Walker, path_m: tuple[Point, ...]
+    floor: Floor, seed: int, people: tuple[Person, ...], walker: gait.Walker, path_m: tuple[Point, ...], seconds: float
 ) -> NDArray[np.void]:
-    """The table of the whole walk, which the floors of a process share: it takes 10 ms, and often they are alike."""
+    """The table of a walk, which the floors of a process share: a whole one takes 5 ms, and often they are alike."""
     if people:
-        walks = people_footfalls(people, floor, WALK_S, seed)
+        walks = people_footfalls(people, floor, seconds, seed)
     else:
-        walks = [walk_round(floor, WALK_S, seed, walker, path_m)]
+        walks = [walk_round(floor, seconds, seed, walker, path_m)]
     return simulated_loads.footfall_table(walks)
 
 

@@ -57,7 +57,7 @@ class RenderJob:
             plates=self.plates,
             simulation=self.simulation,
         )
-        source, length_s = offline_source(
+        source, seconds = offline_source(
             self.forces,
             self.floor if self.forces is None else self.forces.floor,
             self.rate_hz,
@@ -65,8 +65,8 @@ class RenderJob:
             walking=self.walking,
             simulation=self.simulation,
             profiles=self.profiles,
+            seconds=self.seconds,
         )
-        seconds = length_s if self.seconds is None else self.seconds
         return render_source(self.patch, installed_nodes(), source, seconds, options)
 
 

@@ -193,7 +193,8 @@ class _Walk(Struct):
         wide = self.walker.step_width_m + 0.8 * self.walker.foot_length_m * abs(math.sin(turn)) * (not stride.any())
         walker = msgspec.structs.replace(self.walker, step_width_m=min(wide, 0.5))
         place = (float(self.place_m[0]), float(self.place_m[1]), self.heading_rad)
-        self.steps.append(gait.footfall_at(walker, place, len(self.steps), self.key, now_s))
+        (vary,) = gait.variations(walker, self.key, len(self.steps), 1)
+        self.steps.append(gait.footfall_at(walker, place, len(self.steps), vary, now_s))
 
     def _is_free(self, stride: NDArray[np.float64], others_m: Sequence[NDArray[np.float64]]) -> bool:
         """Return whether the way is free; a person who has waited for `PATIENCE` steps gets another destination."""

@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
-from underfoot.models.signals.random import normal, stream_key
+from underfoot.models.signals.random import normals, stream_key
 
 PEAK1_PHASE, VALLEY_PHASE, PEAK2_PHASE = 0.22, 0.50, 0.77
 """Phases of the extremes, as usual in walking at a comfortable speed."""
@@ -38,6 +38,7 @@ def vertical_force(phase: ArrayLike, peak1: float, valley: float, peak2: float) 
     return np.where(p < VALLEY_PHASE, rise + (valley - peak1) * first, fall + (valley - peak2) * (1.0 - second))
 
 
+@lru_cache
 def mean_force(peak1: float, valley: float, peak2: float) -> float:
     """Return the mean of `vertical_force` over the contact, in closed form.
 
@@ -176,19 +177,28 @@ def footfalls(
     count = max(0, math.ceil((seconds - start_s) / walker.step_s) + 2)
     way = _Path(points)
     steps = [
-        footfall_at(walker, way.at(step * walker.step_length_m), step, key, start_s + step * walker.step_s)
-        for step in range(count)
+        footfall_at(walker, way.at(step * walker.step_length_m), step, vary, start_s + step * walker.step_s)
+        for step, vary in enumerate(variations(walker, key, 0, count))
     ]
     return [step for step in sorted(steps, key=lambda step: step.start_s) if start_s <= step.start_s < seconds]
 
 
-def footfall_at(walker: Walker, place: tuple[float, float, float], step: int, key: np.uint64, due_s: float) -> Footfall:
-    """Return footfall number `step` (even: left) of a walker, due at `due_s`, varied by draws of `key`.
+def variations(walker: Walker, key: np.uint64, step: int, count: int) -> list[list[float]]:
+    """Return how `count` footfalls of a walker vary, from number `step` on: seven draws of `key` for each."""
+    draws = np.empty((count, 8))
+    normals(key, 8 * step, draws.reshape(-1))
+    found: list[list[float]] = (walker.variation * draws[:, :7]).tolist()
+    return found
+
+
+def footfall_at(
+    walker: Walker, place: tuple[float, float, float], step: int, vary: Sequence[float], due_s: float
+) -> Footfall:
+    """Return footfall number `step` (even: left) of a walker, due at `due_s`, varied by one of `variations`.
 
     `place` is the position of the body, x and y in metres, and its heading in radians; the foot lands half a step width
     to its side.
     """
-    vary = [walker.variation * normal(key, 8 * step + draw) for draw in range(7)]
     x, y, heading = place
     turn = 1.0 if step % 2 == 0 else -1.0
     aside = 0.5 * turn * walker.step_width_m

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from underfoot.kernels import kernel, part
+from underfoot.kernels import Floats, kernel, part
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)
@@ -75,3 +75,10 @@ def normal(key: np.uint64, counter: int) -> float:
     """
     radius = math.sqrt(-2.0 * math.log(uniform(key, 2 * counter)))
     return radius * math.cos(2.0 * math.pi * uniform(key, 2 * counter + 1))
+
+
+@kernel
+def normals(key: np.uint64, counter: int, out: Floats) -> None:
+    """Fill `out` with the standard normal draws of stream `key` from `counter` on."""
+    for i in range(out.size):
+        out[i] = normal(key, counter + i)
