@@ -219,24 +219,14 @@ def _run(work: Memory, stage: np.record, n: int, zero: Any) -> int:
     As many of the rows side by side are processed as there are numbers in `zero`.
     """
     lanes, one, infinite = work.lanes, full_like(zero, 1.0), full_like(zero, math.inf)
-    negligible, nearly_one, largest = (
-        full_like(zero, NEGLIGIBLE),
-        full_like(zero, 1.0 - NEGLIGIBLE),
-        full_like(zero, LARGEST),
-    )
+    negligible, largest = full_like(zero, NEGLIGIBLE), full_like(zero, LARGEST)
+    nearly_one = full_like(zero, 1.0 - NEGLIGIBLE)
     burst_share, rms_share = full_like(zero, stage.burst_share), full_like(zero, stage.rms_share)
     release_share, pole = full_like(zero, stage.release_share), full_like(zero, stage.dc_pole)
     spare = full_like(zero, stage.burst_share / stage.rms_share - 1.0)
-    scale, most, square = (
-        take_like(zero, lanes.scale, 0),
-        take_like(zero, lanes.most, 0),
-        take_like(zero, lanes.square, 0),
-    )
-    dc_in, dc_out, peak = (
-        take_like(zero, lanes.dc_in, 0),
-        take_like(zero, lanes.dc_out, 0),
-        take_like(zero, lanes.peak, 0),
-    )
+    scale, most = take_like(zero, lanes.scale, 0), take_like(zero, lanes.most, 0)
+    square, peak = take_like(zero, lanes.square, 0), take_like(zero, lanes.peak, 0)
+    dc_in, dc_out = take_like(zero, lanes.dc_in, 0), take_like(zero, lanes.dc_out, 0)
     burst_square, mean_square = take_like(zero, lanes.burst_square, 0), take_like(zero, lanes.mean_square, 0)
     peak_gain = take_like(zero, lanes.peak_gain, 0)
     done = n

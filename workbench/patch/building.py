@@ -201,8 +201,7 @@ class Builder:
 
     def _tables(self) -> Tables:
         nodes, rows, count = self._placed_nodes(), len(self.tiles), len(self.parts)
-        starts, buffers = self._places()
-        room = EVENTS.size({"room": self.block})
+        (starts, buffers), room = self._places(), EVENTS.size({"room": self.block})
         played, zero_rows = np.zeros((rows + 1, self.block)), np.repeat([0, 1], [rows, 1]).astype(np.uint8)
         return Tables(
             nodes=nodes,
