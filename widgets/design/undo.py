@@ -5,12 +5,13 @@ from typing import cast
 
 import msgspec
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoCommand, QUndoGroup, QUndoStack
+from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from underfoot.errors import UnderfootError
 from underfoot.files import read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.undo_step import UndoStep
 from underfoot.widgets.session.open_patch import SLOTS, other_slot
 
 MAX_STEPS = 500
@@ -126,26 +127,13 @@ class Document(QObject):
         (self.changed if slot == self.slot else self.other_changed).emit(patch)
 
 
-class _Edit(QUndoCommand):
+class _Edit(UndoStep):
     def __init__(self, document: Document, slot: str, after: Patch, text: str, merge: str) -> None:
-        super().__init__(text)
+        super().__init__(text, document._patches[slot], after, merge)
         self._document, self._slot = document, slot
-        self.before = document._patches[slot]
-        self.after = after
-        self._merge = merge
 
     def undo(self) -> None:
         self._document._set_patch(self._slot, self.before)
 
     def redo(self) -> None:
         self._document._set_patch(self._slot, self.after)
-
-    def id(self) -> int:
-        return 1 if self._merge else -1
-
-    def mergeWith(self, other: QUndoCommand) -> bool:
-        if not isinstance(other, _Edit) or other._merge != self._merge:
-            return False
-        self.after = other.after
-        self.setObsolete(self.after == self.before)
-        return True

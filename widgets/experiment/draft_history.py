@@ -4,9 +4,10 @@ import json
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoCommand, QUndoStack
+from PySide6.QtGui import QUndoStack
 
 from underfoot.experiments.draft_edits import DraftEdit, edit_between
+from underfoot.widgets.controls.undo_step import UndoStep
 
 MAX_STEPS, MAX_SAVED_STEPS = 500, 50
 """Edits that can be taken back, now and after a new start; each costs two texts of a few kilobytes."""
@@ -48,7 +49,7 @@ class DraftHistory(QObject):
         index, count = self.stack.index(), self.stack.count()
         first = max(index - MAX_SAVED_STEPS, 0)
         steps = [self.stack.command(k) for k in range(first, min(index + MAX_SAVED_STEPS, count))]
-        return {"at": index - first, "steps": [step.states for step in steps if isinstance(step, _Step)]}
+        return {"at": index - first, "steps": [(step.before, step.after) for step in steps if isinstance(step, _Step)]}
 
     def restore(self, saved: Any) -> None:
         """Restore steps, if they lead to the present state; others are discarded, because they contain no work."""
@@ -76,31 +77,15 @@ class DraftHistory(QObject):
             self.restored.emit(json.loads(text), edit)
 
 
-class _Step(QUndoCommand):
+class _Step(UndoStep):
     def __init__(
         self, history: DraftHistory, before: str, after: str, edit: DraftEdit, *, can_grow: bool = True
     ) -> None:
-        super().__init__(edit.name)
-        self._history, self._before, self._after, self._edit = history, before, after, edit
-        self._merge = edit.merge if can_grow else ""
-
-    @property
-    def states(self) -> tuple[str, str]:
-        """The document before and after."""
-        return self._before, self._after
+        super().__init__(edit.name, before, after, edit.merge if can_grow else "")
+        self._history, self._edit = history, edit
 
     def undo(self) -> None:
-        self._history.show_state(self._before, self._edit)
+        self._history.show_state(self.before, self._edit)
 
     def redo(self) -> None:
-        self._history.show_state(self._after, self._edit)
-
-    def id(self) -> int:
-        return 1 if self._merge else -1
-
-    def mergeWith(self, other: QUndoCommand) -> bool:
-        if not isinstance(other, _Step) or other._merge != self._merge:
-            return False
-        self._after = other._after
-        self.setObsolete(self._after == self._before)
-        return True
+        self._history.show_state(self.after, self._edit)

@@ -113,14 +113,6 @@ class ItemList(QWidget):
         form.adjustSize()
         self.detail.verticalScrollBar().setValue(scrolled)
 
-    def show_item(self, index: int) -> None:
-        """Show the names and the form of an item anew, because the document was replaced; focus is kept in the form."""
-        self.rebuild_detail(lambda: self._show(index))
-
-    def _show(self, chosen: int) -> None:
-        """Show all names, and the form of one item."""
-        raise NotImplementedError
-
     def show_detail(self, form: QWidget) -> None:
         """Show the form of the selected item."""
         form.setProperty("role", "ground")

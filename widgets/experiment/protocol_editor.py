@@ -1,6 +1,7 @@
 """The editor of a protocol: questions, stimuli, stages and sounds, checked during typing."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -200,7 +201,8 @@ class ProtocolEditor(QWidget):
         self._show_rows()
         self.questions.show_questions(raw["participant"])
         for part, page in (("stimuli", self.stimuli), ("stages", self.stages)):
-            page.show_item(edit.index if edit.part == part else page.list.currentRow())
+            index = edit.index if edit.part == part else page.list.currentRow()
+            page.rebuild_detail(partial(page.show_item, index))
         self.history.settle(self.draft.raw)
         self.show_page(_PAGE_OF_FIELD.get(edit.part, 0))
         self._focus_on(edit)

@@ -43,7 +43,7 @@ class StagePage(ItemList):
         self.copy_requested.connect(self._copy)
         self.remove_requested.connect(self._remove)
         self.move_requested.connect(self._move)
-        self._show(0)
+        self.show_item(0)
 
     @property
     def _stages(self) -> list[dict[str, Any]]:
@@ -54,7 +54,8 @@ class StagePage(ItemList):
         """Rebuild the form of the selected stage with the current stimuli."""
         self._show_form(self.list.currentRow())
 
-    def _show(self, chosen: int) -> None:
+    def show_item(self, chosen: int) -> None:
+        """Show the names of all stages, and the form of one."""
         self.show_names([_words(stage) for stage in self._stages], chosen)
         self._show_form(self.list.currentRow())
 
@@ -92,20 +93,20 @@ class StagePage(ItemList):
         stem = stage["id"] or "stage"
         stage["id"] = next(f"{stem}-{k}" for k in range(1, 10_000) if f"{stem}-{k}" not in taken)
         self._stages.insert(index, stage)
-        self._show(index)
+        self.show_item(index)
         self.changed.emit()
 
     def _remove(self, index: int) -> None:
         if 0 <= index < len(self._stages):
             del self._stages[index]
-            self._show(index)
+            self.show_item(index)
             self.changed.emit()
 
     def _move(self, index: int, by: int) -> None:
         stages = self._stages
         if 0 <= index < len(stages) and 0 <= index + by < len(stages):
             stages[index], stages[index + by] = stages[index + by], stages[index]
-            self._show(index + by)
+            self.show_item(index + by)
             self.changed.emit()
 
 

@@ -70,7 +70,7 @@ class StimulusPage(ItemList):
         self.move_requested.connect(self._move)
         self.background.found.connect(self._show_measured)
         self.background.failed.connect(self._show_measuring_error)
-        self._show(0)
+        self.show_item(0)
 
     @property
     def _stimuli(self) -> dict[str, dict[str, Any]]:
@@ -80,7 +80,8 @@ class StimulusPage(ItemList):
     def _name(self, index: int) -> str:
         return list(self._stimuli)[index]
 
-    def _show(self, chosen: int) -> None:
+    def show_item(self, chosen: int) -> None:
+        """Show the names of all stimuli, and the form of one."""
         self.show_names(list(self._stimuli), chosen)
         self._show_form(self.list.currentRow())
 
@@ -103,7 +104,7 @@ class StimulusPage(ItemList):
     def _add(self, stimulus: dict[str, Any]) -> None:
         names = [chr(ord("A") + k) for k in range(26)] + [f"S{k}" for k in range(1, 1000)]
         self._stimuli[next(name for name in names if name not in self._stimuli)] = stimulus
-        self._show(len(self._stimuli) - 1)
+        self.show_item(len(self._stimuli) - 1)
         self.changed.emit()
 
     # --- a table of conditions ---
@@ -137,13 +138,13 @@ class StimulusPage(ItemList):
 
     def _import_conditions(self, conditions: Mapping[str, Any]) -> None:
         self.draft.take_conditions(conditions)
-        self._show(0)
+        self.show_item(0)
         self.changed.emit()
 
     def _remove(self, index: int) -> None:
         if 0 <= index < len(self._stimuli):
             del self._stimuli[self._name(index)]
-            self._show(index)
+            self.show_item(index)
             self.changed.emit()
 
     def _move(self, index: int, by: int) -> None:
@@ -151,7 +152,7 @@ class StimulusPage(ItemList):
         if 0 <= index < len(names) and 0 <= index + by < len(names):
             names[index], names[index + by] = names[index + by], names[index]
             self.draft.raw["stimuli"] = {name: self._stimuli[name] for name in names}
-            self._show(index + by)
+            self.show_item(index + by)
             self.changed.emit()
 
     def _rename(self, index: int, new: str) -> None:

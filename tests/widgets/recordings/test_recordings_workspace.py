@@ -7,7 +7,6 @@ import shutil
 import numpy as np
 import pytest
 from long_recording import write_recording
-from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
@@ -20,34 +19,12 @@ from underfoot.widgets.dialogs.export_dialog import ExportDialog as PatchDialog
 from underfoot.widgets.recordings.exporting import ExportDialog
 from underfoot.widgets.recordings.readout import contacts_at
 from underfoot.widgets.recordings.recording_list import Summaries
-from underfoot.widgets.recordings.workspace import RecordingsWorkspace
-from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
     """Six seconds of somebody who walks on two tiles."""
     return write_recording(tmp_path_factory.mktemp("walks") / "walk.underfoot", 6.0, default_floor(1, 2))
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """Where the program records."""
-    made = tmp_path / "recorded"
-    made.mkdir()
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: made)
-    return made
-
-
-@pytest.fixture
-def workspace(qtbot, folder):
-    """The workspace on the screen, with nothing open."""
-    made = RecordingsWorkspace(Settings())
-    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
-    made.resize(1280, 748)
-    show(qtbot, made)
-    made.set_active(True)
-    return made
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ import shutil
 
 import pytest
 from long_recording import write_recording
-from on_screen import show
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
@@ -12,8 +11,6 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.floor.layout import default_floor
 from underfoot.records.recording import Recording, Writer
-from underfoot.widgets.recordings.workspace import RecordingsWorkspace
-from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture(scope="module")
@@ -22,28 +19,20 @@ def walk(tmp_path_factory):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch, walk):
+def folder(folder, walk):
     """Where the program records, with two recordings."""
-    made = tmp_path / "recorded"
-    made.mkdir()
     for name in ("monday", "tuesday"):
-        shutil.copy(walk, made / f"{name}.underfoot")
-    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: made)
-    return made
+        shutil.copy(walk, folder / f"{name}.underfoot")
+    return folder
 
 
 @pytest.fixture
-def workspace(qtbot, folder):
+def workspace(qtbot, workspace):
     """The workspace on the screen, with Monday open and its steps found."""
-    made = RecordingsWorkspace(Settings())
-    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
-    made.resize(1280, 748)
-    show(qtbot, made)
-    made.set_active(True)
-    click(made, "monday")
-    qtbot.waitUntil(lambda: made.axis.content is not None and made.axis.content.overview is not None)
-    qtbot.waitUntil(lambda: not made.surveyor.is_busy)
-    return made
+    click(workspace, "monday")
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.content.overview is not None)
+    qtbot.waitUntil(lambda: not workspace.surveyor.is_busy)
+    return workspace
 
 
 def names(workspace):

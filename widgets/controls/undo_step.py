@@ -1,0 +1,24 @@
+"""Step of an undo history: the state before and after it. Consecutive steps of one kind, such as letters, are one."""
+
+from typing import Any
+
+from PySide6.QtGui import QUndoCommand
+
+
+class UndoStep(QUndoCommand):
+    """An edit named `text`; `undo` and `redo` are its subclass's. Steps with the same `merge` are one, "" with none."""
+
+    def __init__(self, text: str, before: Any, after: Any, merge: str) -> None:
+        super().__init__(text)
+        self.before, self.after = before, after
+        self._merge = merge
+
+    def id(self) -> int:
+        return 1 if self._merge else -1
+
+    def mergeWith(self, other: QUndoCommand) -> bool:
+        if not isinstance(other, UndoStep) or other._merge != self._merge:
+            return False
+        self.after = other.after
+        self.setObsolete(self.after == self.before)
+        return True
