@@ -64,6 +64,7 @@ def test_it_says_that_nobody_stands_there_as_long_as_it_is_so(qapp, tile, until,
         assert view.state.text().split("  ·  ")[0] == "Stopped by the participant."
         runner.go_on()
         person.until_phase(Phase.READY)
+        person.until(lambda: not runner.watch.is_on, "the visit ends")  # 0.4 s after the last contact
         runner.start()
         person.until_phase(Phase.ANSWERING)
         assert "Nobody" not in shown()  # to answer, one may leave the floor
