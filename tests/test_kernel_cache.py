@@ -89,6 +89,31 @@ def test_what_a_called_function_does_counts(kernels, old, new):
     assert mark(kernels(called=CALLED.replace(old, new))) != before
 
 
+BORROWED = """
+from typing import Annotated, NamedTuple
+import numpy as np
+from underfoot.array_tables import borrow
+from underfoot.kernels import intrinsic, kernel
+
+class Table(NamedTuple):
+    rows: Annotated[np.ndarray, np.dtype([("force_n", np.float64), ("x_m", np.float64)], align=True), 1]
+
+@intrinsic
+def table_at(context, where):
+    return borrow(context, where, Table)
+
+@kernel
+def one_more(where):
+    return table_at(where).rows[0].x_m + 1.0
+"""
+
+
+def test_the_data_types_of_arrays_that_are_passed_by_address_count(kernels):
+    before = mark(kernels(caller=BORROWED))
+    moved = BORROWED.replace('("x_m", np.float64)', '("y_m", np.float64), ("x_m", np.float64)')
+    assert mark(kernels(caller=moved)) != before
+
+
 def test_a_kernel_is_loaded_until_what_it_calls_has_changed(kernels, tmp_path, monkeypatch):
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
     assert kernels()(2.0) == 5.0

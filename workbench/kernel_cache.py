@@ -177,7 +177,8 @@ def _value_text(value: object) -> str:
     if isinstance(value, ModuleType) or _function_of(value) is not None:
         return options_text(getattr(value, "options", {}))
     if isinstance(value, type):
-        return f"{value.__module__}.{value.__qualname__} {getattr(value, '_fields', '')}"
+        arrays = value.__annotations__ if hasattr(value, "_fields") else ""  # of `array_tables`, with their data types
+        return f"{value.__module__}.{value.__qualname__} {arrays}"
     text = value.tobytes().hex() if hasattr(value, "tobytes") else repr(value)
     return text if " at 0x" not in text else type(value).__qualname__
 
