@@ -37,7 +37,10 @@ def addresses(tables: Any) -> np.ndarray:
 
 
 def borrow(context: Any, where: Any, kind: type) -> Any:
-    """Return the body of an intrinsic that makes a named tuple of the arrays at these addresses, without references."""
+    """Return the body of an intrinsic that makes a named tuple of the arrays at these addresses, without references.
+
+    `where` is an array, or its address.
+    """
     from llvmlite import ir
     from numba import from_dtype, types
     from numba.np.arrayobj import populate_array
@@ -46,11 +49,14 @@ def borrow(context: Any, where: Any, kind: type) -> Any:
     result = types.NamedTuple(arrays, kind)
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        table = context.make_array(signature.args[0])(context, builder, args[0])
         word = context.get_value_type(types.intp)
+        if isinstance(signature.args[0], types.Array):
+            first = context.make_array(signature.args[0])(context, builder, args[0]).data
+        else:
+            first = builder.inttoptr(args[0], word.as_pointer())
 
         def entry(i: int) -> Any:
-            return builder.load(builder.gep(table.data, [ir.Constant(ir.IntType(64), i)]))
+            return builder.load(builder.gep(first, [ir.Constant(ir.IntType(64), i)]))
 
         made = []
         for row, one in enumerate(arrays):

@@ -165,6 +165,22 @@ def copy(values: Floats, out: Floats) -> None:
 
 
 @intrinsic
+def call_at(context: Any, address: Any, *arguments: Any) -> Any:
+    """Call a `callback` that returns nothing by its address, which unlike a kernel's code is not in its caller's."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core.cgutils import unpack_tuple
+
+    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        given = unpack_tuple(builder, args[1])
+        function = ir.FunctionType(ir.VoidType(), [one.type for one in given])
+        builder.call(builder.inttoptr(args[0], function.as_pointer()), given)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.StarArgTuple(tuple(map(types.unliteral, arguments)))), code
+
+
+@intrinsic
 def widest(context: Any) -> Any:
     """Let the loops of the calling kernel use the processor's widest vectors.
 

@@ -22,8 +22,7 @@ from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
-from underfoot.floor.running_median import MIDDLE
-from underfoot.kernels import Floats, intrinsic, kernel, part
+from underfoot.kernels import Floats, call_at, intrinsic, kernel, part
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
@@ -75,15 +74,9 @@ class IntakeMemory(NamedTuple):
     forces: F3  # [sample, tile, sensor]
     absent: Annotated[np.ndarray, np.dtype(np.bool_), 2]  # [sample, tile]: no sample of its own
     last: Annotated[np.ndarray, LAST, 1]
-    plates: Annotated[np.ndarray, PLATE, 1]  # from here to events: the tracker's memory
+    plates: Annotated[np.ndarray, PLATE, 1]  # the tracker's, like tiles and stream
     tiles: Annotated[np.ndarray, tracking.TILE, 1]
     stream: Annotated[np.ndarray, tracking.STREAM, 1]
-    ring: F3
-    window: F3
-    middles: Annotated[np.ndarray, MIDDLE, 2]
-    work: F1
-    rows: Annotated[np.ndarray, tracking.ROW, 1]
-    events: Annotated[np.ndarray, tracking.EVENT, 1]
     queue: Annotated[np.ndarray, SAMPLE, 2]  # [tile, place]
     segments: Annotated[np.ndarray, SEGMENT, 1]  # [tile]
     timing: Annotated[np.ndarray, TIMING, 1]  # [1]
@@ -118,13 +111,15 @@ class Intake:
         self._segments = np.zeros(tiles, SEGMENT)
         for name in ("from_frame", "at_frame", "last_frame"):
             self._segments[name] = _LONG_AGO
+        followed = self.tracker.memory._replace(time_s=np.zeros(MAX_SAMPLES), force_n=source.forces)
         self._memory = IntakeMemory(
-            np.zeros(MAX_SAMPLES), source.stamps, source.arrivals, source.forces,
-            self._concealment.absent, self._concealment.last, *self.tracker.memory,
+            followed.time_s, source.stamps, source.arrivals, source.forces,
+            self._concealment.absent, self._concealment.last, followed.plates, followed.tiles, followed.stream,
             self._queue, self._segments, self._timing, self.signals, self.zero_rows,
         )  # fmt: skip
-        self._where = addresses(self._memory)
-        self._take = _take.specialised(self._where, 0, 0)
+        self._where, self._followed = addresses(self._memory), addresses(followed)
+        self._following = tracking.following().address, self._followed.ctypes.data
+        self._take = _take.specialised(self._where, *self._following, 0, 0)
         self._fill = _fill.specialised(self._where, 0, 0, True)
 
     def take(self, end: int) -> None:
@@ -138,7 +133,7 @@ class Intake:
                 if self.tracker.opening:
                     self._open(count)
                 else:
-                    self._take(self._where, 0, count)
+                    self._take(self._where, *self._following, 0, count)
 
     def fill(self, frame: int, n: int, with_centroid: bool = True) -> None:
         """Write `n` frames into `signals`, from session frame `frame` on; of x and y, without centroid, only zeros."""
@@ -157,7 +152,7 @@ class Intake:
         while self.tracker.opening and begin < count:
             self.tracker.feed(seconds[begin : begin + 1], forces[begin : begin + 1])
             begin += 1
-        self._take(self._where, begin, count)
+        self._take(self._where, *self._following, begin, count)
 
 
 _FARTHEST = 1 << 52  # frames: beyond this, float64 has no halves, and nearby sums are equal
@@ -174,19 +169,19 @@ def _memory_at(context: Any, where: Any) -> Any:
 
 
 @kernel
-def _take(where: NDArray[np.int64], begin: int, count: int) -> None:
+def _take(where: NDArray[np.int64], follow: int, followed: int, begin: int, count: int) -> None:
     """Track contacts through the source's samples `begin` to `count`, and queue each tile's samples.
 
-    With `begin` 0, lost samples are concealed first.
+    `follow` is the address of `tracking.following`, `followed` that of the addresses of its memory. With `begin` 0,
+    lost samples are concealed first.
     """
     m = _memory_at(where)
     if begin == 0:
         for i in range(count):
             m.seconds[i] = m.stamps[i] * m.timing[0].frame_s
         conceal(m.seconds, m.forces, count, m.tiles, m.stream, m.last, m.absent)
-    tracked = tracking.TrackerMemory(m.plates, m.tiles, m.stream, m.ring, m.window, m.middles, m.work, m.rows, m.events)
     for i in range(begin, count):
-        tracking.follow(m.seconds[i : i + 1], m.forces[i : i + 1], tracked)
+        call_at(follow, followed, i, i + 1)
         for k in range(len(m.tiles)):
             if not m.absent[i, k]:
                 _enqueue(

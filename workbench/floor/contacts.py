@@ -27,6 +27,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.array_tables import addresses
 from underfoot.errors import require
 from underfoot.floor import tracking
 from underfoot.floor.feet import FootFinder
@@ -161,6 +162,8 @@ class ContactTracker:
         self._tiles["need"] = stream["first"]
         self._tiles["negative_s"] = math.nan
         self.memory = tracking.TrackerMemory(
+            time_s=np.zeros(SLAB),
+            force_n=np.zeros((SLAB, count, 4)),
             plates=floor.plates(),
             tiles=self._tiles,
             stream=stream,
@@ -171,8 +174,9 @@ class ContactTracker:
             rows=np.zeros(SLAB * count, tracking.ROW),
             events=np.zeros(2 * SLAB * count, tracking.EVENT),
         )
-        """Argument of `tracking.follow`. Callers that must not allocate pass `tuple(memory)` to a kernel of theirs,
-        which makes a `TrackerMemory` of it: for a named tuple Numba creates new strings at each call."""
+        """Memory of `tracking.follow`. Callers that have the samples in arrays of their own follow them with these in
+        place of its first two."""
+        self._where = addresses(self.memory)
         self._feet = FootFinder(floor, rate_hz, every)
         self._ongoing: dict[int, _Ongoing] = {}
         self._opening: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = []
@@ -284,7 +288,9 @@ class ContactTracker:
         return _joined([self._follow_slab(times[slab], forces[slab]) for slab in slabs], len(self._tiles))
 
     def _follow_slab(self, times: NDArray[np.float64], forces: NDArray[np.float64]) -> TrackedContacts:
-        written, happened = tracking.follow(times, forces, self.memory)
+        count = len(times)
+        self.memory.time_s[:count], self.memory.force_n[:count] = times, forces
+        written, happened = tracking.follow(self.memory, self._where, count)
         self._feet.feed(self.memory.rows[:written], self.memory.events[:happened], times)
         return self._flush()
 

@@ -5,12 +5,16 @@ in a `TrackerMemory`. Baselines use about 250 values a second, each the mean of 
 """
 
 import math
-from typing import NamedTuple
+from functools import cache
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.array_tables import F1, F3, borrow
+from underfoot.floor.layout import PLATE
 from underfoot.floor.running_median import (
+    MIDDLE,
     begin,
     copy_latest,
     exchange,
@@ -19,7 +23,7 @@ from underfoot.floor.running_median import (
     median_deviation,
     running_median,
 )
-from underfoot.kernels import inlined, kernel, part
+from underfoot.kernels import callback, inlined, intrinsic, kernel, part
 
 Floats = NDArray[np.float64]
 
@@ -81,12 +85,14 @@ STREAM = np.dtype(
         ("gap_s", np.float64),
         ("time_s", np.float64),
         ("tokens", np.int64),
+        ("rows", np.int64),
+        ("events", np.int64),
     ],
     align=True,
 )
 """State of the stream: number of samples, and time of the last one; `gap_s` without a sample is a gap. Samples are
 thinned for baselines, one of `every`; `taken` is their number so far, and `guard`, `first`, `renewal` and `recent` are
-times in thinned samples. `tokens` is the number of loads so far."""
+times in thinned samples. `tokens` is the number of loads so far; `rows` and `events` are what was last written."""
 
 ROW = np.dtype(
     [
@@ -119,31 +125,62 @@ EVENT = np.dtype(
 
 
 class TrackerMemory(NamedTuple):
-    """Everything that the kernels read and write besides the samples."""
+    """Everything that the kernels read and write, as `array_tables` passes it."""
 
-    plates: NDArray[np.void]  # (tiles,) of `layout.PLATE`
-    tiles: NDArray[np.void]  # (tiles,) of `TILE`
-    stream: NDArray[np.void]  # (1,) of `STREAM`
-    ring: Floats  # (tiles, length, 5): thinned values of the four sensors, and the sum of one sample, for noise
-    window: Floats  # (tiles, 4, n): the values of the baseline, the middle ones in ascending order
-    middles: NDArray[np.void]  # (tiles, 4) of `running_median.MIDDLE`
-    work: Floats  # (n,): working memory for medians
-    rows: NDArray[np.void]  # (rows,) of `ROW`: written by `follow`
-    events: NDArray[np.void]  # (events,) of `EVENT`: written by `follow`
+    time_s: F1  # [sample]: the samples to be followed
+    force_n: F3  # [sample, tile, sensor]
+    plates: Annotated[np.ndarray, PLATE, 1]  # [tile]
+    tiles: Annotated[np.ndarray, TILE, 1]
+    stream: Annotated[np.ndarray, STREAM, 1]  # [1]
+    ring: F3  # [tile, place, 5]: thinned values of the four sensors, and the sum of one sample, for noise
+    window: F3  # [tile, sensor, n]: the values of the baseline, the middle ones in ascending order
+    middles: Annotated[np.ndarray, MIDDLE, 2]  # [tile, sensor]
+    work: F1  # [n]: working memory for medians
+    rows: Annotated[np.ndarray, ROW, 1]  # written by `follow`: room for one of each sample and tile
+    events: Annotated[np.ndarray, EVENT, 1]  # written by `follow`: room for twice as many
 
 
-@kernel
-def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int, int]:
-    """Follow n samples, `time_s` (n,) and `force_n` (n, tiles, 4).
+def follow(memory: TrackerMemory, where: NDArray[np.int64], count: int) -> tuple[int, int]:
+    """Follow the first `count` samples; return how many rows and events were written.
 
-    Returns how many rows and events were written. `memory` must have room for as many rows as n times the tiles, and
-    twice as many events.
+    `where` has the memory's `array_tables.addresses`.
     """
+    from underfoot.compilation import IS_DISABLED
+
+    if IS_DISABLED:
+        _follow(memory, 0, count)
+    else:
+        following().ctypes(where.ctypes.data, 0, count)
+    return int(memory.stream[0]["rows"]), int(memory.stream[0]["events"])
+
+
+@cache
+def following() -> Any:
+    """Return the compiled `_follow`, which the engine's intake calls by its address, sample by sample.
+
+    Compiled into its callers, it would take a tenth of the first start again.
+    """
+    return callback("void(int64, int64, int64)", _follow_at)
+
+
+def _follow_at(where: int, begin: int, end: int) -> None:
+    _follow(_memory_at(where), begin, end)
+
+
+@intrinsic
+def _memory_at(context: Any, where: Any) -> Any:
+    """Return the arrays at these addresses as `TrackerMemory`."""
+    return borrow(context, where, TrackerMemory)
+
+
+@part
+def _follow(memory: TrackerMemory, begin: int, end: int) -> None:
+    """Follow the samples `begin` to `end`; write rows and events from the first place on."""
     written, happened = 0, 0
-    plates, tiles, ring, rows = memory.plates, memory.tiles, memory.ring, memory.rows
+    plates, tiles, ring, rows, force_n = memory.plates, memory.tiles, memory.ring, memory.rows, memory.force_n
     stream = memory.stream[0]
-    for i in range(len(time_s)):
-        now_s = time_s[i]
+    for i in range(begin, end):
+        now_s = memory.time_s[i]
         gap = stream.count > 0 and now_s - stream.time_s > stream.gap_s
         take = stream.count % stream.every == 0
         newest, oldest = _window_ends(memory)
@@ -190,7 +227,7 @@ def follow(time_s: Floats, force_n: Floats, memory: TrackerMemory) -> tuple[int,
         stream.taken += 1 if take else 0
         stream.count += 1
         stream.time_s = now_s
-    return written, happened
+    stream.rows, stream.events = written, happened
 
 
 @kernel

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.clock import SPAN
-from underfoot.kernels import inlined, kernel
+from underfoot.kernels import call_at, inlined, kernel
 from underfoot.layouts import Memory
 from underfoot.models.signals.events import append, events_at
-from underfoot.patch.calls import call_run, call_tail, cycles
+from underfoot.patch.calls import call_tail, cycles
 from underfoot.patch.controls import fill_signal_controls, finish_ramps, read_controls
 from underfoot.patch.tables import ANY, GUARDED, Tables, tables_at
 
@@ -352,7 +352,7 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
     s = p.state.ctypes.data + 8 * (p.nodes[k].state_at + row * p.nodes[k].state_size)
     t = p.coefficients.ctypes.data + 8 * (p.nodes[k].coefficients_at + row * p.nodes[k].coefficients_size)
     d = p.data.ctypes.data + 8 * p.nodes[k].data_at
-    call_run(p.nodes[k].run, x, y, c, s, t, d, e, o, p.keys[k, row], p.settings[0], frame + f, g - f)
+    call_at(p.nodes[k].run, x, y, c, s, t, d, e, o, p.keys[k, row], p.settings[0], frame + f, g - f)
     p.ran[k, row] += g - f
     for j in range(p.nodes[k].outputs):
         buffer = p.nodes[k].outputs_at + j
