@@ -1,5 +1,6 @@
 """Asking for a file."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,7 +36,8 @@ class FileChooser:
     ) -> None:
         """Ask for a file and go on with `then`; for one to be written where there is a name `save_as` to begin with.
 
-        A name without a suffix gets `suffix`. A question `over` a dialog ends with it: nobody waits for an answer then.
+        In that name, signs that no file's may have become hyphens: titles of patches may have them. A name without a
+        suffix gets `suffix`. A question `over` a dialog ends with it: nobody waits for an answer then.
         """
 
         def chosen(name: str) -> None:
@@ -52,7 +54,7 @@ class FileChooser:
         if save_as:
             dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
             dialog.setDefaultSuffix(suffix.removeprefix("."))
-            dialog.selectFile(save_as)
+            dialog.selectFile(re.sub(r'[/\\:*?"<>|]', "-", save_as))
         dialog.fileSelected.connect(chosen)
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()

@@ -156,6 +156,16 @@ def test_settings_that_cannot_be_read_are_the_first_ones(tmp_path, text):
     assert Settings.load(tmp_path) == Settings()
 
 
+def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.settings.folder = str(tmp_path)
+    design(window).document.edit(noise_patch('Ice/snow: "R&D"?'), "All")
+    window.open_patch.save()
+    dialog_of(window, QFileDialog).accept()
+    assert window.open_patch.path == tmp_path / "Ice-snow- -R&D--.json"
+    assert window.open_patch.path.exists()
+
+
 def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qtbot, tmp_path):
     rain = tmp_path / "sounds" / "rain.wav"
     rain.parent.mkdir()
