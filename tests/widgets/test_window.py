@@ -368,6 +368,8 @@ def test_about_says_what_this_is_and_copies_it_for_a_report(window, qtbot):
 def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(window, qtbot, tmp_path, monkeypatch):
     control = Qt.KeyboardModifier.ControlModifier
     monkeypatch.setattr("underfoot.widgets.session.controller.recordings_folder", lambda: tmp_path)
+    notices = []
+    window.controller.notified.connect(notices.append)
     window.controller.record(True)
     path = window.controller.session.recording
     window.workspaces.choose("Monitor")
@@ -375,6 +377,8 @@ def test_marks_are_set_by_keys_while_it_records_and_stand_on_both_time_axes(wind
     qtbot.waitUntil(
         lambda: any(line.name == "mark" for line in monitor(window).force.plot.drawing.lines), timeout=LONG_MS
     )
+    # The recording's own time begins with it.
+    qtbot.waitUntil(lambda: any("s of the session, also in the recording" in line for line in notices))
     qtbot.waitUntil(path.exists, timeout=LONG_MS)
     recordings = window.workspaces["Recordings"]
     window.open_file(path)

@@ -37,6 +37,5 @@ class Marking(QObject):
         session = self._controller.session
         kept = session is not None and session.recording is not None
         name = f' "{text}"' if text else ""
-        self._controller.notified.emit(
-            f"Marked{name} at {at_s:.2f} s" + (" in the recording" if kept else "; nothing is being recorded") + "."
-        )
+        where = ", also in the recording" if kept else "; nothing is being recorded"
+        self._controller.notified.emit(f"Marked{name} at {at_s:.2f} s of the session{where}.")
