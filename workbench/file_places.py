@@ -43,7 +43,7 @@ def file_place(message: str) -> FilePlace | None:
     """
     broken = _BROKEN.fullmatch(message)
     if broken is not None:
-        return FilePlace(broken["file"], int(broken["line"]), broken["says"].strip(), message)
+        return FilePlace(broken["file"], int(broken["line"]), f"it{broken['says']}", message)
     found = _PLACED.fullmatch(message)
     if found is None:
         return None

@@ -14,7 +14,7 @@ from underfoot.widgets.session.open_patch import PATCH_FILES
     [
         ("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(400), f"It is not JSON: it is not UTF-8 text{PATCH_FILES}"),
         ("other.json", b'{"name": "of another program"}', "Line 1: format is null; allowed: 'underfoot-patch'"),
-        ("empty.json", b"", "Line 1: is not JSON: expecting value: line 1 column 1"),
+        ("empty.json", b"", "Line 1: it is not JSON: expecting value: line 1 column 1"),
     ],
 )
 def test_a_file_of_another_kind_that_is_chosen_is_refused_where_one_looks(qtbot, tmp_path, name, content, says):
