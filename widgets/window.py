@@ -83,7 +83,7 @@ class MainWindow(QMainWindow):
             self, self.controller, self.target_selection, file_chooser, self.show_message, self.open_file
         )
         self._exchange = Exchange(self, self.open_patch, self.controller, file_chooser, self.show_message)
-        self._dropped_files = DroppedFiles(self, self._handlers, self.show_message)
+        self._dropped_files = DroppedFiles(self, self._handlers, self.show_message, self.show_file_error)
         self.listening = Listening(self.controller, self.open_patch, REGISTRY)
         context = WorkspaceContext(REGISTRY, self.settings, folder, self.open_patch, self.controller, self.listening)
         self.workspaces = WorkspaceStack(context)

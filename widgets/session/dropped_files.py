@@ -20,9 +20,16 @@ class DroppedFiles(QObject):
     `handlers` is called when something is dragged here, so that nothing is imported before.
     """
 
-    def __init__(self, window: QWidget, handlers: Callable[[], Handlers], notify: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        handlers: Callable[[], Handlers],
+        notify: Callable[[str], object],
+        refuse: Callable[[Path, str], object],
+    ) -> None:
+        """`notify` shows a line; `refuse` shows why a file cannot be read."""
         super().__init__(window)
-        self._handlers, self._notify = handlers, notify
+        self._handlers, self._notify, self._refuse = handlers, notify, refuse
         window.setAcceptDrops(True)
         window.installEventFilter(self)
 
@@ -50,7 +57,7 @@ class DroppedFiles(QObject):
         try:
             self._handlers()[known[0].suffix.lower()](known[0])
         except UnderfootError as error:
-            self._notify(str(error))
+            self._refuse(known[0], str(error))
 
     def _known(self, paths: Sequence[Path]) -> list[Path]:
         handlers = self._handlers() if paths else {}

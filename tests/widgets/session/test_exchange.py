@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 from windows import design, dialog_of, noise_patch, quiet_window
 
 from underfoot.widgets.dialogs.export_dialog import ExportDialog
+from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 
 
 @pytest.fixture
@@ -66,6 +67,9 @@ def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
     assert drop(window, tmp_path / "bad.csv")
     assert "has no floor beside it (bad.floor.json)" in window.status.message
+    refused = dialog_of(window, FileErrorDialog)
+    assert refused.error_text.text().startswith("It has no floor beside it (bad.floor.json)")
+    refused.close()
     assert window.controller.target.kind == "simulator"
     walk = Path(str(resources.files("underfoot.presets"))) / "walks" / "corridor.csv"
     assert drop(window, walk)
