@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from underfoot.engine.reports import Health
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.level_slider import LevelSlider
 
 MAX_WARNINGS = 8
@@ -129,7 +130,7 @@ class MainBar(QWidget):
 
     def set_target(self, text: str, keys: Collection[str] = ()) -> None:
         """Show a description of the target, and mark the choices with these keys."""
-        self.target.setText(text)
+        self.target.setText(literal(text))
         self.target.setToolTip(f"Target: {text}. Click to choose another one.")
         self._target_keys = keys
         self._mark_target()

@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.patch import preset_files
+from underfoot.widgets.controls.menu import literal
 
 
 class MainMenu(QMenu):
@@ -53,6 +54,6 @@ class MainMenu(QMenu):
     def _fill_recent(self) -> None:
         self._recent_menu.clear()
         for path in self._recent():
-            self._recent_menu.addAction(path, partial(self.recent_chosen.emit, Path(path)))
+            self._recent_menu.addAction(literal(path), partial(self.recent_chosen.emit, Path(path)))
         if not self._recent():
             self._recent_menu.addAction("None yet").setEnabled(False)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.escape import is_escape_override
 
 
@@ -197,7 +198,7 @@ class ElidedButton(QPushButton):
     def _fit(self) -> None:
         metrics = self.fontMetrics()
         room = self.width() - 10 - metrics.horizontalAdvance(self._tail)
-        self.setText(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail)
+        self.setText(literal(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail))
 
 
 def value_text(parameter: Parameter, value: Any) -> str:

@@ -1,8 +1,17 @@
-"""A menu over a widget whose keys are letters."""
+"""A menu over a widget whose keys are letters, and names in menus."""
 
 from PySide6.QtCore import QEvent
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QMenu
+
+
+def literal(text: str) -> str:
+    """Return a text for a menu or a button in which & is a sign: there, a single one would mark the next letter.
+
+    >>> literal("Heel & toe")
+    'Heel && toe'
+    """
+    return text.replace("&", "&&")
 
 
 class Menu(QMenu):

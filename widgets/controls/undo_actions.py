@@ -4,6 +4,8 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QUndoGroup, QUndoStack
 from PySide6.QtWidgets import QLineEdit, QPlainTextEdit, QWidget
 
+from underfoot.widgets.controls.menu import literal
+
 
 class UndoActions(QObject):
     """Actions `undo` and `redo` of a history, with their shortcuts in `owner` and in what is inside it."""
@@ -73,7 +75,7 @@ def _left_to_document(event: QEvent) -> bool:
 def _name_step(action: QAction, word: str, text: str) -> None:
     """Set an action's text to `word` and the name of its undo step."""
     words = f"{word}: {_lower_first(text)}" if text else word
-    action.setText(words)
+    action.setText(literal(words))
     action.setToolTip(f"{words} ({action.shortcut().toString()})")
 
 

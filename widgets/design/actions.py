@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
-from underfoot.widgets.controls.menu import Menu
+from underfoot.widgets.controls.menu import Menu, literal
 from underfoot.widgets.design.node_geometry import display_name
 from underfoot.widgets.design.patch_editing import open_targets
 
@@ -163,7 +163,7 @@ def connect_menu(
             id, _, port = target.partition(".")
             name = patch.node(id).label or registry[patch.node(id).type].label
             text = f"{name} ({id}): {display_name(port)}"
-            into.addAction(text, partial(connect, source, target))
+            into.addAction(literal(text), partial(connect, source, target))
     if menu.isEmpty():
         menu.addAction("It has no output").setEnabled(False)
     return menu

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import literal
 
 
 class Breadcrumbs(QFrame):
@@ -43,7 +44,7 @@ class Breadcrumbs(QFrame):
             if i:
                 self._parts.append(theme.label("›", "muted"))
                 self._row.addWidget(self._parts[-1])
-            button = QPushButton(name)
+            button = QPushButton(literal(name))
             button.setProperty("role", "tab")
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             button.setEnabled(i < len(steps) - 1)

@@ -1,6 +1,6 @@
 """A message over the canvas that disappears after a few seconds."""
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QLabel, QWidget
 
 from underfoot.widgets import theme
@@ -15,6 +15,7 @@ class Message(QLabel):
         super().__init__(parent)
         self._parent_widget = parent
         self.setWordWrap(True)
+        self.setTextFormat(Qt.TextFormat.PlainText)
         self.hide()
         self._timer = QTimer(self, singleShot=True, interval=VISIBLE_MS)
         self._timer.timeout.connect(self.hide)

@@ -4,6 +4,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
@@ -59,6 +60,7 @@ def _documentation() -> QLabel:
     found = next((place for place in places if place.exists()), None) if is_checkout else None
     link = f'<a href="{found.as_uri()}">{found}</a>' if found is not None else "the pages in docs, beside the sources"
     shown = theme.label(f"Documentation: {link}", "muted")
+    shown.setTextFormat(Qt.TextFormat.RichText)
     shown.setOpenExternalLinks(True)
     shown.setWordWrap(True)
     return shown

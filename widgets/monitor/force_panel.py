@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -114,6 +114,7 @@ class ForcePanel(QWidget):
         legend: list[QWidget | None] = []
         for name, colour in zip(("sum", "1", "2", "3", "4"), ("force", *CORNERS), strict=True):
             key = theme.label(f'<span style="color:{theme.PALETTE[colour]}">■</span> {name}', "small")
+            key.setTextFormat(Qt.TextFormat.RichText)
             figure = theme.label("– N", "small")
             figure.setFixedWidth(figure.fontMetrics().horizontalAdvance("−0000 N") - theme.GRID)
             self.readouts.append(figure)

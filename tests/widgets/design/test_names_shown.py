@@ -1,0 +1,59 @@
+"""Names are shown as they were typed: & marks no key in menus and on buttons, and < begins no markup."""
+
+from design_samples import REGISTRY
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
+from windows import quiet_window
+
+NAME = "Heel & toe <b>hard</b>"
+IN_MENUS = "Heel && toe <b>hard</b>"
+
+
+def named(workspace, id):
+    """Give a node the name, by hand."""
+    workspace.canvas.patch_scene.select([id])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    QTest.keyClicks(workspace.canvas.inline, NAME)
+    QTest.keyClick(workspace.canvas.inline, Qt.Key.Key_Return)
+
+
+def test_a_name_is_no_markup(workspace):
+    named(workspace, "hum")
+    shown = [label for label in workspace.findChildren(QLabel) if label.text() == NAME]
+    assert shown
+    assert {label.textFormat() for label in shown} == {Qt.TextFormat.PlainText}
+
+
+def test_a_name_has_its_ampersand_in_the_menu_of_connections_and_in_undo(workspace):
+    named(workspace, "shaker")
+    workspace.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_C)
+    menu = QApplication.activePopupWidget()
+    assert f"{IN_MENUS} (shaker): acceleration" in [action.text() for action in menu.actions()]
+    menu.close()
+    workspace.canvas.patch_scene.select(["shaker"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
+    assert workspace.undo_action.text() == f"Undo: delete {IN_MENUS}"
+
+
+def test_a_name_has_its_ampersand_on_buttons(workspace):
+    workspace.canvas.patch_scene.select(["hum", "shaker"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_G, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClicks(workspace.canvas.inline, NAME)
+    QTest.keyClick(workspace.canvas.inline, Qt.Key.Key_Return)
+    workspace.canvas.open_group("group")
+    assert workspace.canvas.breadcrumbs.buttons[1].text() == IN_MENUS
+    workspace.canvas.leave_group()
+    through = workspace.patch().add("through", REGISTRY).name("through", NAME)
+    workspace.document.edit(through.connect("through.out", "hum.frequency", REGISTRY), "Drive")
+    workspace.canvas.patch_scene.select(["hum"])
+    assert workspace.inspector.editors["frequency"].driver.text().startswith("driven by Heel &&")
+
+
+def test_a_recent_file_has_the_ampersand_of_its_path(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.settings.recent = ["/sounds/ice & snow.json"]
+    recent = next(action.menu() for action in window.menu.actions() if action.text() == "Open recent")
+    recent.aboutToShow.emit()
+    assert [action.text() for action in recent.actions()] == ["/sounds/ice && snow.json"]
