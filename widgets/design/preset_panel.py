@@ -117,7 +117,7 @@ class PresetPanel(QWidget):
         chips.addStretch(1)
         chips.addWidget(self.audition_button)
         column = QVBoxLayout(self)
-        column.setContentsMargins(8, 0, 4, 8)
+        column.setContentsMargins(8, 8, 4, 8)
         column.setSpacing(4)
         column.addWidget(self.field)
         column.addLayout(chips)

@@ -1,7 +1,7 @@
 """Presets in the window: heard, opened as an edit, saved, and found again."""
 
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QMessageBox
 from windows import noise_patch, quiet_window
@@ -175,3 +175,10 @@ def test_what_undo_brings_back_is_in_view(design, qtbot):
         canvas = design.canvas
         places = [canvas.mapFromScene(item.sceneBoundingRect().center()) for item in canvas.patch_scene.nodes.values()]
         assert any(canvas.viewport().rect().contains(place) for place in places)
+
+
+def test_both_lists_have_their_words_at_the_same_place(window, design, qtbot):
+    places = [design.node_palette.field.mapTo(design, QPoint())]
+    qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    QApplication.processEvents()
+    assert [design.side.presets.field.mapTo(design, QPoint())] == places
