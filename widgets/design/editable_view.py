@@ -174,7 +174,6 @@ class EditableView(PatchView):
     def put_in(self, patch: Patch, title: str) -> None:
         """Add all of another patch, called `title`, in a free place."""
         self._paste(patch.dumps().decode(), None, f"Insert {title}:")
-        self.ensure_visible(self.patch_scene.selected())
 
     def _paste(self, text: str, at: tuple[float, float] | None, what: str) -> None:
         patch = self.document.patch
@@ -193,6 +192,7 @@ class EditableView(PatchView):
         after = after.move({id: (x + dx, y + dy) for id, (x, y) in stands.items()})
         self.document.edit(after, f"{what} {self._count_text(ids, after)}")
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in ids})
+        self.ensure_visible(self.patch_scene.selected())
 
     def _box(self, patch: Patch, id: str) -> Box:
         node = patch.node(id)
@@ -363,6 +363,7 @@ class EditableView(PatchView):
         after = self._with_group(id, patch, at=(x + dx, y + dy))
         self.document.edit(after, f"Collapse {self._count_text(patch.group(id).members)}")
         self.patch_scene.select([id])
+        self.ensure_visible([id])
 
     def paint_group(self, colour: str) -> None:
         """Set the colour of the group around the selection."""

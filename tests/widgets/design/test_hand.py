@@ -259,3 +259,39 @@ def test_a_node_pulled_from_an_input_ends_where_the_wire_was_let_go(line):
     there = port(line, "hum", "out", "out")
     moved = port(line, "shaker", "in", "acceleration") - start  # the view may have followed
     assert abs(there.x() - end.x() - moved.x()) <= 8
+
+
+# --- what was just made is seen ---
+
+
+def seen(workspace, id):
+    """Whether an item is wholly in the view, and not behind the map."""
+    canvas = workspace.canvas
+    place = canvas.mapFromScene(canvas.patch_scene.extent([id])).boundingRect()
+    is_covered = not canvas.map.isHidden() and place.intersects(canvas.map.geometry())
+    return canvas.viewport().rect().contains(place) and not is_covered
+
+
+def at_the_lower_edge(workspace, *ids):
+    """Move the view until these nodes are at its lower edge, and select them."""
+    canvas = workspace.canvas
+    canvas.zoom_to(1.0)
+    canvas.patch_scene.select(ids)
+    bottom = canvas.mapFromScene(canvas.patch_scene.extent(ids)).boundingRect().bottom()
+    canvas.pan(0, bottom - canvas.viewport().height() + 8)
+
+
+@pytest.mark.parametrize("keys", [(Qt.Key.Key_D,), (Qt.Key.Key_C, Qt.Key.Key_V)])
+def test_a_copy_is_in_the_view(line, keys):
+    at_the_lower_edge(line, "hum")
+    for key in keys:
+        QTest.keyClick(line.canvas, key, CONTROL)
+    assert line.canvas.selected_ids() == ["hum1"]
+    assert seen(line, "hum1")
+
+
+def test_a_sub_patch_is_in_the_view_once_it_is_made(line):
+    line.set_patch(line.patch().move({"through": (0.0, 0.0), "hum": (0.0, 900.0)}))
+    at_the_lower_edge(line, "hum", "through")
+    QTest.keyClick(line.canvas, Qt.Key.Key_E, CONTROL)
+    assert seen(line, line.canvas.patch_scene.selected()[0])
