@@ -17,3 +17,17 @@ def test_what_is_written_can_be_typed_again(value, unit):
 def test_what_is_no_quantity_is_refused(text):
     with pytest.raises(BadValue):
         parse_quantity(text, "m")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [("200 hz", "Hz", 200.0), ("0.2KHZ", "Hz", 200.0), ("3 MS", "s", 0.003), ("-6 db", "dB", -6.0), ("5n", "N", 5e-9)],
+)
+def test_a_unit_may_be_typed_in_the_other_case(text, unit, value):
+    assert parse_quantity(text, unit) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(("text", "unit"), [("1 mhz", "Hz"), ("1 mpa", "Pa"), ("5 N", "s"), ("5 M", "s")])
+def test_what_would_be_another_unit_or_factor_in_the_other_case_is_refused(text, unit):
+    with pytest.raises(BadValue, match="the unit is"):
+        parse_quantity(text, unit)

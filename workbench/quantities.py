@@ -83,10 +83,12 @@ def pretty_text(text: str) -> str:
 def parse_quantity(text: str, unit: str = "") -> float:
     """Parse typed text to a number in SI `unit`: with or without the unit, a prefix, digit groups or a decimal comma.
 
+    Letters of the unit and before it may be of the other case where that leaves one meaning: "mhz" could be two.
+
     >>> parse_quantity("1.3 MN/m", "N/m"), parse_quantity("0,82 mm", "m"), parse_quantity("2 000")
     (1300000.0, 0.00082, 2000.0)
-    >>> parse_quantity("0.25 of full scale", "of full scale")
-    0.25
+    >>> parse_quantity("0.25 of full scale", "of full scale"), parse_quantity("2 KHZ", "Hz")
+    (0.25, 2000.0)
     """
     compact = _without_spaces(text).replace("μ", "µ")
     match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
@@ -105,9 +107,12 @@ def parse_quantity(text: str, unit: str = "") -> float:
             factors |= {name: exact for name in (prefix, prefix + unit, prefix + pretty_unit(unit)) if name}
             factors |= {name.replace("µ", "u"): exact for name in (prefix, prefix + unit) if "µ" in prefix}
         factors |= {name.replace(" ", ""): 1.0 for name in (unit, pretty_unit(unit))}
-    if tail not in factors:
+    in_other_case = {factors[name] for name in factors if unit in name and name.lower() == tail.lower()}
+    meant = {factors[tail]} if tail in factors else in_other_case
+    if len(meant) != 1:
         raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
-    return value * factors[tail] if factors[tail] >= 1.0 else value / round(1.0 / factors[tail])
+    factor = meant.pop()
+    return value * factor if factor >= 1.0 else value / round(1.0 / factor)
 
 
 def worked_out(text: str) -> str:
