@@ -52,7 +52,7 @@ def test_the_dialog_offers_its_addresses_and_takes_another(qtbot, transport, mon
         assert dialog.isVisible()
         assert dialog.refusal.isVisible() == bool(said)
         assert dialog.refusal.text() == said
-    dialog.address.setEditText(" there ")
+    dialog.address.setEditText(f" {transport.scheme}:there ")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)
     assert chosen == ["there"]
     assert not dialog.isVisible()

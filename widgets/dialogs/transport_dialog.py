@@ -20,7 +20,7 @@ class TransportDialog(QDialog):
         self, transport: type[Transport], floor: str, use: Callable[[str], object], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._use = use
+        self._use, self._scheme = use, transport.scheme
         self.setWindowTitle(transport.title)
         self.address = QComboBox()
         self.address.setEditable(True)
@@ -52,8 +52,8 @@ class TransportDialog(QDialog):
         self.address.setFocus()
 
     def accept(self) -> None:
-        """Take what was typed or chosen; nothing is no address."""
-        text = self.address.currentText().strip()
+        """Take what was typed or chosen; nothing is no address. The scheme may be before it, as on the command line."""
+        text = self.address.currentText().strip().removeprefix(f"{self._scheme}:")
         if not text:
             return
         try:
