@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFileDialog,
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.export_process import ExportRequest
 from underfoot.engine.survey_process import Progress
+from underfoot.quantities import pretty_text
 from underfoot.records.exports import VIBRATION, formats
 from underfoot.widgets import theme
 from underfoot.widgets.recordings.tracks import time_text
@@ -81,8 +82,8 @@ class ExportDialog(QDialog):
     def _show(self) -> None:
         one = formats()[self.format.currentData()]
         about = one.title.partition(":")[2].strip() or one.title
-        self.about.setText(f"{about[0].upper()}{about[1:]}.")
-        self.omissions.setText(f"Not carried: {one.cannot}.")
+        self.about.setText(pretty_text(f"{about[0].upper()}{about[1:]}."))
+        self.omissions.setText(pretty_text(f"Not carried: {one.cannot}."))
         for widget in (self._vibration_label, self.vibration):
             widget.setVisible(one.suffix in _ONE_KIND)
         self.adjustSize()
