@@ -12,6 +12,7 @@ from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.file_places import file_place, place_in, readable
 from underfoot.nodes import REGISTRY
+from underfoot.widgets.controls.fields import end_typing
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.dialogs.shortcuts import keys_of
 from underfoot.widgets.main_bar import MainBar
@@ -141,11 +142,13 @@ class MainWindow(QMainWindow):
 
     def _save(self) -> None:
         """Save what the visible workspace edits, or else the patch."""
+        end_typing(self)
         if not self.workspaces[self.workspaces.chosen].save():
             self.open_patch.save()
 
     def _export(self) -> None:
         """Export what the visible workspace shows, or else the patch."""
+        end_typing(self)
         if not self.workspaces[self.workspaces.chosen].export():
             self._exchange.export()
 
@@ -195,6 +198,7 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
+        end_typing(self)
         losing = self.workspaces.would_lose
         if not self._is_leaving and (losing or not self.open_patch.is_all_saved):
             event.ignore()

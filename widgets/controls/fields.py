@@ -4,7 +4,16 @@ from typing import Any
 
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QLineEdit, QPushButton, QSizePolicy, QToolButton, QToolTip, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QLineEdit,
+    QPlainTextEdit,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QToolTip,
+    QWidget,
+)
 
 from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
@@ -172,6 +181,15 @@ class Field(QLineEdit):
         if self.hasFocus() and self.property("role") == "value":
             self.selectAll()  # the next number may be typed, or clicked into, at once
             self._selects_on_click = True
+
+
+def end_typing(window: QWidget) -> None:
+    """Commit what is being typed in the window, as on leaving its field, which keeps the focus."""
+    typed = window.focusWidget()
+    if isinstance(typed, QLineEdit | QPlainTextEdit) and typed.hasFocus():
+        typed.clearFocus()
+        if typed.isVisible():
+            typed.setFocus()
 
 
 class ElidedButton(QPushButton):

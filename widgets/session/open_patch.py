@@ -18,6 +18,7 @@ from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.fields import end_typing
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
@@ -310,7 +311,7 @@ class OpenPatch(QObject):
 
     def save_as(self, then: Callable[[], object] | None = None) -> None:
         """Save to another file."""
-
+        end_typing(self._window)
         self._file_chooser.ask("Save the patch", FILTER, lambda path: self._write_then(path, then), f"{self.name}.json")
 
     def _write_then(self, path: Path, then: Callable[[], object] | None) -> None:
@@ -341,6 +342,7 @@ class OpenPatch(QObject):
 
     def ask_to_save(self, then: Callable[[], object]) -> None:
         """Call `then` at once if all is saved, else after the user has decided what to do."""
+        end_typing(self._window)
         if self.is_saved:
             then()
             return

@@ -259,3 +259,44 @@ def test_a_patch_that_the_person_saved_is_opened_without_a_question(qtbot, tmp_p
     window.open_patch.new()
     window.open_patch.open(tmp_path / "patches" / "own.json")
     assert window.open_patch.patch == own
+
+
+def typing(qtbot, window, id, text):
+    """Type into the only number of a node, without an end."""
+    canvas = design(window).canvas
+    canvas.patch_scene.select([id])
+    field = design(window).inspector.editors["amplitude"].field
+    qtbot.mouseClick(field, Qt.MouseButton.LeftButton)
+    field.selectAll()
+    qtbot.keyClicks(field, text)
+    return field
+
+
+def test_what_is_being_typed_is_saved(qtbot, tmp_path):
+    path = tmp_path / "hiss.json"
+    noise_patch().save(path)
+    window = quiet_window(qtbot, tmp_path / "kept", path)
+    field = typing(qtbot, window, "noise", "0.25")
+    qtbot.keyClick(field, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    assert Patch.load(path, REGISTRY).node("noise").parameters["amplitude"] == 0.25
+    assert field.hasFocus()
+    canvas = design(window).canvas
+    canvas.setFocus()
+    canvas.edit_title("noise")
+    qtbot.keyClicks(canvas.inline, "Rain")
+    qtbot.keyClick(canvas.inline, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    assert Patch.load(path, REGISTRY).node("noise").label == "Rain"
+    assert not window.isWindowModified()
+
+
+def test_what_is_being_typed_is_asked_for_when_the_window_is_closed(qtbot, tmp_path):
+    path = tmp_path / "hiss.json"
+    noise_patch().save(path)
+    window = quiet_window(qtbot, tmp_path / "kept", path)
+    typing(qtbot, window, "noise", "0.25")
+    window.close()
+    assert window.isVisible()
+    question = dialog_of(window, QMessageBox)
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
+    assert not window.isVisible()
+    assert Patch.load(path, REGISTRY).node("noise").parameters["amplitude"] == 0.25
