@@ -142,7 +142,12 @@ class NumberEditor(ParameterEditor):
 
     def _slider_moved(self, position: float) -> None:
         value = self._rounded_value(position)
+        is_stepped = self._is_integer and not self.slider.isSliderDown()  # by a key or the wheel
+        if is_stepped and value == self._value:  # the next count is further away than a step of the slider
+            value += 1 if position > self._position(value) else -1
         self._commit(-value if self.inverted.isChecked() else value)
+        if is_stepped:
+            self.slider.set_position(self._position(self._value))
         self._rewrite()
 
     def _rewrite(self) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QToolTip
 
 from underfoot.errors import BadValue
 from underfoot.nodes import REGISTRY
-from underfoot.parameters import Number
+from underfoot.parameters import Count, Number
 from underfoot.quantities import parse_gain
 from underfoot.widgets.controls.number_editor import NumberEditor
 
@@ -131,3 +131,17 @@ def test_a_click_into_a_number_replaces_it_and_a_further_click_places_the_cursor
     qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
     qtbot.mouseClick(editor.field, Qt.MouseButton.LeftButton)
     assert editor.field.selectedText() == ""
+
+
+@pytest.mark.parametrize("most", [8, 1000])
+def test_each_key_on_the_slider_of_a_count_changes_it(qtbot, most):
+    """Also where the next count is further away than a step of the slider."""
+    editor = NumberEditor(Count(1, 1, most))
+    qtbot.addWidget(editor)
+    show(qtbot, editor)
+    given = []
+    editor.value_changed.connect(given.append)
+    editor.slider.setFocus()
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Right):
+        qtbot.keyClick(editor.slider, key)
+    assert given == [2, 3, 2, 3]
