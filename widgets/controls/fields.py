@@ -110,6 +110,8 @@ class Field(QLineEdit):
     committed = Signal(str)
     focus_lost = Signal()
     focus_gained = Signal()
+    stepped = Signal(object)
+    """The `QKeyEvent` of an arrow up or down in a field of the role "value"."""
 
     def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
         """`role` is the field's look while its text is valid."""
@@ -153,8 +155,15 @@ class Field(QLineEdit):
             self.show_error("")
             self.selectAll()
             self._selects_on_click = True
+        elif event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._role == "value":
+            self.stepped.emit(event)
         else:
             super().keyPressEvent(event)
+
+    def show_text(self, text: str) -> None:
+        """Show the text of a value that was set otherwise, to which Escape returns."""
+        self.setText(text)
+        self._text_before = text
 
     def commit(self) -> None:
         """Commit the typed text, if any, as on leaving."""

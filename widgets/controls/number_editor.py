@@ -3,7 +3,7 @@
 import math
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from underfoot.errors import BadValue
@@ -66,6 +66,7 @@ class NumberEditor(ParameterEditor):
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
         self.field.focus_lost.connect(self._show_rounded)
         self.field.committed.connect(self._typed)
+        self.field.stepped.connect(self._step)
         self.set_value(parameter.initial)
 
     def _add_inversion(self) -> None:
@@ -153,7 +154,17 @@ class NumberEditor(ParameterEditor):
     def _rewrite(self) -> None:
         """Show the value set by another control, even if the field has the focus."""
         with QSignalBlocker(self.field):
-            self.field.setText(self._value_text(4))
+            self.field.show_text(self._value_text(4))
+        self.field.show_error("")
+
+    def _step(self, event: QKeyEvent) -> None:
+        """Move the value by an arrow key in its field as on its slider, from what is typed."""
+        self.field.commit()
+        if self.slider.isVisible() and self.field.property("role") != "bad":
+            if not event.isAutoRepeat():
+                self.edit_began.emit()
+            self.slider.keyPressEvent(event)
+            self.field.selectAll()
 
     def _value_text(self, digits: int) -> str:
         return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)

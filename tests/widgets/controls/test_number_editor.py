@@ -145,3 +145,25 @@ def test_each_key_on_the_slider_of_a_count_changes_it(qtbot, most):
     for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Right):
         qtbot.keyClick(editor.slider, key)
     assert given == [2, 3, 2, 3]
+
+
+def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot, editor):
+    given = []
+    editor.value_changed.connect(given.append)
+    began = []
+    editor.edit_began.connect(lambda: began.append(editor.value()))
+    typed(qtbot, editor, "-6")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Up)
+    higher = editor.field.text()
+    assert len(began) == 2
+    assert given[-1] > given[0]
+    assert editor.field.selectedText() == higher
+    qtbot.keyClick(editor.field, Qt.Key.Key_Escape)
+    assert editor.field.text() == higher
+    qtbot.keyClicks(editor.field, "-20")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
+    assert 10.0 ** (-21.0 / 20.0) < given[-1] < 0.1
+    qtbot.keyClicks(editor.field, "loud")
+    qtbot.keyClick(editor.field, Qt.Key.Key_Up)
+    assert editor.field.property("role") == "bad"
+    assert editor.field.text() == "loud"
