@@ -19,6 +19,7 @@ from underfoot.parameters import Count, Number, Numbers, Parameter
 from underfoot.quantities import gain, number, pretty_text, pretty_unit, quantity
 from underfoot.widgets import theme
 from underfoot.widgets.controls.menu import literal
+from underfoot.widgets.controls.undo_actions import left_to_document
 from underfoot.widgets.escape import is_escape_override
 
 
@@ -113,12 +114,13 @@ class Field(QLineEdit):
     stepped = Signal(object)
     """The `QKeyEvent` of an arrow up or down in a field of the role "value"."""
 
+    _text_before = ""  # of the class: events come before a field is made
+
     def __init__(self, parent: QWidget | None = None, role: str = "value") -> None:
         """`role` is the field's look while its text is valid."""
         super().__init__(parent)
         self._role = role
         self.setProperty("role", role)
-        self._text_before = ""
         self._selects_on_click = False
         self.returnPressed.connect(self._commit_text)
 
@@ -142,9 +144,16 @@ class Field(QLineEdit):
             self.setCursorPosition(0)
             self.focus_lost.emit()
 
+    @property
+    def is_untouched(self) -> bool:
+        """Whether nothing was typed that is not committed."""
+        return self.text() == self._text_before
+
     def event(self, event: QEvent) -> bool:
+        if self.is_untouched and left_to_document(event):
+            return True
         # During typing, Escape goes to the field, not to a shortcut of the window.
-        if is_escape_override(event) and self.text() != self._text_before:
+        if is_escape_override(event) and not self.is_untouched:
             event.accept()
             return True
         return super().event(event)
@@ -162,8 +171,11 @@ class Field(QLineEdit):
 
     def show_text(self, text: str) -> None:
         """Show the text of a value that was set otherwise, to which Escape returns."""
-        self.setText(text)
         self._text_before = text
+        if text != self.text():
+            self.setText(text)
+        if self.hasFocus() and self._role == "value":
+            self.selectAll()
 
     def commit(self) -> None:
         """Commit the typed text, if any, as on leaving."""
@@ -183,7 +195,7 @@ class Field(QLineEdit):
             QToolTip.hideText()
 
     def _commit_text(self) -> None:
-        if self.text() != self._text_before:
+        if not self.is_untouched:
             self.committed.emit(self.text())
             if self.property("role") != "bad":
                 self._text_before = self.text()

@@ -135,6 +135,8 @@ class NumberEditor(ParameterEditor):
                 self.field.setText(self._value_text(max(digits, 9) if self._is_integer else digits))
             self.field.show_error("")
             self.field.setToolTip(help_text(self.parameter))
+        elif self.field.is_untouched:  # an undo, say
+            self.field.show_text(self._value_text(EXACT_DIGITS))
         self.slider.set_position(self._position(self._value))
         self.inverted.setChecked(math.copysign(1.0, self._value) < 0.0)
 
@@ -164,7 +166,6 @@ class NumberEditor(ParameterEditor):
             if not event.isAutoRepeat():
                 self.edit_began.emit()
             self.slider.keyPressEvent(event)
-            self.field.selectAll()
 
     def _value_text(self, digits: int) -> str:
         return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)

@@ -73,6 +73,8 @@ class TextEditor(ParameterEditor):
         if not self.field.hasFocus():
             self.field.setText(self._as_text(self._value))
             self.field.setCursorPosition(0)  # show the beginning of a long text
+        elif self.field.is_untouched:
+            self.field.show_text(self._as_text(self._value))
 
     def _typed(self, text: str) -> None:
         try:

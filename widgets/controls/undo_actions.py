@@ -52,17 +52,17 @@ class DocumentLine(QLineEdit):
     """A line of text that is part of a document: undo is the document's, where there is one, else its own."""
 
     def event(self, event: QEvent) -> bool:
-        return _left_to_document(event) or super().event(event)
+        return left_to_document(event) or super().event(event)
 
 
 class DocumentText(QPlainTextEdit):
     """The same with several lines."""
 
     def event(self, event: QEvent) -> bool:
-        return _left_to_document(event) or super().event(event)
+        return left_to_document(event) or super().event(event)
 
 
-def _left_to_document(event: QEvent) -> bool:
+def left_to_document(event: QEvent) -> bool:
     """Refuse the keys of undo and redo before Qt asks for shortcuts, so that those of the document get them."""
     keys = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
     is_asked = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)

@@ -45,6 +45,25 @@ def test_what_is_out_of_range_is_not_taken_and_says_why(workspace):
     assert "30 N" in field.text()
 
 
+def test_undo_in_the_field_of_a_number_is_of_the_patch_unless_something_is_being_typed(workspace):
+    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    workspace.canvas.patch_scene.select(["step"])
+    field = workspace.inspector.editors["threshold"].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "250")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    QTest.keyClick(field, Qt.Key.Key_Z, control)
+    assert (workspace.patch(), field.text(), field.selectedText()) == (sample(), "30 N", "30 N")
+    QTest.keyClick(field, Qt.Key.Key_Z, control | shift)
+    assert workspace.patch().node("step").parameters == {"threshold": 250.0}
+    assert field.text() == "250 N"
+    QTest.keyClicks(field, "3")
+    QTest.keyClick(field, Qt.Key.Key_Z, control)
+    assert field.text() == "250 N"
+    assert workspace.patch().node("step").parameters == {"threshold": 250.0}
+
+
 def test_both_customs_of_redo_are_there_and_the_sheet_names_keys_that_a_keyboard_has(workspace):
     control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
     moved = sample().move({"hum": (0.0, 400.0)})
