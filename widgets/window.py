@@ -104,9 +104,8 @@ class MainWindow(QMainWindow):
         self.controller.start()
 
     def _connect_workspace(self, name: str) -> None:
-        """Add a new workspace's actions to the menu, and show its messages and warnings."""
+        """Show a new workspace's messages and warnings, and open what is pasted there."""
         workspace = self.workspaces[name]
-        self.menu.add_workspace_actions(workspace.menu_actions())
         workspace.notified.connect(self.show_message)
         workspace.withdrawn.connect(self.status.withdraw)
         workspace.warnings_changed.connect(partial(self.main_bar.set_warnings, name))
@@ -320,6 +319,9 @@ class MainWindow(QMainWindow):
         self.menu.recent_chosen.connect(open_patch.open)
         self.menu.preset_chosen.connect(open_patch.open_preset)
         self.workspaces.created.connect(self._connect_workspace)
+        self.workspaces.attached.connect(
+            lambda name: self.menu.add_workspace_actions(self.workspaces[name].menu_actions())
+        )
         self.workspaces.chosen_changed.connect(main_bar.set_workspace)
         main_bar.workspace_chosen.connect(self.workspaces.choose)
         main_bar.warnings_clicked.connect(self.workspaces.choose)

@@ -17,6 +17,8 @@ class WorkspaceStack(QStackedWidget):
 
     created = Signal(str)
     """The name of a new workspace, before it is attached: connect to its signals now."""
+    attached = Signal(str)
+    """The name of a workspace that was attached: it has all its actions now."""
     chosen_changed = Signal(str)
     """The name of the visible workspace."""
     loaded = Signal()
@@ -133,6 +135,7 @@ class WorkspaceStack(QStackedWidget):
         workspace.loaded.connect(self.loaded)
         self.created.emit(name)
         workspace.attach(self._context)
+        self.attached.emit(name)
         workspace.set_active(False)
         self.loaded.emit()
 

@@ -36,7 +36,7 @@ class PresetBrowsing(QObject):
         panel.audition_changed.connect(self._audition)
         panel.chosen.connect(lambda preset: self.open(preset.path))
         panel.insertion_requested.connect(lambda preset: self.insert(preset.path))
-        self.show_action = QAction("Presets", side)
+        self.show_action = QAction("Presets beside the canvas", side)
         self.show_action.setShortcut("Ctrl+P")
         self.show_action.triggered.connect(lambda: side.show_page(PRESETS))
         self.save_action = QAction("Save as preset…", side)

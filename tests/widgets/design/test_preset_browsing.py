@@ -141,7 +141,7 @@ def test_a_preset_that_is_opened_is_in_view_wherever_one_has_looked(window, desi
 
 def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
     told = dict(design.shortcuts())
-    assert told["Presets"] == "Ctrl+P"
+    assert told["Presets beside the canvas"] == "Ctrl+P"
     assert told["Save as preset"] == "Ctrl+Alt+S"
 
 
@@ -182,3 +182,12 @@ def test_both_lists_have_their_words_at_the_same_place(window, design, qtbot):
     qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     QApplication.processEvents()
     assert [design.side.presets.field.mapTo(design, QPoint())] == places
+
+
+def test_the_menu_has_the_commands_of_presets(window, design, qtbot):
+    actions = {action.text(): action for action in window.menu.actions()}
+    assert actions["Presets beside the canvas"].shortcut().toString() == "Ctrl+P"
+    actions["Save as preset…"].trigger()
+    dialog = window.findChild(PresetDialog)
+    assert dialog.isVisible()
+    dialog.reject()
