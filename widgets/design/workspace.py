@@ -176,6 +176,7 @@ class DesignWorkspace(Workspace):
         self.document.load(patch)
         self._loading = False
         self.canvas.patch_scene.select([])
+        self.canvas.show_message("")  # it was about another patch
         self.canvas.fit_new_patch()
         if self.isVisible():
             self.canvas.setFocus()  # so that keys, such as / for a node, act on the opened patch

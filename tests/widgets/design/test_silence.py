@@ -67,6 +67,14 @@ def test_what_a_patch_waits_for_is_said_once_over_the_canvas(design):
     assert design.canvas.message == ""
 
 
+def test_why_a_patch_is_silent_does_not_stay_over_another_one(design):
+    design.set_patch(STEPPED)
+    sleep(design, ASLEEP_REPORTS)
+    assert design.canvas.message
+    design.set_patch(ONCE)
+    assert design.canvas.message == ""
+
+
 def test_what_has_sounded_says_nothing(design):
     design.set_patch(STEPPED)
     sleep(design, 1, awake=1)
