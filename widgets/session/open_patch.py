@@ -310,9 +310,10 @@ class OpenPatch(QObject):
             return path.exists()
 
     def save_as(self, then: Callable[[], object] | None = None) -> None:
-        """Save to another file."""
+        """Save to another file; its present name, or else one from the title, is offered."""
         end_typing(self._window)
-        self._file_chooser.ask("Save the patch", FILTER, lambda path: self._write_then(path, then), f"{self.name}.json")
+        offered = self.path.name if self.path is not None else f"{self.name}.json"
+        self._file_chooser.ask("Save the patch", FILTER, lambda path: self._write_then(path, then), offered)
 
     def _write_then(self, path: Path, then: Callable[[], object] | None) -> None:
         if self._write(path) and then is not None:

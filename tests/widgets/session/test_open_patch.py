@@ -166,6 +166,15 @@ def test_the_name_offered_for_a_patch_can_be_a_file_s_whatever_its_title(qtbot, 
     assert window.open_patch.path.exists()
 
 
+def test_save_as_begins_with_the_name_of_the_file(qtbot, tmp_path):
+    noise_patch("Hiss of rain").save(tmp_path / "hiss-3.json")
+    window = quiet_window(qtbot, tmp_path / "kept", tmp_path / "hiss-3.json")
+    window.actions_by_name["save as"].trigger()
+    dialog = dialog_of(window, QFileDialog)
+    assert dialog.selectedFiles() == [str(tmp_path / "hiss-3.json")]
+    dialog.reject()
+
+
 def test_sound_files_are_stored_relative_to_the_patch_and_stay_the_same_files(qtbot, tmp_path):
     rain = tmp_path / "sounds" / "rain.wav"
     rain.parent.mkdir()
