@@ -11,7 +11,7 @@ from underfoot.widgets import theme
 STEPS = {
     "play": "Press Space: a simulated person walks over the floor, and each step sounds.",
     "press": "Click on the tile at the lower right to strike it; drag on it to press it.",
-    "turn": "Select a node, and drag one of its numbers at the right: it is heard at once.",
+    "turn": "Select a node, and drag the slider of a number at the right: it is heard at once.",
 }
 """The steps in order; each ends when the user has done it."""
 ALL_DONE_TEXT = "That is all of it: force in, vibration out. Presets are behind Ctrl+P, every key behind F1."

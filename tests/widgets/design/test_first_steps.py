@@ -24,6 +24,7 @@ def test_three_things_done_by_hand_tick_the_three_steps(qtbot, tmp_path):
     qtbot.mouseClick(design.preview.pad, Qt.MouseButton.LeftButton)
     assert steps.remaining == ["turn"]
     assert steps.text.text() == STEPS["turn"]
+    assert "drag the slider" in STEPS["turn"]  # a drag on the number itself selects its text
     noise = next(node.id for node in design.patch().nodes if node.type == "noise")
     design.canvas.patch_scene.select([noise])
     slider = next(editor.slider for editor in design.inspector.editors.values() if hasattr(editor, "slider"))
