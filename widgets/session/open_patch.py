@@ -7,7 +7,7 @@ from pathlib import Path
 
 from msgspec import Struct
 from msgspec.structs import replace
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
@@ -349,6 +349,7 @@ class OpenPatch(QObject):
             return
         box = QMessageBox(self._window)
         box.setWindowTitle("Unsaved work")
+        box.setTextFormat(Qt.TextFormat.PlainText)
         box.setText(f"Save the changes to “{self.name}”?")
         box.setStandardButtons(_Answer.Save | _Answer.Discard | _Answer.Cancel)
         box.setDefaultButton(_Answer.Save)
@@ -377,6 +378,7 @@ class OpenPatch(QObject):
         box = QMessageBox(self._window)
         box.setWindowTitle("Files outside the folder")
         some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
+        box.setTextFormat(Qt.TextFormat.PlainText)  # the patch, which may be a stranger's, names the files
         box.setText(f"“{path.name}” reads sound files outside its own folder:\n\n{some}")
         box.setInformativeText("Open it, and let patches read these files from now on?")
         box.setStandardButtons(_Answer.Open | _Answer.Cancel)

@@ -247,6 +247,7 @@ def test_a_patch_that_reads_files_outside_its_folder_is_opened_once_the_person_s
         window.open_patch.open(strange / name)
         question = dialog_of(window, QMessageBox)
         assert "outside its own folder" in question.text()
+        assert question.textFormat() == Qt.TextFormat.PlainText
         qtbot.mouseClick(question.button(QMessageBox.StandardButton.Cancel), Qt.MouseButton.LeftButton)
         assert window.open_patch.patch == before
     window.open_patch.open(strange / "strange.json")
@@ -306,6 +307,7 @@ def test_what_is_being_typed_is_asked_for_when_the_window_is_closed(qtbot, tmp_p
     window.close()
     assert window.isVisible()
     question = dialog_of(window, QMessageBox)
+    assert question.textFormat() == Qt.TextFormat.PlainText  # whatever the title
     qtbot.mouseClick(question.button(QMessageBox.StandardButton.Save), Qt.MouseButton.LeftButton)
     assert not window.isVisible()
     assert Patch.load(path, REGISTRY).node("noise").parameters["amplitude"] == 0.25
