@@ -15,7 +15,7 @@ from underfoot.quantities import parse_numbers
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
-from underfoot.widgets.controls.number_editor import NumberEditor
+from underfoot.widgets.controls.number_editor import EXACT_DIGITS, NumberEditor
 
 
 @singledispatch
@@ -102,7 +102,7 @@ class NumbersEditor(TextEditor):
     """A list of numbers in a text field, separated by spaces or commas."""
 
     def _as_text(self, value: Sequence[float]) -> str:
-        return ", ".join(f"{item:.6g}" for item in value)
+        return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in value)  # an edit of one keeps the others
 
     def _from_text(self, text: str) -> list[float]:
         try:

@@ -67,6 +67,14 @@ def test_a_list_of_numbers_is_typed(qtbot):
     assert "allowed" in editor.field.toolTip()
 
 
+def test_numbers_of_a_list_that_are_not_edited_stay_as_they_were(qtbot):
+    editor = editor_for(Numbers((1.0,), 0.0, 1.0, most=3))
+    qtbot.addWidget(editor)
+    editor.set_value((0.12345678, 0.5))
+    editor.field.committed.emit(editor.field.text().replace("0.5", "0.25"))
+    assert editor.value() == (0.12345678, 0.25)
+
+
 @pytest.mark.parametrize(
     ("parameter", "shown", "bad", "good"),
     [(Numbers((1.0,), 0.0, 1.0), "1", "1 x 2", "0.5"), (Tiles(), "all", "t1+", "t1+t2")],
