@@ -49,6 +49,15 @@ def _trash_of_tests(tmp_path_factory):
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _documents_of_tests(tmp_path_factory):
+    """The documents of whoever runs the tests are neither shown nor written to."""
+    folder = tmp_path_factory.mktemp("documents")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("platformdirs.user_documents_dir", lambda: str(folder))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_leaked_widgets(qapp):
     """A window that a test leaves behind fails it."""
