@@ -52,12 +52,12 @@ class DroppedFiles(QObject):
         if not known:
             self._notify(f"{paths[0].name} cannot be opened here")
             return
-        if len(paths) > 1:
-            self._notify(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
         try:
             self._handlers()[known[0].suffix.lower()](known[0])
         except UnderfootError as error:
             self._refuse(known[0], str(error))
+        if len(paths) > 1:
+            self._notify(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
 
     def _known(self, paths: Sequence[Path]) -> list[Path]:
         handlers = self._handlers() if paths else {}

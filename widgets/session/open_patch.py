@@ -246,8 +246,7 @@ class OpenPatch(QObject):
     def _open(self, path: Path, patch: Patch) -> None:
         self._set_document(patch, path, saved=patch)
         self._settings.remember_file(path)
-        if missing := self.nodes.missing_text(patch):
-            self.notified.emit(missing)
+        self.notified.emit(self.nodes.missing_text(patch) or f"{path.name} is open.")
 
     def _set_document(self, patch: Patch, path: Path | None, saved: Patch) -> None:
         self._preset_openings.clear()
@@ -275,7 +274,12 @@ class OpenPatch(QObject):
 
     def new(self) -> None:
         """Begin an empty patch, once the present one is safe."""
-        self.ask_to_save(lambda: self._set_document(Patch(), None, saved=Patch()))
+
+        def begin() -> None:
+            self._set_document(Patch(), None, saved=Patch())
+            self.notified.emit("A new patch is open.")
+
+        self.ask_to_save(begin)
 
     def open(self, path: Path | None = None) -> None:
         """Open a file once the present patch is safe; ask for it if it is not given."""

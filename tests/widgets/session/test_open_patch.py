@@ -299,6 +299,17 @@ def test_what_is_being_typed_is_saved(qtbot, tmp_path):
     assert not window.isWindowModified()
 
 
+def test_what_is_open_now_is_said_whatever_workspace_is_shown(qtbot, tmp_path):
+    noise_patch().save(tmp_path / "hiss.json")
+    window = quiet_window(qtbot, tmp_path / "kept")
+    window.workspaces.choose("Monitor")
+    window.show_message("gone.json cannot be read")
+    window.open_patch.open(tmp_path / "hiss.json")
+    assert window.status.message == "hiss.json is open."
+    qtbot.keyClick(window, Qt.Key.Key_N, Qt.KeyboardModifier.ControlModifier)
+    assert window.status.message == "A new patch is open."
+
+
 def test_what_is_being_typed_is_asked_for_when_the_window_is_closed(qtbot, tmp_path):
     path = tmp_path / "hiss.json"
     noise_patch().save(path)
