@@ -1,20 +1,18 @@
 """Quantile table of the joint distribution of a slip's duration and distance; one look-up draws a slip.
 
-The distribution depends on four numbers only, in the units 1/w0 of time and v_b/w0 of length. A table is flat, float64:
-a header; a guide, the start index for each 256th of the quantile levels; quantile levels and the durations there, to be
-interpolated linearly; and for each duration a row of distances, at the quantile levels sin^2(pi y / 2) with y in even
-steps.
+The distribution depends on four numbers only, in the units 1/w0 of time and v_b/w0 of length. A table is one array of
+float64, the parts of a `QuantileTable` one after the other.
 """
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.arguments import number
-from underfoot.kernels import Floats, kernel
+from underfoot.kernels import Floats, kernel, part
 from underfoot.models.signals.random import uniform
 
 if TYPE_CHECKING:
@@ -25,11 +23,41 @@ if TYPE_CHECKING:
 LONGEST = 800.0
 """Observation time of slips, in 1/w0; longer slips are taken to end then."""
 
-MEAN, _DURATIONS, _DISTANCES, _GUIDE = range(4)
-"""Header of a table: mean size of a distance, number of durations, number of distances; then the guide."""
-
 _GUIDES = 256
-_CHANCES = _GUIDE + _GUIDES
+_HEADER = 3
+"""Numbers at the start of a table: mean distance, number of durations, number of distances."""
+
+
+class QuantileTable(NamedTuple):
+    """The parts of a table.
+
+    `mean_distance` is the mean size of a distance. `guide` has the start index in `levels` for each 256th of the
+    quantile levels. `levels` and `durations` [n] are interpolated linearly. For each duration, a row of
+    `distances` is at the quantile levels sin^2(pi y / 2), y in `steps` even steps.
+    """
+
+    mean_distance: float
+    guide: Floats
+    levels: Floats
+    durations: Floats
+    distances: Floats
+    steps: int
+
+
+@part
+def parts(table: Floats) -> QuantileTable:
+    """Return the parts of a table, without copies."""
+    count, distances = int(table[1]), int(table[2])
+    levels = _HEADER + _GUIDES
+    durations, rows = levels + count, levels + 2 * count
+    return QuantileTable(
+        table[0],
+        table[_HEADER:levels],
+        table[levels:durations],
+        table[durations:rows],
+        table[rows:],
+        distances - 1,
+    )
 
 
 def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: float = 1e-3) -> NDArray[np.float64]:
@@ -41,8 +69,8 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
     Takes 0.02 to 0.3 s at an error of 1e-3: not for the audio callback.
 
     >>> table = slip_table(0.4, 0.5, 2.0, error=1e-2)
-    >>> round(float(table[MEAN]), 1), table.size < 2000
-    (3.3, True)
+    >>> [round(float(median), 1) for median in look_up(table, 0.5, 0.5)], table.size < 2000
+    ([3.7, 3.5], True)
     """
     from underfoot.models.stick_slip.oscillator import BlockOnBelt
     from underfoot.models.stick_slip.slip_distribution import SlipDistribution
@@ -61,7 +89,7 @@ def slip_table(zeta: float, noise: float, x0: float, v0: float = 0.0, error: flo
         rows = np.vstack([rows, _lasting_distances(slip, count, points_per_component)])
     guide = np.searchsorted(levels, np.arange(_GUIDES) / _GUIDES, side="right") - 1
     table = np.concatenate([[0.0, times.size, count], guide, levels, times, rows.ravel()])
-    table[MEAN] = _mean_distance(table)
+    table[0] = _mean_distance(table)
     return table
 
 
@@ -74,22 +102,20 @@ def draw(table: Floats, key: int, counter: int) -> tuple[float, float]:
 @kernel
 def look_up(table: Floats, first: float, second: float) -> tuple[float, float]:
     """Return the duration at the quantile `first`, in (0, 1), and the distance at the quantile `second` given it."""
-    durations, distances = int(table[_DURATIONS]), int(table[_DISTANCES])
-    i = int(table[_GUIDE + int(first * _GUIDES)])
-    while table[_CHANCES + i + 1] <= first and i < durations - 2:
+    _, guide, levels, durations, distances, steps = parts(table)
+    i = int(guide[int(first * _GUIDES)])
+    while levels[i + 1] <= first and i < durations.size - 2:
         i += 1
-    lower, upper = table[_CHANCES + i], table[_CHANCES + i + 1]
-    y = (first - lower) / (upper - lower)
-    z = 2.0 / math.pi * math.asin(math.sqrt(second)) * (distances - 1)
-    j = min(int(z), distances - 2)
+    y = (first - levels[i]) / (levels[i + 1] - levels[i])
+    z = 2.0 / math.pi * math.asin(math.sqrt(second)) * steps
+    j = min(int(z), steps - 1)
     z -= j
-    at = _CHANCES + durations + i
-    duration = (1.0 - y) * table[at] + y * table[at + 1]
-    row = _CHANCES + 2 * durations + i * distances + j
-    near = (1.0 - z) * table[row] + z * table[row + 1]
-    if i < durations - 2:
-        row += distances
-    far = (1.0 - z) * table[row] + z * table[row + 1]
+    duration = (1.0 - y) * durations[i] + y * durations[i + 1]
+    at = i * (steps + 1) + j
+    near = (1.0 - z) * distances[at] + z * distances[at + 1]
+    if i < durations.size - 2:
+        at += steps + 1
+    far = (1.0 - z) * distances[at] + z * distances[at + 1]
     return duration, (1.0 - y) * near + y * far
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from underfoot.kernels import Floats, kernel, part
 from underfoot.layouts import Layout, Memory
 from underfoot.models.signals.events import append
-from underfoot.models.stick_slip.quantile_table import MEAN, draw
+from underfoot.models.stick_slip.quantile_table import draw, parts
 
 STATE = Layout("stick_slip", "is_carried", "next_onset", "onset", "length", "depth")
 """Zeros are no contact. Onset of the next slip; onset, length (frames) and depth of the last one."""
@@ -56,7 +56,8 @@ def run(
     c, s = coefficients, state
     is_carried, next_onset = s.is_carried, s.next_onset
     onset, length, depth = s.onset, s.length, s.depth
-    share = 1.0 / table[MEAN] if table[MEAN] > 0.0 else 0.0
+    mean_distance = parts(table).mean_distance
+    share = 1.0 / mean_distance if mean_distance > 0.0 else 0.0
     lag = _lag(frame - onset, length, depth)
     for i in range(drive.size):
         now = frame + i
