@@ -61,7 +61,7 @@ class NumberEditor(ParameterEditor):
         if self.can_be_driven:
             self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has a label
             self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
-        self.slider.drag_began.connect(self.edit_began)
+        self.slider.edit_began.connect(self.edit_began)
         self.slider.moved.connect(self._slider_moved)
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
         self.field.focus_lost.connect(self._show_rounded)
@@ -163,8 +163,6 @@ class NumberEditor(ParameterEditor):
         """Move the value by an arrow key in its field as on its slider, from what is typed."""
         self.field.commit()
         if self.slider.isVisible() and self.field.property("role") != "bad":
-            if not event.isAutoRepeat():
-                self.edit_began.emit()
             self.slider.keyPressEvent(event)
 
     def _value_text(self, digits: int) -> str:

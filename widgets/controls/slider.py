@@ -11,10 +11,10 @@ KNOB_PX = 5.0
 
 
 class Slider(QSlider):
-    """A position from 0 to 1. `moved` follows every change by the user; `drag_began` precedes a new series."""
+    """A position from 0 to 1. `moved` follows every change by the user; `edit_began` precedes a drag or a key press."""
 
     moved = Signal(float)
-    drag_began = Signal()
+    edit_began = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
@@ -81,7 +81,7 @@ class Slider(QSlider):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
-            self.drag_began.emit()
+            self.edit_began.emit()
             self.setSliderDown(True)
             self._go(event)
 
@@ -103,6 +103,8 @@ class Slider(QSlider):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         self.setSingleStep(1 if fine else 10)
+        if not event.isAutoRepeat():
+            self.edit_began.emit()
         super().keyPressEvent(event)
 
     def _go(self, event: QMouseEvent) -> None:

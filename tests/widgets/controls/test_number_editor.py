@@ -147,6 +147,19 @@ def test_each_key_on_the_slider_of_a_count_changes_it(qtbot, most):
     assert given == [2, 3, 2, 3]
 
 
+def test_a_key_after_a_drag_of_the_slider_is_an_edit_of_its_own(qtbot, editor):
+    began = []
+    editor.edit_began.connect(lambda: began.append(editor.value()))
+    quarter = QPoint(editor.slider.width() // 4, editor.slider.height() // 2)
+    qtbot.mousePress(editor.slider, Qt.MouseButton.LeftButton, pos=quarter)
+    qtbot.mouseRelease(editor.slider, Qt.MouseButton.LeftButton, pos=quarter)
+    dragged = editor.value()
+    editor.slider.setFocus()
+    qtbot.keyClick(editor.slider, Qt.Key.Key_Right)
+    assert began == [1.0, dragged]
+    assert editor.value() > dragged
+
+
 def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot, editor):
     given = []
     editor.value_changed.connect(given.append)
