@@ -28,12 +28,8 @@ install: .venv/ready
 run: .venv/ready
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then exec $(BIN)/underfoot; else $(MAKE) --no-print-directory tour; fi
 
-# Side by side, and four processes on two cores: tests of windows, sessions and devices wait for much of their time.
-test: .venv/ready .venv/ready-test as-installed
-	+@$(MAKE) --no-print-directory --jobs 2 lint all-tests
-
-.PHONY: all-tests
-all-tests: .venv/ready .venv/ready-test as-installed
+# Four processes on two cores: tests of windows, sessions and devices wait for much of their time.
+test: lint
 	$(PYTEST) --numprocesses 4 $(ONCE)
 
 check: lint
