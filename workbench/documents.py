@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue, require
 
 _WORDS = {"int": "a whole number", "float": "a number", "str": "text", "array": "a list", "object": "an object"}
 
@@ -54,6 +54,7 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
 
     `BadFile` also for unusual JSON: see `plain_json`.
     """
+    require(isinstance(text, bytes | str), source, text, "text, as of a file")
     raw = plain_json(text, source)
     if not isinstance(raw, dict) or raw.get("format") != format:
         given = raw.get("format") if isinstance(raw, dict) else raw

@@ -7,17 +7,32 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import cast
 
 from platformdirs import user_cache_dir
 
 from underfoot import __version__
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, require
+
+
+def path_of(path: object) -> Path:
+    """Return the path of a file given as text or as a path; `BadValue` for anything else.
+
+    >>> path_of("walk.csv").suffix
+    '.csv'
+    >>> path_of(3)
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: path is 3; allowed: text or a Path
+    """
+    given = isinstance(path, str) or (isinstance(path, os.PathLike) and isinstance(os.fspath(path), str))
+    require(given, "path", path, "text or a Path")
+    return Path(cast("str | os.PathLike[str]", path))
 
 
 def read_file(path: str | Path) -> bytes:
     """Return the bytes of a file; `BadFile` with the system's message if it cannot be read."""
     try:
-        return Path(path).read_bytes()
+        return path_of(path).read_bytes()
     except OSError as error:
         raise BadFile(f"{path} cannot be read: {_reason(error)}") from None
 
@@ -48,7 +63,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
     'whole'
     """
     require_replaceable(path)
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(path_of(path)))
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
     with written(path):
         part.touch(exist_ok=False)
@@ -66,7 +81,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
 
 def require_replaceable(path: str | Path) -> None:
     """Raise `BadFile` for what must not become a file: a device, or a file that is protected against writing."""
-    if os.path.exists(path) and not os.path.isdir(path):
+    if os.path.exists(path_of(path)) and not os.path.isdir(path):
         with written(path):
             if not os.path.isfile(path):
                 raise OSError(errno.EINVAL, "it is a device, and no file")

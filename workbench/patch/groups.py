@@ -1,6 +1,7 @@
 """Annotations of a patch: notes, and groups of nodes. They do not affect the output."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from numbers import Real
 
 import msgspec
 
@@ -144,14 +145,24 @@ def check_notes_and_groups(
 
 def check_label(place: str, text: str) -> None:
     """Raise `BadValue` for a label of more than one line."""
-    fits = len(text) <= LONGEST_LABEL and (text.isprintable() or not text)
-    require(fits, place, text[: LONGEST_LABEL + 1], f"one line of at most {LONGEST_LABEL} characters")
+    allowed = f"one line of at most {LONGEST_LABEL} characters"
+    require(isinstance(text, str), place, text, allowed)
+    require(len(text) <= LONGEST_LABEL and text.isprintable(), place, text[: LONGEST_LABEL + 1], allowed)
 
 
 def check_place(place: str, at: tuple[float, float]) -> None:
-    """Raise `BadValue` for a position outside the canvas."""
-    near = all(abs(way) <= FURTHEST for way in at)
+    """Raise `BadValue` for what is no position on the canvas."""
+    near = is_pair(at) and all(abs(way) <= FURTHEST for way in at)
     require(near, f"{place}.at", at, f"two numbers, each -{FURTHEST:g} to {FURTHEST:g}")
+
+
+def is_pair(at: object) -> bool:
+    """Return whether this is two numbers.
+
+    >>> is_pair((0.0, -64)), is_pair(64), is_pair("12")
+    (True, False, False)
+    """
+    return isinstance(at, Sequence) and len(at) == 2 and all(isinstance(way, Real) for way in at)
 
 
 def _check_id(place: str, id: str, seen: set[str]) -> None:

@@ -19,6 +19,7 @@ from underfoot.patch.groups import (
     check_label,
     check_notes_and_groups,
     check_place,
+    is_pair,
     renamed,
     without,
 )
@@ -143,8 +144,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def remove(self, ids: Iterable[str]) -> "Patch":
         """Remove these nodes and notes, and the wires at them; of a group, only the frame."""
-        require(not isinstance(ids, str), "ids", ids, 'a list of ids, such as ["tone"]')
-        gone = set(ids)
+        gone = _set_of(ids)
         return msgspec.structs.replace(
             self,
             nodes=tuple(node for node in self.nodes if node.id not in gone),
@@ -155,14 +155,17 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
         """Add a wire from an output to an input; it replaces an existing wire at the input."""
+        for name, end in (("source", source), ("target", target)):
+            require(isinstance(end, str), name, end, 'a node and a port, as "node.port"')
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
 
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
         """Remove these wires."""
+        allowed = 'a list, such as [("tone.out", "gain.signal")]'
+        require(isinstance(wires, Iterable) and not isinstance(wires, str), "wires", wires, allowed)
         gone = set(wires)
-        named = any(isinstance(wire, str) for wire in gone)
-        require(not named, "wires", wires, 'a list, such as [("tone.out", "gain.signal")]')
+        require(not any(isinstance(wire, str) for wire in gone), "wires", wires, allowed)
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
     def set(self, id: str, name: str, value: object, registry: Registry | None = None) -> "Patch":
@@ -181,7 +184,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         ('muted',)
         """
         require(name in MARKS, "mark", name, ", ".join(MARKS))
-        marked = set(ids)
+        marked = _set_of(ids)
         value = {name: True if on else msgspec.UNSET}
         nodes = tuple(msgspec.structs.replace(n, **value) if n.id in marked else n for n in self.nodes)
         return msgspec.structs.replace(self, nodes=nodes)
@@ -193,6 +196,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def move(self, places: Mapping[str, tuple[float, float]]) -> "Patch":
         """Move nodes, notes and collapsed groups. Members of a group move with it."""
+        require(isinstance(places, Mapping), "places", places, 'places by their ids, such as {"tone": (0.0, 100.0)}')
+        for id, place in places.items():
+            require(is_pair(place), f"{id}.at", place, "two numbers")
         to = {id: (float(x), float(y)) for id, (x, y) in places.items()}
         groups = list(self.groups)
         for i, group in enumerate(groups):
@@ -219,6 +225,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         self, other: "Patch", registry: Registry | None = None, by: tuple[float, float] = (32.0, 32.0)
     ) -> "Patch":
         """Add the contents of `other`, with new ids where needed, shifted by `by`."""
+        require(isinstance(other, Patch), "other", other, 'a Patch, such as open_patch("gravel")')
         taken = self.ids()
         names: dict[str, str] = {}
         theirs = [*(one.id for one in other.canvas_items()), *(group.id for group in other.groups)]
@@ -243,7 +250,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def part(self, ids: Iterable[str]) -> "Patch":
         """Return only these nodes and notes, with the wires between them and the groups wholly among them, for
         copying."""
-        kept = set(ids)
+        kept = _set_of(ids)
         cut = {group.id for group in self.groups if not kept.issuperset(group.members)}
         return self.remove(({one.id for one in self.canvas_items()} - kept) | cut)
 
@@ -342,9 +349,9 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @staticmethod
     def load(path: str | Path, registry: Registry | None = None) -> "Patch":
         """Load a patch file. Node files beside it are run if the user agreed to that; else `BadFile` names them."""
-        text = read_file(path)
-        if has_nodes(Path(path).parent):
-            run_needed(Patch.unchecked(text, str(path)).types.values(), Path(path))
+        text, file = read_file(path), Path(path)
+        if has_nodes(file.parent):
+            run_needed(Patch.unchecked(text, str(path)).types.values(), file)
         return Patch.loads(text, registry, str(path))
 
     def save(self, path: str | Path) -> None:
@@ -383,6 +390,12 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
     require(source.kind == target.kind, place, text, f"{target.kind}s only, and {wire[0]} gives {source.kind}s")
     if source.unit and target.unit and source.unit != target.unit:
         raise BadValue(f"{place} is {text!r}; allowed: {target.unit}, not {source.unit}; put a Scale node between")
+
+
+def _set_of(ids: Iterable[str]) -> set[str]:
+    is_list = isinstance(ids, Iterable) and not isinstance(ids, str)
+    require(is_list, "ids", ids, 'a list of ids, such as ["tone"]')
+    return set(ids)
 
 
 def _rename(end: str, names: Mapping[str, str]) -> str:

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from underfoot import presets
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.files import read_file
+from underfoot.files import path_of, read_file
 from underfoot.patch.patch import Patch
 
 
@@ -38,7 +38,7 @@ def open_patch(name: str | Path) -> Patch:
     >>> open_patch("gravel")
     <Patch 'Gravel underfoot': 15 nodes, 16 wires>
     """
-    found = Path(name)
+    found = path_of(name)
     if found.suffix != ".json" and not found.is_file():
         if str(name) not in patches():
             raise BadFile(f"there is no patch {str(name)!r}; allowed: a file, or one of {', '.join(patches())}")

@@ -17,6 +17,7 @@ from underfoot.drawing import Drawing, Series, series
 from underfoot.drawing.picture import Picture
 from underfoot.drawing.thinning import thinned
 from underfoot.errors import BadValue, require
+from underfoot.files import path_of
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries, floor_beside
@@ -169,7 +170,7 @@ def read_forces(path: str | Path, floor: Floor | str | Path | None = None) -> Fo
     >>> read_forces("corridor")
     <Forces: 1000 samples of 8 tiles at 200 Hz, 5 s>
     """
-    found = Path(path)
+    found = path_of(path)
     if str(path) in walks() and not os.path.isfile(found):
         found = walks()[str(path)]
     forces, own = read_force_file(found, floor if floor is None or isinstance(floor, Floor) else Floor.load(floor))

@@ -20,7 +20,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, require
-from underfoot.files import replaced
+from underfoot.files import path_of, replaced
 from underfoot.records import envelopes
 
 SUFFIXES = (".underfoot", ".uf")
@@ -195,7 +195,7 @@ class Recording:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = path_of(path)
         if not self.path.is_file():
             raise BadFile(f"{path} cannot be read: there is no such file")
         with ExitStack() as unless_read:
