@@ -35,5 +35,13 @@ def test_models_run_as_plain_python():
         np.testing.assert_allclose(plain, compiled, rtol=1e-9, atol=1e-15)
 
 
+def test_a_patch_says_that_it_needs_compiled_code(tmp_path):
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-m", "underfoot", "render", "gravel", "--seconds", "0.01", "-o", tmp_path / "a.wav"]
+    ran = subprocess.run(command, env=environment, capture_output=True, text=True)
+    said = "underfoot: a patch runs as compiled code only; unset NUMBA_DISABLE_JIT, which is for models by themselves"
+    assert (ran.returncode, ran.stderr.splitlines()[-1]) == (1, said)
+
+
 if __name__ == "__main__":
     print(json.dumps(results()))

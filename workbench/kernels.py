@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.errors import UnderfootError
+
 Floats = NDArray[np.float64]
 """Data type of kernels: contiguous arrays of float64."""
 
@@ -99,7 +101,9 @@ class Intrinsic:
 
     def __call__(self, *args: Any) -> Any:
         if self._in_python is None:
-            raise TypeError(f"{self.py_func.__name__} is for compiled code only")
+            raise UnderfootError(
+                "a patch runs as compiled code only; unset NUMBA_DISABLE_JIT, which is for models by themselves"
+            )
         return self._in_python(*args)
 
     @cached_property
