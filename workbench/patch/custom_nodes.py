@@ -113,7 +113,8 @@ def run_needed(used: Iterable[str], path: Path) -> None:
         files = ", ".join(file.path for file in fresh[:3])
         raise BadFile(
             f"{path} needs {files}, which runs with your rights; look at it, then allow it: --run-code on the command "
-            "line, a question in the window"
+            "line, a question in the window, in a script `with allow_all_node_files():` from "
+            "underfoot.patch.custom_nodes"
         )
     for file in fresh:
         run_file(file)
