@@ -24,10 +24,9 @@ from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
-from underfoot.widgets.controls.true_scale import Placement
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.workspace import Workspace, WorkspaceContext
+from underfoot.widgets.workspace import ProjectingWorkspace, WorkspaceContext
 
 SHORTCUTS = (
     ("Begin, continue, or do what the button with the focus says", "Return"),
@@ -38,9 +37,11 @@ SHORTCUTS = (
 )
 
 
-class CalibrateWorkspace(Workspace):
+class CalibrateWorkspace(ProjectingWorkspace):
     """Runs any of `kinds` on the tiles of the target; profiles are stored below `root`, one folder per floor."""
 
+    projection: FloorProjection | None
+    """The view of the tile on the floor, while it is open."""
     release_requested = Signal()
     """The session should release the tiles; `begin_released` follows."""
     reopen_requested = Signal()
@@ -58,17 +59,15 @@ class CalibrateWorkspace(Workspace):
         pace: Pace | None = None,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(settings, parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self._settings, self.pace = settings, pace
+        self.pace = pace
         self._kinds = {kind.key: kind for kind in kinds}
         self._kind = kinds[0]
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._is_automatic = self._is_waiting = False
-        self.projection: FloorProjection | None = None
-        """The view of the tile on the floor, while it is open."""
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
         self._stack = QStackedWidget(self)
@@ -116,8 +115,7 @@ class CalibrateWorkspace(Workspace):
     def close_down(self) -> None:
         """Stop the measurement, and wait for it and for pending writes."""
         self.wizard.end()
-        if self.projection is not None:
-            self.projection.close()
+        self._close_projection()
         if self._measurement is not None:
             self._measurement.stop()
             self._measurement.join()
@@ -247,8 +245,7 @@ class CalibrateWorkspace(Workspace):
 
     def leave(self) -> None:
         """Return to the choice; a running measurement ends without changes."""
-        if self.projection is not None:
-            self.projection.close()
+        self._close_projection()
         self.wizard.end()
         if self._measurement is not None:
             self._measurement.stop()
@@ -327,11 +324,9 @@ class CalibrateWorkspace(Workspace):
     def project(self) -> None:
         """Show the tile at its true size on the last screen, which is the projector's if there are several."""
         if self.projection is None:
-            projection = FloorProjection(self.tile, self._settings.placement)
-            projection.adjusted.connect(self._save_projection)
-            projection.continue_requested.connect(self.wizard.go_on)
-            projection.closed.connect(self._projection_closed)
-            self.projection = projection
+            self.projection = FloorProjection(self.tile, self._settings.placement)
+            self.projection.continue_requested.connect(self.wizard.go_on)
+            self._follow_projection(self.projection)
             if self.wizard.snapshot is not None:
                 self._project_page(self.wizard.snapshot)
         self.projection.show_on(QGuiApplication.screens()[-1])
@@ -339,13 +334,6 @@ class CalibrateWorkspace(Workspace):
     def _project_page(self, snapshot: Snapshot) -> None:
         if self.projection is not None:
             self.projection.show_page(snapshot.page, snapshot.live.ready)
-
-    def _save_projection(self, placement: Placement) -> None:
-        self._settings.placement = placement
-
-    def _projection_closed(self) -> None:
-        self.projection = None
-        self.window().activateWindow()
 
     def _connect(self) -> None:
         self.choice.tile_chosen.connect(self._choose_tile)

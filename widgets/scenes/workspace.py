@@ -16,13 +16,12 @@ from underfoot.scenes import discover
 from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage
-from underfoot.widgets.controls.true_scale import Placement
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
 from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.workspace import Workspace, WorkspaceContext
+from underfoot.widgets.workspace import ProjectingWorkspace, WorkspaceContext
 
 SHORTCUTS = (
     ("Start or stop the scene", "Return, with the focus on the list"),
@@ -37,14 +36,16 @@ _SPEED_TICKS = 20
 """Ticks between two updates of the latencies shown."""
 
 
-class ScenesWorkspace(Workspace):
+class ScenesWorkspace(ProjectingWorkspace):
     """Plays one scene on the window's session, instead of the window's patch."""
+
+    projection: SceneProjection | None
 
     _made = Signal(int, object)
     """Number of the request, and the scene; or the reason why it could not be made."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__(Settings(), parent)
         self.setProperty("role", "ground")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.kinds = discover()
@@ -53,9 +54,7 @@ class ScenesWorkspace(Workspace):
         }
         self.chosen = next(iter(self.kinds))
         self.stage: Stage | None = None
-        self.projection: SceneProjection | None = None
         self._controller: SessionController | None = None
-        self._settings = Settings()
         self._maker: threading.Thread | None = None
         self._requests = 0
         self._pending = 0
@@ -156,8 +155,7 @@ class ScenesWorkspace(Workspace):
             self._pending = 0
             self._show_availability()
         stage, self.stage = self.stage, None
-        if self.projection is not None:
-            self.projection.close()
+        self._close_projection()
         if stage is None or self._controller is None:
             return
         if self._controller.session is stage.session:
@@ -174,8 +172,7 @@ class ScenesWorkspace(Workspace):
         if self.projection is None:
             self.projection = SceneProjection(self.stage.scene, self._settings.placement)
             self.projection.times.clock = self._session_s
-            self.projection.adjusted.connect(self._save_projection)
-            self.projection.closed.connect(self._projection_closed)
+            self._follow_projection(self.projection)
         screens = QGuiApplication.screens()
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
 
@@ -283,13 +280,6 @@ class ScenesWorkspace(Workspace):
         session = self._session()
         if session is not None:
             session.send(command)
-
-    def _save_projection(self, placement: Placement) -> None:
-        self._settings.placement = placement
-
-    def _projection_closed(self) -> None:
-        self.projection = None
-        self.window().activateWindow()
 
     def _connect(self) -> None:
         panel = self.panel
