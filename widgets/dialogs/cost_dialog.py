@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -17,11 +17,10 @@ from PySide6.QtWidgets import (
 
 from underfoot.bench.block_stages import STAGES, BlockStages, NodeCost
 from underfoot.bench.cost_process import CostRequest
-from underfoot.engine.child_process import ChildProcess
 from underfoot.quantities import counted
 from underfoot.widgets import theme
+from underfoot.widgets.dialogs.one_answer import OneAnswer
 
-_POLL_MS = 50
 _COLUMNS = ("", "ms a second", "Share", "")
 
 
@@ -33,7 +32,9 @@ class CostDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Cost of a block")
         self._request = request
-        self._process: ChildProcess | None = None
+        died = "The process that measured died; measure again."
+        self._measurement = OneAnswer("cost", "underfoot.bench.cost_process", died, self)
+        self._measurement.ended.connect(self._show_answer)
         tiles = len(request(0).floor.tiles)
         self.feet = QComboBox()
         self.feet.setAccessibleName("Tiles with a foot on them")
@@ -57,9 +58,6 @@ class CostDialog(QDialog):
         column.addLayout(top)
         column.addWidget(self.summary)
         column.addWidget(self.table)
-        self._timer = QTimer(self)
-        self._timer.setInterval(_POLL_MS)
-        self._timer.timeout.connect(self._poll)
         room = self.screen().availableSize() - QSize(4 * theme.GRID, 4 * theme.GRID)
         self.resize(QSize(128 * theme.GRID, 72 * theme.GRID).boundedTo(room))
         self._start_or_stop()
@@ -70,35 +68,24 @@ class CostDialog(QDialog):
         super().done(result)
 
     def _start_or_stop(self) -> None:
-        if self._process is not None:
+        if self._measurement.is_awaited:
             self._stop("Stopped.")
             return
-        request = self._request(self.feet.currentData())
-        self._process = ChildProcess("cost", "underfoot.bench.cost_process", request)
-        self._timer.start()
+        self._measurement.begin(self._request(self.feet.currentData()))
         self.start_button.setText("Stop")
         self.summary.setText("Measuring for about ten seconds, in another process; other work makes it seem slower")
 
     def _stop(self, message: str) -> None:
-        self._timer.stop()
-        if self._process is not None:
-            self._process.kill()
-            self._process.end(0.0)
-            self._process = None
+        self._measurement.stop()
         self.start_button.setText("Measure")
         self.summary.setText(message)
 
-    def _poll(self) -> None:
-        process = self._process
-        if process is None:
-            return
-        alive = process.is_alive
-        answers = process.receive()
-        if answers and isinstance(answers[0], BlockStages):
+    def _show_answer(self, answer: BlockStages | str) -> None:
+        if isinstance(answer, str):
+            self._stop(answer)
+        else:
             self._stop("")
-            self.show_cost(answers[0])
-        elif answers or not alive:
-            self._stop(answers[0] if answers else "The process that measured died; measure again.")
+            self.show_cost(answer)
 
     def show_cost(self, found: BlockStages) -> None:
         """Show what was measured."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.engine.child_process import ChildProcess
 from underfoot.exchange.export_process import ExportRequest
 from underfoot.exchange.format import Export, Format
 from underfoot.exchange.formats import WRITTEN
@@ -25,8 +24,8 @@ from underfoot.nodes import REGISTRY
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.dialogs.file_chooser import FileChooser
+from underfoot.widgets.dialogs.one_answer import OneAnswer
 
-_POLL_MS = 50
 STEP, WALK = "one step over one tile", "a walk over this floor"
 
 
@@ -41,7 +40,9 @@ class ExportDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Export")
         self._export, self._name, self._file_chooser = export, name, file_chooser
-        self._process: ChildProcess | None = None
+        died = "The process that wrote it died; export again."
+        self._writing = OneAnswer("export", "underfoot.exchange.export_process", died, self)
+        self._writing.ended.connect(self._show_answer)
         self._path = Path()
         self.formats = QListWidget()
         self.formats.setAccessibleName("Formats")
@@ -74,8 +75,6 @@ class ExportDialog(QDialog):
         self.write.setMinimumWidth(12 * theme.GRID)
         self.write.clicked.connect(self._start_or_stop)
         self.formats.currentItemChanged.connect(lambda *_: self._show_format())
-        self._timer = QTimer(self, interval=_POLL_MS)
-        self._timer.timeout.connect(self._poll)
         self._lay_out()
         self._show_busy(False)
         self.formats.setCurrentRow(0)
@@ -128,14 +127,14 @@ class ExportDialog(QDialog):
         self.losses_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
         self.losses.clear()
         self.losses.addItems([pretty_text(line) for line in lines])
-        self.playing_note.setEnabled("parameters" not in self.format.carries and self._process is None)
-        if self._process is None:
+        self.playing_note.setEnabled("parameters" not in self.format.carries and not self._writing.is_awaited)
+        if not self._writing.is_awaited:
             self.message.setText("")
 
     # --- writing ---
 
     def _start_or_stop(self) -> None:
-        if self._process is not None:
+        if self._writing.is_awaited:
             self._stop("Stopped; nothing was written.")
             return
         suffix = self.format.suffix
@@ -148,30 +147,16 @@ class ExportDialog(QDialog):
     def begin(self, path: Path) -> None:
         """Write this file; a process beside does it."""
         walks = self.playing_note.currentText() == WALK or "parameters" in self.format.carries
-        request = ExportRequest(self._export(walks), self.format.name, path)
         self._path = path
-        self._process = ChildProcess("export", "underfoot.exchange.export_process", request)
-        self._timer.start()
+        self._writing.begin(ExportRequest(self._export(walks), self.format.name, path))
         self._show_busy(True)
         self.message.setText("Playing and writing, in another process; the first time compiles for up to a minute…")
 
-    def _poll(self) -> None:
-        process = self._process
-        if process is None:
-            return
-        alive = process.is_alive
-        answers = process.receive()
-        if answers and isinstance(answers[0], tuple):
-            self._stop(_result_text(self._path, answers[0]))
-        elif answers or not alive:
-            self._stop(answers[0] if answers else "The process that wrote it died; export again.")
+    def _show_answer(self, answer: tuple[str, ...] | str) -> None:
+        self._stop(answer if isinstance(answer, str) else _result_text(self._path, answer))
 
     def _stop(self, message: str) -> None:
-        self._timer.stop()
-        if self._process is not None:
-            self._process.kill()
-            self._process.end(0.0)
-            self._process = None
+        self._writing.stop()
         self._show_busy(False)
         self.message.setText(message)
 
