@@ -59,6 +59,7 @@ def test_a_gap_stays_a_gap_and_does_not_change_the_rate(tmp_path):
         ([HEADER, ROWS[0], ROWS[1].replace("3", "3x"), ROWS[2]], "line 3, column t1.3 is '3x'; allowed: a number"),
         ([HEADER, ROWS[0], "", ROWS[1].replace("3", "nan")], "line 4, column t1.3 is 'nan'; allowed: a number"),
         ([HEADER, ROWS[0], ROWS[1].replace("3", "1e999")], "line 3, column t1.3 is '1e999'; allowed: a number"),
+        ([HEADER, ROWS[0], ROWS[1].replace("3", "1e13")], "t1.3 is '1e13'; allowed: a number, -1e+12 to 1e+12"),
         ([HEADER, ROWS[0], ROWS[1].replace("3", "1_0")], "line 3, column t1.3 is '1_0'; allowed: a number"),
         ([HEADER, ROWS[0], ROWS[1].replace("3", "")], "line 3, column t1.3 is ''; allowed: a number"),
         ([HEADER, ROWS[0], ROWS[1] + ",9"], "line 3 has 10 columns; allowed: 9 as in the first"),

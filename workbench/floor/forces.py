@@ -21,6 +21,7 @@ GAP_PERIODS = 1.5
 
 LARGEST = 1e12
 """Largest allowed force in newtons or time in seconds, so that all results are finite."""
+_ALLOWED = f"allowed: a number, {-LARGEST:g} to {LARGEST:g}"
 
 LEAST_HZ, MOST_HZ = 20.0, 100_000.0
 """Range of sample rates."""
@@ -200,7 +201,7 @@ def _fault(
         for column in sorted(order):
             if not _is_number(cells[column]):
                 given = cells[column].strip()[:60]
-                return BadFile(f"{path}: line {number}, column {names[column]} is {given!r}; allowed: a number")
+                return BadFile(f"{path}: line {number}, column {names[column]} is {given!r}; {_ALLOWED}")
         now = float(cells[order[0]])
         if now <= before:
             return BadFile(f"{path}: line {number}, time_s is {now!r} after {before!r}; allowed: a later time")

@@ -142,7 +142,8 @@ def _numbers(path: str | Path, name: str, at: int, kept: list[tuple[int, list[st
     bad = np.flatnonzero(~(np.abs(values) <= _LARGEST))
     if bad.size:
         number, cells = kept[bad[0]]
-        raise BadFile(f"{path}: line {number}, {name} is {cells[at].strip()[:60]!r}; allowed: a number")
+        allowed = f"a number, {-_LARGEST:g} to {_LARGEST:g}"
+        raise BadFile(f"{path}: line {number}, {name} is {cells[at].strip()[:60]!r}; allowed: {allowed}")
     return values
 
 
