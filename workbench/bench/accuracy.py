@@ -195,6 +195,7 @@ def _poles_to(f: float, b: float, frames: NDArray[np.int64]) -> NDArray[np.compl
 
 
 def modal_banks(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for a bank of modes: after strikes, and after a step, against closed forms."""
     frames = RATE if quick else 10 * RATE
     last = np.arange(frames - 1000, frames)
     strikes = np.zeros(frames)
@@ -239,6 +240,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
 
 
 def tones(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for a tone of 50 Hz with up to 60 harmonics, against sines."""
     frames = RATE if quick else 10 * RATE
     at = np.arange(frames)
     counts = (1, 3, 10, 30) if quick else (1, 3, 10, 30, 60)
@@ -337,6 +339,7 @@ def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def slips(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for ground that slips under a push, against a solver from slip to slip."""
     times = np.arange(200) / 1000.0
     truth = _slips_solved(times)
 
@@ -365,6 +368,7 @@ def slips(quick: bool) -> Iterable[Task]:
 
 
 def frictions(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for how long a block on a belt slips, against the distribution at 1e-6."""
     block, t_end = distribution.BlockOnBelt(1.0, 0.1, 0.4, 1.0, 0.0, -1.0), 20.0  # thesis, figure 8.6
     reference = distribution.first_passage(block, t_end, error=1e-6)
 
@@ -411,6 +415,7 @@ def frictions(quick: bool) -> Iterable[Task]:
 
 
 def noises(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for band-limited noise, whose RMS should be 1."""
     lengths = (0.1, 1.0, 10.0) if quick else (0.1, 1.0, 10.0, 100.0)
 
     def band(seconds: float) -> list[float]:
@@ -446,6 +451,7 @@ def noises(quick: bool) -> Iterable[Task]:
 
 
 def strain_rates(quick: bool) -> Iterable[Task]:
+    """Yield the comparison of methods for the strain rate of soft tissue under a footstep, against a solver."""
     from scipy.integrate import solve_ivp
 
     w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG

@@ -241,6 +241,7 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
 
 
 def line_of(summary: Summary) -> str:
+    """Return the line on a rendered file: length in seconds, peak and RMS in shares of full scale, and speed."""
     times = summary["times_real_time"]
     return (
         f"{summary['seconds']:.3f} s, peak {summary['peak']:.4f}, RMS {summary['rms']:.5f} of full scale, "

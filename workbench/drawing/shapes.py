@@ -30,10 +30,12 @@ class Box(Struct, frozen=True):
 
     @property
     def width(self) -> float:
+        """From left to right, in pixels."""
         return self.right - self.left
 
     @property
     def height(self) -> float:
+        """From top to bottom, in pixels."""
         return self.bottom - self.top
 
 

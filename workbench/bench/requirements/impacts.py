@@ -50,6 +50,7 @@ def requirements(quick: bool) -> Iterable[Requirement]:
 
 
 def errors(seconds: float) -> Iterator[Requirement]:
+    """Yield the relative L2 error of the displacement in `seconds` after a blow, for each contact, against a solver."""
     times = np.arange(round(seconds * RATE)) / RATE
     for name, (stiffness, exponent) in CONTACTS.items():
         by = Hammer(MASS_KG, VELOCITY_M_S, stiffness, exponent, DAMPING_S_M)
@@ -162,6 +163,7 @@ def _energy_of(state: Memory, modes: ModalObject) -> float:
 
 
 def standing() -> Iterator[Requirement]:
+    """Yield how far the contact force is from a load of 300 N that has stood for 4 s, as a share of it."""
     modes = ModalObject([80.0, 300.0], [30.0, 60.0], [0.5, 0.2], [1.0, 0.7])
     hit = strike(Hammer(2.0, 0.3, 1e5, 1.5, 2.0, load_n=300.0), modes, 4.0, 8_000.0, 1e-6)
     apart = float(np.abs(hit.force_n[-800:] / 300.0 - 1.0).max())

@@ -37,6 +37,7 @@ def timings() -> Iterator[Timing]:
 
 
 def slips() -> Iterator[Requirement]:
+    """Yield the error of the motion between slips, and the chance of the energies of slips under a slow ramp."""
     from scipy import signal, stats
 
     force = np.cumsum(np.random.default_rng(1).standard_normal(RATE // 10))
@@ -86,6 +87,7 @@ def thresholds() -> Iterator[Requirement]:
 
 
 def quasi_static(samples: int) -> Iterator[Requirement]:
+    """Yield the strength of a bundle of 2000 fibres: exact, and its mean and deviation over `samples` drawn bundles."""
     yield Requirement(
         "bundles", "quasi-static strength of 2000", FibreBundle(2000).critical_stress, "", 2753.45, 2753.55
     )

@@ -52,6 +52,7 @@ def _phase_error() -> float:
 
 
 def of_noises(seconds: int) -> Iterator[Requirement]:
+    """Yield the band edges of `seconds` of noise, its independence of blocks, and texture's intervals and band."""
     from scipy import signal, stats
 
     heard = _noise(seconds * RATE, seconds * RATE)
@@ -98,6 +99,7 @@ def _texture_response() -> tuple[NDArray[np.floating], NDArray[np.floating]]:
 
 
 def of_envelopes() -> Iterator[Requirement]:
+    """Yield when the strain rate's response to a step peaks, in ms, and its error against t exp(-w0 t)."""
     w0 = 2.0 * math.pi * envelopes.STRAIN_HZ
     coefficients, out = envelopes.STRAIN_COEFFICIENTS.zeros(), np.empty(RATE)
     layer = envelopes.STRAIN_HZ, envelopes.STRAIN_DAMPING, envelopes.STRAIN_MASS_KG
