@@ -7,7 +7,6 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import cast
 
 from platformdirs import user_cache_dir
 
@@ -15,7 +14,7 @@ from underfoot import __version__
 from underfoot.errors import BadFile, require
 
 
-def path_of(path: object) -> Path:
+def path_of(path: str | os.PathLike[str]) -> Path:
     """Return the path of a file given as text or as a path; `BadValue` for anything else.
 
     >>> path_of("walk.csv").suffix
@@ -24,9 +23,8 @@ def path_of(path: object) -> Path:
     Traceback (most recent call last):
     underfoot.errors.BadValue: path is 3; allowed: text or a Path
     """
-    given = isinstance(path, str) or (isinstance(path, os.PathLike) and isinstance(os.fspath(path), str))
-    require(given, "path", path, "text or a Path")
-    return Path(cast("str | os.PathLike[str]", path))
+    require(isinstance(path, str | os.PathLike), "path", path, "text or a Path")
+    return Path(path)
 
 
 def read_file(path: str | Path) -> bytes:

@@ -1,4 +1,4 @@
-"""A question before something is replaced or deleted."""
+"""Messages and questions in a box over the window."""
 
 from collections.abc import Callable
 
@@ -6,16 +6,25 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 
-def ask(parent: QWidget, title: str, text: str, yes: str, then: Callable[[], object], no: str = "Cancel") -> None:
-    """Ask, without waiting: the button `yes` calls `then`; `no`, Return and Escape change nothing."""
+def message_box(parent: QWidget, title: str, text: str) -> QMessageBox:
+    """Return a box, not yet open, that shows its text as it is: names may have signs that would be markup."""
     box = QMessageBox(parent)
     box.setWindowTitle(title)
-    box.setTextFormat(Qt.TextFormat.PlainText)  # names may have signs that would be markup
+    box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(text)
+    box.finished.connect(box.deleteLater)
+    return box
+
+
+def ask(parent: QWidget, title: str, text: str, yes: str, then: Callable[[], object], no: str = "Cancel") -> None:
+    """Ask before something is replaced or deleted, without waiting.
+
+    The button `yes` calls `then`; `no`, Return and Escape change nothing.
+    """
+    box = message_box(parent, title, text)
     box.setStandardButtons(QMessageBox.StandardButton.Yes | QMessageBox.StandardButton.Cancel)
     box.setDefaultButton(QMessageBox.StandardButton.Cancel)
     box.button(QMessageBox.StandardButton.Yes).setText(yes)
     box.button(QMessageBox.StandardButton.Cancel).setText(no)
     box.accepted.connect(lambda: then())
-    box.finished.connect(box.deleteLater)
     box.open()

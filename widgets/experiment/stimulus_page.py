@@ -28,6 +28,7 @@ from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.controls.undo_actions import DocumentLine
 from underfoot.widgets.experiment.background import BackgroundWorker
 from underfoot.widgets.experiment.field_rows import CONTROL_PX, LABEL_PX, LEAST_CONTROL_PX, FieldRows
@@ -124,16 +125,15 @@ class StimulusPage(ItemList):
             self.notified.emit(str(error))
             return
         count = f"{len(conditions)} {'line' if len(conditions) == 1 else 'lines'}"
-        box = QMessageBox(self.window())
-        box.setWindowTitle("Stimuli from a table")
-        box.setText(
+        box = message_box(
+            self.window(),
+            "Stimuli from a table",
             f"Present the {count} of {path.name} in the place of {', '.join(self._stimuli) or 'no stimuli'}? "
-            "What a stage names alone stays."
+            "What a stage names alone stays.",
         )
         take = box.addButton("Present them", QMessageBox.ButtonRole.AcceptRole)
         box.addButton(QMessageBox.StandardButton.Cancel)
         take.clicked.connect(lambda: self._import_conditions(conditions))
-        box.finished.connect(box.deleteLater)
         box.open()
 
     def _import_conditions(self, conditions: Mapping[str, Any]) -> None:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtWidgets import QMainWindow, QMessageBox
+from PySide6.QtWidgets import QMainWindow
 
 from underfoot.errors import UnderfootError
+from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.dropped_files import Handlers
@@ -96,11 +97,8 @@ class Exchange(QObject):
         self._open_patch.open_untitled(imported.patch)
         self._notify(f"Imported {path.name}: it plays at each footfall")
         if imported.losses:
-            box = QMessageBox(self._window)
-            box.setWindowTitle("Import")
-            box.setText(f"What of {path.name} is not in the patch:")
+            box = message_box(self._window, "Import", f"What of {path.name} is not in the patch:")
             box.setInformativeText("\n".join(f"• {line}" for line in _first_lines(imported.losses)))
-            box.finished.connect(box.deleteLater)
             box.open()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from msgspec import Struct
 from msgspec.structs import replace
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import UnderfootError
@@ -19,7 +19,7 @@ from underfoot.patch.node import Registry
 from underfoot.patch.outside_files import outside_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.fields import end_typing
-from underfoot.widgets.controls.question import ask
+from underfoot.widgets.controls.question import ask, message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.own_nodes import OwnNodes
@@ -351,14 +351,10 @@ class OpenPatch(QObject):
         if self.is_saved:
             then()
             return
-        box = QMessageBox(self._window)
-        box.setWindowTitle("Unsaved work")
-        box.setTextFormat(Qt.TextFormat.PlainText)
-        box.setText(f"Save the changes to “{self.name}”?")
+        box = message_box(self._window, "Unsaved work", f"Save the changes to “{self.name}”?")
         box.setStandardButtons(_Answer.Save | _Answer.Discard | _Answer.Cancel)
         box.setDefaultButton(_Answer.Save)
         box.finished.connect(lambda answer: self._answered(_Answer(answer), then))
-        box.finished.connect(box.deleteLater)
         box.open()
 
     def ask_to_save_all(self, then: Callable[[], object]) -> None:
@@ -379,11 +375,9 @@ class OpenPatch(QObject):
 
     def _ask_for_files(self, path: Path, patch: Patch, files: list[str]) -> None:
         """Open the patch if the user allows it to read files outside its folder."""
-        box = QMessageBox(self._window)
-        box.setWindowTitle("Files outside the folder")
         some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
-        box.setTextFormat(Qt.TextFormat.PlainText)  # the patch, which may be a stranger's, names the files
-        box.setText(f"“{path.name}” reads sound files outside its own folder:\n\n{some}")
+        text = f"“{path.name}” reads sound files outside its own folder:\n\n{some}"
+        box = message_box(self._window, "Files outside the folder", text)
         box.setInformativeText("Open it, and let patches read these files from now on?")
         box.setStandardButtons(_Answer.Open | _Answer.Cancel)
         box.setDefaultButton(_Answer.Cancel)
@@ -394,7 +388,6 @@ class OpenPatch(QObject):
                 self._open(path, patch)
 
         box.finished.connect(answered)
-        box.finished.connect(box.deleteLater)
         box.open()
 
     def _answered(self, answer: _Answer, then: Callable[[], object]) -> None:

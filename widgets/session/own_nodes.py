@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from underfoot.errors import BadFile, UnderfootError
@@ -20,6 +20,7 @@ from underfoot.patch.custom_nodes import (
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile, has_nodes
 from underfoot.patch.patch import Patch
+from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.session.settings import Settings
 
 _WORDS = (
@@ -106,7 +107,6 @@ class OwnNodes(QObject):
             then()
 
         box.finished.connect(answered)
-        box.finished.connect(box.deleteLater)
         box.open()
 
     def _run_beside(self, files: Iterable[NodeFile]) -> None:
@@ -163,13 +163,11 @@ class OwnNodes(QObject):
         return "".join(f"; {line}" for line in wrong)
 
     def _question(self, name: str, files: list[NodeFile]) -> QMessageBox:
-        box = QMessageBox(self._window)
-        box.setWindowTitle("A program beside the patch")
-        box.setTextFormat(Qt.TextFormat.PlainText)
         some = "\n".join(f"{file.path}  ({len(file.source):,} bytes)" for file in files[:5])
         more = f"\nand {len(files) - 5} more" if len(files) > 5 else ""
         what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
-        box.setText(f"Beside “{name}” {what}:\n\n{some}{more}")
+        text = f"Beside “{name}” {what}:\n\n{some}{more}"
+        box = message_box(self._window, "A program beside the patch", text)
         box.setInformativeText(_WORDS)
         box.setDetailedText("\n\n".join(f"# {file.path}\n{file.source.decode(errors='replace')}" for file in files))
         box.addButton("Run it" if len(files) == 1 else "Run them", QMessageBox.ButtonRole.AcceptRole)

@@ -26,6 +26,7 @@ from underfoot.patch.groups import (
 from underfoot.patch.node import NodeType, Registry, installed_nodes
 from underfoot.patch.node_files import has_nodes
 
+_T = TypeVar("_T")
 FORMAT = "underfoot-patch"
 VERSION = 1
 
@@ -155,16 +156,13 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def connect(self, source: str, target: str, registry: Registry | None = None) -> "Patch":
         """Add a wire from an output to an input; it replaces an existing wire at the input."""
-        for name, end in (("source", source), ("target", target)):
-            require(isinstance(end, str), name, end, 'a node and a port, as "node.port"')
         wires = tuple(wire for wire in self.wires if wire[1] != target)
         return msgspec.structs.replace(self, wires=(*wires, (source, target))).check(registry)
 
     def disconnect(self, wires: Iterable[Wire]) -> "Patch":
         """Remove these wires."""
         allowed = 'a list, such as [("tone.out", "gain.signal")]'
-        require(isinstance(wires, Iterable) and not isinstance(wires, str), "wires", wires, allowed)
-        gone = set(wires)
+        gone = _set_of(wires, "wires", allowed)
         require(not any(isinstance(wire, str) for wire in gone), "wires", wires, allowed)
         return msgspec.structs.replace(self, wires=tuple(wire for wire in self.wires if wire not in gone))
 
@@ -378,8 +376,8 @@ def _check_type(node: PlacedNode, place: str, registry: Registry) -> None:
 def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
     ports = []
     for end, side in zip(wire, ("output_ports", "input_ports"), strict=True):
-        id, dot, port = end.partition(".")
-        require(bool(dot), place, end, 'a node and a port, as "node.port"')
+        require(isinstance(end, str) and "." in end, place, end, 'a node and a port, as "node.port"')
+        id, _, port = end.partition(".")
         require(id in types, place, end, f"nodes of this patch ({', '.join(types) or 'none'})")
         known = getattr(types[id], side)
         what = side.replace("_ports", "s")
@@ -392,10 +390,9 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
         raise BadValue(f"{place} is {text!r}; allowed: {target.unit}, not {source.unit}; put a Scale node between")
 
 
-def _set_of(ids: Iterable[str]) -> set[str]:
-    is_list = isinstance(ids, Iterable) and not isinstance(ids, str)
-    require(is_list, "ids", ids, 'a list of ids, such as ["tone"]')
-    return set(ids)
+def _set_of(given: Iterable[_T], name: str = "ids", allowed: str = 'a list of ids, such as ["tone"]') -> set[_T]:
+    require(isinstance(given, Iterable) and not isinstance(given, str), name, given, allowed)
+    return set(given)
 
 
 def _rename(end: str, names: Mapping[str, str]) -> str:
