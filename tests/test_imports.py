@@ -63,7 +63,7 @@ WIDGET_LEVELS = (
     {"floor_map", "level_slider", "menu", "status_line", "main_bar", "dialogs"},
     {"session"},
     {"workspace", "view_menu", "window_state", "recolour", "session_display"},
-    {"workspace_stack", "window_dialogs"},
+    {"workspace_stack", "window_dialogs", "projecting_workspace"},
     WORKSPACES,
     {"window", "screenshots"},
     {"application", "under_load"},

@@ -25,8 +25,9 @@ from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.workspace import ProjectingWorkspace, WorkspaceContext
+from underfoot.widgets.workspace import WorkspaceContext
 
 SHORTCUTS = (
     ("Begin, continue, or do what the button with the focus says", "Return"),

@@ -17,11 +17,12 @@ from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage
 from underfoot.widgets.dialogs.shortcuts import Keys
+from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
 from underfoot.widgets.scenes.views import PaintTimes, SceneProjection, SceneView
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.settings import Settings
-from underfoot.widgets.workspace import ProjectingWorkspace, WorkspaceContext
+from underfoot.widgets.workspace import WorkspaceContext
 
 SHORTCUTS = (
     ("Start or stop the scene", "Return, with the focus on the list"),
