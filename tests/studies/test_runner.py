@@ -254,7 +254,7 @@ def test_the_plate_goes_to_the_stiffness_of_each_trial_and_never_under_a_load(se
             person.until(lambda: runner.hint == "The plate moves.", "the plate moves")
             person.press(600.0)
             person.until(lambda: runner.hint == "The plate moves. Please step off.", "the plate waits")
-            person.until(lambda: not emulated.servo.is_moving, "the plate has heard it")
+            person.until(lambda: emulated.servo.moves and not emulated.servo.is_moving, "it has begun, and been held")
             held = emulated.servo.position
             person.wait(0.4)
             assert (len(emulated.servo.moves), emulated.servo.position) == (1, held)
