@@ -57,6 +57,16 @@ def test_what_is_no_answer(contacts):
     assert answers(watched(), *((contacts, 10.0 + 0.1 * k) for k in range(20))) == [None] * 20
 
 
+def test_who_stood_on_a_field_before_the_question_is_asked_to_step_off():
+    watch = watched()
+    hints = []
+    for contacts in ([foot_on(0, start_s=9.0)], [foot_on(3, start_s=9.0)], [], [foot_on(0)]):  # on t4 is no field
+        watch.judged(contacts, 11.0)
+        hints.append(watch.hint)
+    on = "Step on your answer."
+    assert hints == [f"Please step off first. {on}", on, on, on]
+
+
 def test_halves_of_a_tile_have_a_strip_between_them():
     found = []
     for x_m in (-0.07, -0.01, 0.01, 0.07):

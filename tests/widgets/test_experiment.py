@@ -483,9 +483,10 @@ def test_a_foot_of_the_mouse_on_the_simulated_floor_answers_in_the_participants_
     bench.until(Phase.ANSWERING)
     assert bench.person.foot.isVisible()
     assert not bench.person.form.isVisible()
-    assert (bench.person.text.text(), bench.person.hint.text()) == ("Felt it?", "Step on your answer.")
     # Where the simulated foot's leaving and this press come in one block, no sample between them is without load.
     bench.wait(lambda: not bench.runner.watch.is_loaded)
+    bench.wait(lambda: bench.person.hint.text() == "Step on your answer.")
+    assert bench.person.text.text() == "Felt it?"
     floor_map, tile = bench.workspace.experimenter.map, bench.window.controller.target.floor.tiles[0]
     place = place_on(floor_map, tile, 0.08)
     bench.qtbot.mousePress(floor_map, LEFT, pos=place)

@@ -102,6 +102,7 @@ class FootAnswers:
         """The field that is stepped on."""
         self.share = 0.0
         """Elapsed share of the dwell time, 0 to 1."""
+        self._is_earlier_foot_on = False
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -110,7 +111,10 @@ class FootAnswers:
 
     def judged(self, contacts: Iterable[OngoingContact], now_s: float) -> dict[str, Any] | None:
         """Return the answer as soon as there is one, else None."""
-        pressing = [one for one in contacts if one.start_s >= self.asked_s and one.force_n >= self.foot.force_n]
+        feet = [one for one in contacts if one.force_n >= self.foot.force_n]
+        pressing = [one for one in feet if one.start_s >= self.asked_s]
+        earlier = [one for one in feet if one.start_s < self.asked_s]
+        self._is_earlier_foot_on = any(field.has(one.x_m, one.y_m) for field in self.fields for one in earlier)
         fields = [field for field in self.fields if any(field.has(one.x_m, one.y_m) for one in pressing)]
         field = fields[0] if len(fields) == 1 else None
         is_left = not pressing and self.foot.rule == "release" and self.share >= 1.0
@@ -125,5 +129,6 @@ class FootAnswers:
 
     @property
     def hint(self) -> str:
-        """An instruction in one sentence."""
-        return "Step on your answer." if self.foot.rule == "dwell" else "Step on your answer, and off again."
+        """An instruction in a sentence or two."""
+        off = "Please step off first. " if self._is_earlier_foot_on else ""
+        return off + ("Step on your answer." if self.foot.rule == "dwell" else "Step on your answer, and off again.")

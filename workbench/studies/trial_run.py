@@ -220,6 +220,7 @@ class TrialRun:
         if self.foot is None:
             return None
         answers = self.foot.judged(self._apparatus.watch.contacts, self._apparatus.watch.now_s)
+        self.hint = self.foot.hint
         return None if answers is None else Answered(answers, self.foot.facts)
 
     @property
