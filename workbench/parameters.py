@@ -125,14 +125,12 @@ class Number(Parameter):
             db = LEAST_DB + position * (_db(self.high) - LEAST_DB)
             if position <= 0.0:
                 return 0.0
-            if self.scale == "gain" and abs(db) < STOP_DB:
-                return 1.0
             return float(min(10.0 ** (db / 20.0), self.high))
         return self.low + (self.high - self.low) * position
 
 
-LEAST_DB, STOP_DB = -60.0, 1.0
-"""Lowest level of a control in decibels above silence, and half-width of the detent of a gain at 0 dB."""
+LEAST_DB = -60.0
+"""Lowest level of a control in decibels above silence."""
 
 
 def _db(factor: float) -> float:

@@ -23,6 +23,9 @@ MAX_SLIDER_COUNT = 100_000_000
 MAX_LINEAR_SPAN = 100_000.0
 """So is a number whose control would be spaced evenly over more than this."""
 
+STOP_DB = 1.0
+"""Half-width of the stop at 0 dB, which a gain's slider has for a mouse and not for keys."""
+
 
 class NumberEditor(ParameterEditor):
     """A slider, and a field for a number with or without unit; also for integers."""
@@ -215,7 +218,8 @@ class NumberEditor(ParameterEditor):
                 return value
             if parameter.scale == "gain":
                 tenths = round(200.0 * math.log10(value)) / 10.0  # a slider's resolution is a tenth of a decibel
-                return min(10.0 ** (tenths / 20.0), parameter.high)
+                is_stopped = self.slider.isSliderDown() and abs(tenths) < STOP_DB
+                return 1.0 if is_stopped else min(10.0 ** (tenths / 20.0), parameter.high)
             step = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
             if parameter.scale == "linear":
                 step = max(step, 10.0 ** math.floor(math.log10((parameter.high - parameter.low) / 1000)))

@@ -87,12 +87,24 @@ def test_a_mix_s_level_is_a_size_in_decibels_and_a_button_for_its_sign(qtbot):
     assert editor.inverted.isChecked()
 
 
-def test_a_gain_s_place_and_value_are_inverse_but_for_the_stop():
+def test_an_arrow_key_moves_a_gain_off_0_db_and_shift_finely(qtbot, editor):
+    """The stop at 0 dB is for the mouse: one key moved the slider's place and not the value."""
+    given = []
+    editor.value_changed.connect(given.append)
+    editor.slider.setFocus()
+    qtbot.keyClick(editor.slider, Qt.Key.Key_Right)
+    assert 1.0 < given[-1] < 10.0 ** (2.0 / 20.0)
+    typed(qtbot, editor, "0 dB")
+    editor.slider.setFocus()
+    qtbot.keyClick(editor.slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+    assert 10.0 ** (-0.3 / 20.0) < given[-1] < 1.0
+
+
+def test_a_gain_s_place_and_value_are_inverse():
     level = Number(1.0, 0.0, 100.0, scale="gain")
-    for factor in (2e-3, 0.25, 1.0, 2.0, 100.0):
+    for factor in (2e-3, 0.25, 1.0, 1.05, 2.0, 100.0):
         assert level.value(level.position(factor)) == pytest.approx(factor)
     assert level.value(0.0) == 0.0
-    assert level.value(level.position(1.05)) == 1.0
     assert level.position(0.0) == level.position(1e-4) == 0.0
 
 
