@@ -1,11 +1,12 @@
 """The plots of the preview: one output over a step as waveform, spectrogram and spectrum, zoomed by the mouse."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from underfoot.drawing import HeatMap, Range
@@ -51,6 +52,9 @@ class PreviewPlots(QWidget):
         self._other_slot = self._why_silent = self._why_nothing = ""
         self._view_ms: Range | None = None
         self._levels = self._line = np.zeros((0, 0), np.float32)
+        self._undrawn: list[Callable[[PreviewSignal, PreviewSignal | None], None]] = []
+        self._next = QTimer(self, singleShot=True, interval=0)
+        self._next.timeout.connect(self._draw_next)
         self._pad, self._side_px, self._is_small = pad, SIDE_PX, True
         self.range = QComboBox()
         self.range.addItems([f"{db} dB" for db in RANGES_DB])
@@ -144,7 +148,13 @@ class PreviewPlots(QWidget):
 
     # --- drawing ---
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether all plots show the signal: levels follow the waveform, one plot per pass of the event loop."""
+        return not self._undrawn
+
     def _draw(self) -> None:
+        self._undrawn.clear()
         if self._whole is None:
             self._signal = None
             self.waveform.show_drawing(preview_drawings.no_waveform(self._why_nothing))
@@ -171,30 +181,47 @@ class PreviewPlots(QWidget):
     def _draw_signal(self, now: PreviewSignal, other: PreviewSignal | None) -> None:
         self.waveform.show_drawing(preview_drawings.waveform(now, other, self._why_silent, self._other_slot))
         self._note_summary(now, other)
-        range_db = float(RANGES_DB[self.range.currentIndex()])
-        scale, rate = self._scale, now.rate_hz
-        if self.shows["Spectrogram"].isChecked():
-            self._levels = spectrogram_db(now.values, rate, scale)
-            shown = quantised_levels(self._levels, top_level(self._levels), range_db)
-            heat = HeatMap(shown, now.view_ms, scale.range_hz)
-            caption = not self._is_small
-            self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, scale, caption=caption))
-        if self.shows["Spectrum"].isChecked():
-            self._line = line = spectrum_db(now.values, rate, scale)
-            beside = spectrum_db(other.values, rate, scale) if other is not None else None
-            top = top_level(line if beside is None else np.concatenate((line, beside)))
-            drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
-            more = "the colours are the spectrogram's"
-            if now.measured is not None:
-                bands = band_levels(now.values, rate), band_levels(now.measured, rate)
-                theirs = band_levels(other.values, rate) if other is not None else None
-                drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
-                more = "filled: commanded; pink: measured on the tile; dashed: threshold in a hard shoe"
-            if other is not None:
-                more += "; violet: the other slot"
-            self.spectrum.show_drawing(drawing)
-            reference = f"1 {pretty_unit(now.unit)}" if now.unit else "1"
-            self.spectrum.setToolTip(f"Amplitude in dB re {reference}; {more}")
+        # Each takes some milliseconds, at first more: at once they would block the window.
+        self._undrawn = [
+            draw
+            for name, draw in (("Spectrogram", self._draw_spectrogram), ("Spectrum", self._draw_spectrum))
+            if self.shows[name].isChecked()
+        ]
+        self._next.start()
+
+    def _draw_next(self) -> None:
+        if self._undrawn and self._signal is not None:
+            self._undrawn.pop(0)(self._signal, self._other)
+            self._next.start()
+
+    def _draw_spectrogram(self, now: PreviewSignal, _: PreviewSignal | None) -> None:
+        self._levels = spectrogram_db(now.values, now.rate_hz, self._scale)
+        shown = quantised_levels(self._levels, top_level(self._levels), self._range_db)
+        heat = HeatMap(shown, now.view_ms, self._scale.range_hz)
+        caption = not self._is_small
+        self.spectrogram.show_drawing(preview_drawings.levels_over_time(heat, self._scale, caption=caption))
+
+    def _draw_spectrum(self, now: PreviewSignal, other: PreviewSignal | None) -> None:
+        scale, rate, range_db = self._scale, now.rate_hz, self._range_db
+        self._line = line = spectrum_db(now.values, rate, scale)
+        beside = spectrum_db(other.values, rate, scale) if other is not None else None
+        top = top_level(line if beside is None else np.concatenate((line, beside)))
+        drawing = preview_drawings.spectrum(line, beside, scale, (top - range_db, top))
+        more = "the colours are the spectrogram's"
+        if now.measured is not None:
+            bands = band_levels(now.values, rate), band_levels(now.measured, rate)
+            theirs = band_levels(other.values, rate) if other is not None else None
+            drawing = preview_drawings.sensation(*bands, theirs, scale, range_db)
+            more = "filled: commanded; pink: measured on the tile; dashed: threshold in a hard shoe"
+        if other is not None:
+            more += "; violet: the other slot"
+        self.spectrum.show_drawing(drawing)
+        reference = f"1 {pretty_unit(now.unit)}" if now.unit else "1"
+        self.spectrum.setToolTip(f"Amplitude in dB re {reference}; {more}")
+
+    @property
+    def _range_db(self) -> float:
+        return float(RANGES_DB[self.range.currentIndex()])
 
     def _show_no_levels(self, why: str = "", view_ms: Range | None = None) -> None:
         self._levels = self._line = np.zeros((0, 0), np.float32)
@@ -230,6 +257,8 @@ class PreviewPlots(QWidget):
         if view_ms != self._view_ms:
             self._view_ms = view_ms
             self._draw()
+            while self._undrawn:  # both time axes move together under the hand
+                self._draw_next()
 
     # --- the mouse ---
 

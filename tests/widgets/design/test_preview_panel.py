@@ -46,10 +46,28 @@ def test_silence_is_drawn_on_an_axis_that_means_something():
     assert tiny.y_range[1] == pytest.approx(1.06)
 
 
-def test_the_spectrum_of_silence_ends_at_0_db(shown):
-    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": np.zeros(4800)}))
+def drawn(qtbot, panel, preview):
+    """Show a preview, and wait until its levels are drawn, too."""
+    panel.show_preview(preview)
+    qtbot.waitUntil(lambda: panel.plots.is_drawn)
+
+
+def test_the_waveform_comes_first_and_each_plot_of_levels_in_a_pass_of_its_own(shown, qtbot):
+    """All at once they stopped the window for a tenth of a second when the first preview came."""
+    qtbot.waitUntil(lambda: shown.plots.is_drawn)
+    levels = shown.plots.spectrogram.drawing, shown.plots.spectrum.drawing
+    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"out": sine(1.0)}))
+    assert shown.plots.waveform.drawing.series[0].y.max() == pytest.approx(1.0, rel=1e-3)
+    assert (shown.plots.spectrogram.drawing, shown.plots.spectrum.drawing) == levels
+    qtbot.waitUntil(lambda: shown.plots.is_drawn)
+    assert levels[0] is not shown.plots.spectrogram.drawing
+    assert levels[1] is not shown.plots.spectrum.drawing
+
+
+def test_the_spectrum_of_silence_ends_at_0_db(shown, qtbot):
+    drawn(qtbot, shown, Preview(2, 48_000.0, np.zeros(4800), {"out": np.zeros(4800)}))
     assert shown.plots.spectrum.ranges[:2] == pytest.approx((-60.0, 0.0))
-    shown.show_preview(Preview(3, 48_000.0, np.zeros(4800), {"out": sine(3e-5)}))
+    drawn(qtbot, shown, Preview(3, 48_000.0, np.zeros(4800), {"out": sine(3e-5)}))
     assert shown.plots.spectrum.ranges[1] == pytest.approx(-90.0)
 
 
@@ -207,21 +225,22 @@ def test_in_a_small_panel_the_name_is_whole_and_no_words_lie_over_the_spectrogra
     assert shown.short_title.isHidden()
 
 
-def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(shown):
+def test_what_is_for_ears_is_shown_as_far_as_it_is_heard_and_without_the_sole(shown, qtbot):
     def lines():
         return shown.plots.spectrogram.drawing.lines, shown.plots.spectrum.drawing.lines
 
+    qtbot.waitUntil(lambda: shown.plots.is_drawn)
     assert all(lines())
     assert shown.plots.spectrum.ranges[3] == pytest.approx(2000.0)
     crackle = np.sin(2 * np.pi * 8000.0 * np.arange(4800) / 48_000.0)
     shown.expect("sound", NODES["sound-output"], is_heard=True)
     assert not any(lines())
-    shown.show_preview(Preview(2, 48_000.0, np.zeros(4800), {"heard": crackle}))
+    drawn(qtbot, shown, Preview(2, 48_000.0, np.zeros(4800), {"heard": crackle}))
     assert not any(lines())
     assert shown.plots.spectrum.ranges[3] == pytest.approx(20_000.0)
     line = shown.plots.spectrum.drawing.series[0]
     assert line.y[line.x.argmax()] == pytest.approx(8000.0, rel=0.03)
-    shown.show_preview(Preview(3, 16_000.0, np.zeros(1600), {"heard": crackle[::3]}))
+    drawn(qtbot, shown, Preview(3, 16_000.0, np.zeros(1600), {"heard": crackle[::3]}))
     assert shown.plots.spectrum.ranges[3] == pytest.approx(8000.0), "no more than is sampled"
 
 
