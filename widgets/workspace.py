@@ -121,19 +121,37 @@ class WorkspaceDeclaration(Struct, frozen=True):
         name = f"{self.package}.workspace"
         if not self.package or name in sys.modules:
             return False
-        importlib.import_module(next((part for part in _imports_of(name) if part not in sys.modules), name))
+        importlib.import_module(_first_part_of(name))
         return True
+
+
+def _first_part_of(name: str, importers: tuple[str, ...] = ()) -> str:
+    """Return the module that an import of `name` would load first of all of ours; `name` if the others are loaded."""
+    for part in _imports_of(name):
+        if part not in sys.modules and part not in importers and part.startswith(f"{underfoot.__name__}."):
+            return _first_part_of(part, (*importers, name))
+    return name
 
 
 @cache
 def _imports_of(name: str) -> tuple[str, ...]:
-    """Return the names of the modules that a module imports, without importing it."""
+    """Return the names of the modules that a module imports when it runs, without importing it."""
     spec = importlib.util.find_spec(name)
     assert spec is not None
     assert isinstance(spec.loader, importlib.abc.InspectLoader)
     code = spec.loader.get_code(name)
     assert code is not None
-    return tuple(one.argval for one in dis.get_instructions(code) if one.opname == "IMPORT_NAME")
+    names, is_asked, skipped_to = [], False, 0
+    for one in dis.get_instructions(code):
+        if one.offset < skipped_to:  # only type checkers read it
+            continue
+        if one.opname == "IMPORT_NAME":
+            names.append(one.argval)
+        elif one.argval == "TYPE_CHECKING" and one.opname.startswith("LOAD_"):
+            is_asked = True
+        elif is_asked and "JUMP" in one.opname:
+            is_asked, skipped_to = False, one.argval
+    return tuple(names)
 
 
 def discover() -> tuple[WorkspaceDeclaration, ...]:

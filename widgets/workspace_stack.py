@@ -11,6 +11,9 @@ from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.window_state import restore_splitters, save_splitters
 from underfoot.widgets.workspace import Workspace, WorkspaceContext, WorkspaceDeclaration, discover
 
+_PAUSE_MS = 5
+"""Time between steps, in which the window does what is due."""
+
 
 class WorkspaceStack(QStackedWidget):
     """Creates the declared workspaces and shows the chosen one. `workspaces["Design"]` is one that exists."""
@@ -72,7 +75,7 @@ class WorkspaceStack(QStackedWidget):
             self._create(name)
 
     def create_next(self) -> None:
-        """Take the next step to a missing workspace, and continue once all pending events are handled.
+        """Take the next step to a missing workspace, and continue a moment later.
 
         A step imports a part of it, builds it, or attaches it: all at once would block the window.
         """
@@ -81,7 +84,7 @@ class WorkspaceStack(QStackedWidget):
             if not missing[0].load():
                 step = self._create if missing[0].name in self._unattached else self._build
                 step(missing[0].name)
-            QTimer.singleShot(0, self.create_next)
+            QTimer.singleShot(_PAUSE_MS, self.create_next)
 
     def shortcuts(self) -> list[tuple[str, Keys]]:
         """Return the keys of each workspace under its heading; creates all workspaces."""
