@@ -1,7 +1,7 @@
 """Updates of the small plots in nodes."""
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +94,7 @@ class SmallPlots(QObject):
             self.signal_ranges_changed.emit(self._signal_ranges)
         self._stale.discard(node)
 
-    def _show(self, node: str, signals: dict[str, NDArray], events: dict[str, NDArray]) -> None:
+    def _show(self, node: str, signals: Mapping[str, NDArray[Any]], events: Mapping[str, NDArray[Any]]) -> None:
         ports = [row.port for row in self._canvas.patch_scene.nodes[node].description.outputs]
         for port in ports:
             values = np.asarray(signal_of(signals, node, port.name), float)

@@ -191,7 +191,7 @@ def _title(runner: Runner) -> str:
         return page.title
     if runner.phase is Phase.ANSWERING:
         return ""  # the question says it
-    if len(page.trial.intervals) > 1 and runner.phase is not Phase.ANSWERING:
+    if len(page.trial.intervals) > 1:
         return f"{'First' if runner.interval == 1 else 'Second'} one"
     return "Nothing comes this time" if page.trial.facts.get("announced") else page.title
 

@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
@@ -262,7 +263,7 @@ class Axis(QWidget):
     def handle_key(self, key: Qt.Key, shift: bool = False) -> bool:
         """Handle a key; return whether it had an effect."""
         fine_s = 0.001 if shift else 5.0 * self.seconds_per_px
-        acts = {
+        acts: dict[Qt.Key, Callable[[], None]] = {
             Qt.Key.Key_Left: lambda: self.set_cursor(self.cursor_s - fine_s),
             Qt.Key.Key_Right: lambda: self.set_cursor(self.cursor_s + fine_s),
             Qt.Key.Key_Home: lambda: self.set_cursor(0.0),

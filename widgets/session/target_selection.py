@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from underfoot.devices.accelerometers import accelerometers_of
 from underfoot.engine.target import require_source
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.simulated_tile import TileParameters
+from underfoot.floor.tile_parameters import TileParameters
 from underfoot.records.force_files import floor_of
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.settings import Settings

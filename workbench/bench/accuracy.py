@@ -185,7 +185,9 @@ def modes(count: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArr
     return frequencies, np.sort(draw.uniform(0.5, 20.0, count)), draw.normal(size=count)
 
 
-def _ring_bank(ring: Callable, signal: NDArray[np.float64], count: float) -> NDArray[np.float64]:
+def _ring_bank(
+    ring: Callable[..., NDArray[np.float64]], signal: NDArray[np.float64], count: float
+) -> NDArray[np.float64]:
     return ring(*modes(count), signal, RATE)
 
 

@@ -87,7 +87,7 @@ def _strain_rate(seen: NodeSignals) -> str:
     return _energy_bounded(seen.inputs["force"], seen.outputs["out"], gain)
 
 
-def _within(signal: NDArray[np.float64], low: float | NDArray, high: float | NDArray) -> str:
+def _within(signal: NDArray[np.float64], low: float | NDArray[np.float64], high: float | NDArray[np.float64]) -> str:
     outside = (signal < low) | (signal > high)
     if outside.any():
         at = int(np.argmax(outside))

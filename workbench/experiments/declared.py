@@ -80,7 +80,7 @@ def fields_of(document: type[msgspec.Struct], names: Sequence[str]) -> dict[str,
     found = {}
     for name in names:
         field = known[name]
-        made = _parameter(name, field.type, "" if field.default is inspect.NODEFAULT else field.default)
+        made = _parameter(name, field.type, "" if field.default is msgspec.NODEFAULT else field.default)
         if made is not None:
             found[name] = ask(name, made)
     return found

@@ -39,7 +39,12 @@ def guarded(
 
 
 def _guards(
-    id: str, types: Mapping, wired: Mapping[str, str], wires: Sequence, needed: set[str], watched: set[str]
+    id: str,
+    types: Registry,
+    wired: Mapping[str, str],
+    wires: Sequence[Sequence[str]],
+    needed: set[str],
+    watched: set[str],
 ) -> list[str] | None:
     """Return signals that must be nonzero for `id` to be audible; None if it may be audible at any time."""
     if id in watched or types[id].is_sink:

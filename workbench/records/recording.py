@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -32,6 +33,8 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FRAMES = ("vibration", "commanded", "measured")
 """Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
+Rows = NDArray[Any]
+"""Rows of a table: float64 of forces, else float32."""
 FURTHEST_FRAME = 1e15
 """Largest valid session frame: 150 years at 192 kHz."""
 _TABLES = """
@@ -65,7 +68,7 @@ class Writer:
         self._base.execute("begin")
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
-    def put(self, table: str, first: int, rows: NDArray) -> None:
+    def put(self, table: str, first: int, rows: Rows) -> None:
         """Add a block: the number of its first row, and its rows.
 
         Those of `force` are samples (stamp, arrival, corners...), the others frames [frame, tile]: `vibration` is what
@@ -262,7 +265,7 @@ class Recording:
 
     def blocks(
         self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, *, reverse: bool = False
-    ) -> Iterator[tuple[int, NDArray]]:
+    ) -> Iterator[tuple[int, Rows]]:
         """Yield the blocks of a table with rows between two row numbers: the number of the first row, and the rows.
 
         Each block is read when it is requested.
@@ -343,7 +346,7 @@ class Recording:
             end = round(rows[-1, 0]) + 1 if end is None else max(end, round(rows[-1, 0]) + 1)
         return (first or 0), (end or 0)
 
-    def _at_ends(self, table: str) -> Iterator[tuple[int, NDArray]]:
+    def _at_ends(self, table: str) -> Iterator[tuple[int, Rows]]:
         """Return the first and the last block of a table."""
         for reverse in (False, True):
             for block in self.blocks(table, reverse=reverse):
@@ -420,7 +423,7 @@ class Recording:
         """Close the file."""
         self._base.close()
 
-    def _all(self, table: str, dtype: str, width: int) -> tuple[int, NDArray]:
+    def _all(self, table: str, dtype: str, width: int) -> tuple[int, Rows]:
         with self._readable(table):
             blocks = list(self._base.execute(f"select first, count, data from {table} order by first"))
             first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)

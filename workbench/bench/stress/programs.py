@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -167,6 +168,9 @@ class CpuIdle:
         return now - self._seen[pid][1] > _STILL_S
 
 
+Found = TypeVar("Found")
+
+
 def _has_begun(record: Path) -> bool:
     """Return whether the log beside a recording contains blocks."""
     log = record.with_name(f"{record.name}-wal")
@@ -177,7 +181,7 @@ def _written(ring: np.memmap) -> int:
     return int(ring[: HEADER.itemsize].view(HEADER)["written"][0])
 
 
-def _waited(found: Callable[[], list], within_s: float) -> list:
+def _waited(found: Callable[[], list[Found]], within_s: float) -> list[Found]:
     """Poll `found` until it returns an empty list, or for `within_s` seconds; return the last list."""
     end = time.monotonic() + within_s
     while (now := found()) and time.monotonic() < end:

@@ -37,7 +37,7 @@ class Unwanted:
     out = Output()
     tail = math.inf
 
-    def run(kind, frame, out):  # type: ignore[no-untyped-def]
+    def run(kind, frame, out):
         for i in range(out.size):
             at = frame + i
             if kind == 0:

@@ -176,7 +176,7 @@ def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
         _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
 
 
-def _put(made: Any, group: str, name: str, values: list | NDArray[np.float64]) -> None:
+def _put(made: Any, group: str, name: str, values: list[Any] | NDArray[np.float64]) -> None:
     """Add a parameter with one value per item; split it if there are more than `MOST`."""
     count = np.shape(values)[-1]
     for number, first in enumerate(range(0, count, MOST), 1):

@@ -67,10 +67,10 @@ def _write(export: ExportSource, path: Path) -> None:
         _put(file, "gaps_s", np.array(export.gaps()).reshape(-1, 2))
 
 
-def step_columns(steps: Iterable[Step]) -> dict[str, NDArray | list[str]]:
+def step_columns(steps: Iterable[Step]) -> dict[str, NDArray[np.generic] | list[str]]:
     """Return the columns of the steps by name: numbers as arrays, text as lists."""
     every = list(steps)
-    found: dict[str, NDArray | list[str]] = {}
+    found: dict[str, NDArray[np.generic] | list[str]] = {}
     for field in fields(Step):
         values = [getattr(step, field.name) for step in every]
         found[field.name] = values if field.type in (str, "str") else np.array(values)
@@ -113,7 +113,7 @@ class _Growing:
     def __init__(self, group: Any, names: tuple[str, ...]) -> None:
         self._group, self.names = group, names
 
-    def append(self, **rows: NDArray) -> None:
+    def append(self, **rows: NDArray[np.generic]) -> None:
         for name, new in rows.items():
             if name not in self._group:
                 chunks, most = (CHUNK_ROWS, *new.shape[1:]), (None, *new.shape[1:])
@@ -125,7 +125,7 @@ class _Growing:
                 data[-len(new) :] = new
 
 
-def _put(group: Any, name: str, values: NDArray | list[str]) -> None:
+def _put(group: Any, name: str, values: NDArray[np.generic] | list[str]) -> None:
     import h5py
 
     if isinstance(values, list):
