@@ -32,6 +32,7 @@ LEVELS = (
         "compilation",
         "documents",
         "drawing",
+        "emission",
         "file_places",
         "files",
         "kernels",

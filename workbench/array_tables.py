@@ -1,9 +1,15 @@
 """Many arrays as one named tuple, passed to compiled code by address to keep calls cheap."""
 
 from functools import cache
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, get_type_hints
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba import types
+
+    from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
 B1 = Annotated[np.ndarray, np.dtype(np.uint8), 1]
 B2 = Annotated[np.ndarray, np.dtype(np.uint8), 2]
@@ -17,18 +23,18 @@ U2 = Annotated[np.ndarray, np.dtype(np.uint64), 2]
 
 
 @cache
-def declared(kind: type) -> tuple[tuple[str, Any, int], ...]:
+def declared(kind: type) -> tuple[tuple[str, np.dtype, int], ...]:
     """Return name, type and dimensions of each array of a named tuple, from its annotations."""
     return tuple((name, *hint.__metadata__) for name, hint in get_type_hints(kind, include_extras=True).items())
 
 
-def addresses(tables: Any) -> np.ndarray:
+def addresses(tables: tuple[np.ndarray, ...]) -> np.ndarray:
     """Return the addresses of a named tuple's arrays: int64 [table, (address, four dimensions)], for compiled code.
 
     Passing some forty arrays one by one would cost more than running a small patch. The holder of the addresses must
     keep the arrays.
     """
-    kind: Any = type(tables)
+    kind = type(tables)
     for array, (name, dtype, dimensions) in zip(tables, declared(kind), strict=True):
         assert array.dtype == dtype, name
         assert array.ndim == dimensions, name
@@ -36,7 +42,7 @@ def addresses(tables: Any) -> np.ndarray:
     return np.array([(a.ctypes.data, *a.shape, *([1] * (4 - a.ndim))) for a in tables], np.int64)
 
 
-def borrow(context: Any, where: Any, kind: type) -> Any:
+def borrow(context: "TypingContext", where: "types.Type", kind: type) -> "Emission":
     """Return the body of an intrinsic that makes a named tuple of the arrays at these addresses, without references.
 
     `where` is an array, or its address.
@@ -48,14 +54,14 @@ def borrow(context: Any, where: Any, kind: type) -> Any:
     arrays = [types.Array(from_dtype(dtype), dimensions, "C") for _, dtype, dimensions in declared(kind)]
     result = types.NamedTuple(arrays, kind)
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         word = context.get_value_type(types.intp)
         if isinstance(signature.args[0], types.Array):
             first = context.make_array(signature.args[0])(context, builder, args[0]).data
         else:
             first = builder.inttoptr(args[0], word.as_pointer())
 
-        def entry(i: int) -> Any:
+        def entry(i: int) -> "ir.Value":
             return builder.load(builder.gep(first, [ir.Constant(ir.IntType(64), i)]))
 
         made = []

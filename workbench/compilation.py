@@ -1,7 +1,7 @@
 """Numba settings of kernels, imported only when a kernel is called."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from types import FunctionType
@@ -14,6 +14,7 @@ from numba.core.ccallback import CFunc
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.sigutils import normalize_signature
+from numba.core.typing.templates import AbstractTemplate, Signature
 from numba.extending import intrinsic
 
 from underfoot import lane_lowering, memory_lowering
@@ -26,12 +27,14 @@ class _Dispatcher(CPUDispatcher):
 
     is_part = False
 
-    def compile(self, sig: Any) -> Any:
+    def compile(self, sig: Signature | tuple[types.Type, ...]) -> Callable[..., Any]:
         """Compile or load the version for a signature."""
         with released(self._cache), of_part(self.is_part):
             return super().compile(sig)
 
-    def get_call_template(self, args: Any, kws: Any) -> Any:
+    def get_call_template(
+        self, args: Sequence[types.Type], kws: Mapping[str, types.Type]
+    ) -> tuple[type[AbstractTemplate], str, tuple[types.Type, ...], dict[str, types.Type]]:
         """Return the call template that Numba uses where one kernel calls another."""
         return super().get_call_template([types.unliteral(arg) for arg in args], kws)
 
@@ -55,7 +58,7 @@ def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that gives this one what it has in compiled code: records with attributes, NumPy's numbers."""
 
     @wraps(function)
-    def call(*args: Any) -> Any:
+    def call(*args: object) -> Any:
         with np.errstate(all="ignore"):  # as compiled: 1 / 0 is infinite, and random bits wrap around
             return function(*map(_as_compiled, args))
 
@@ -84,7 +87,7 @@ def type_of_intrinsic(function: Callable[..., Any]) -> types.Type:
     return context.resolve_value_type(made)
 
 
-def compiled_callback(signature: Any, function: Callable[..., Any]) -> CFunc:
+def compiled_callback(signature: str | Signature, function: Callable[..., Any]) -> CFunc:
     """Return the function compiled for this signature, or loaded; `BadFile` names its file if it cannot be."""
     callback: Any = CFunc(function, normalize_signature(signature), locals={}, options={"error_model": "numpy"})
     callback._cache = KernelCache(function, f"callback {signature} {LOWERING}")

@@ -19,10 +19,13 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core.base import BaseContext
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
-from numba.core.codegen import JITCodeLibrary
-from numba.core.environment import lookup_environment
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.compiler import CompileResult
+from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import rtsys
+from numba.core.typing.templates import Signature
 
 from underfoot.files import cache_folder
 
@@ -45,7 +48,7 @@ class KernelCache:
         assert isinstance(function, FunctionType)
         self._function, self._options = function, options
 
-    def load_overload(self, signature: Any, context: Any) -> Any:
+    def load_overload(self, signature: Signature, context: BaseContext) -> CompileResult | None:
         """Return the version compiled for a signature, or None: then this process must compile it, and others wait."""
         found = self._load(signature, context)
         if found is None and isinstance(self._files, _Files):
@@ -56,7 +59,7 @@ class KernelCache:
             _leave_blas_out()
         return found
 
-    def save_overload(self, signature: Any, compiled: Any) -> None:
+    def save_overload(self, signature: Signature, compiled: CompileResult) -> None:
         """Store a compiled version; the oldest digests are deleted. Without room it is only kept in memory."""
         with suppress(OSError):  # the disk is full, or another process has just deleted the same digests
             self._files.save_overload(signature, compiled)
@@ -68,7 +71,7 @@ class KernelCache:
         if isinstance(self._files, _Files):
             self._files.unlock()
 
-    def _load(self, signature: Any, context: Any) -> Any:
+    def _load(self, signature: Signature, context: BaseContext) -> CompileResult | None:
         try:
             return self._files.load_overload(signature, context)
         except Exception:  # truncated, or with another checkout's types: unpickling can raise anything
@@ -82,7 +85,7 @@ class KernelCache:
         return self._files.cache_path
 
     @cached_property
-    def _files(self) -> Any:
+    def _files(self) -> "_Files":
         try:
             return _Files(self._function, digest(self._function, self._options))
         except OSError:
@@ -215,7 +218,7 @@ def of_part(is_part: bool) -> Iterator[None]:
 class _PartCodegen:
     """What Numba asks of the code generator of a part."""
 
-    def set_env(self, name: str, environment: Any) -> None:
+    def set_env(self, name: str, environment: Environment) -> None:
         """Do nothing."""
 
 
@@ -227,7 +230,7 @@ class _Library(JITCodeLibrary):
 
     _loaded: tuple[bytes, bytes] | None = None
 
-    def __init__(self, codegen: Any, name: str) -> None:
+    def __init__(self, codegen: JITCPUCodegen, name: str) -> None:
         super().__init__(codegen, name)
         self._is_part = _IS_PART.get()
 
@@ -247,12 +250,12 @@ class _Library(JITCodeLibrary):
                 self._codegen.set_env(variable.name, environment)
 
     @property
-    def codegen(self) -> Any:
+    def codegen(self) -> "JITCPUCodegen | _PartCodegen":
         """The code generator; for a part, one that sets no environment: its variable is in its callers' code."""
         return _PartCodegen() if self._is_part else self._codegen
 
     @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> "_Library":
+    def _unserialize(cls, codegen: JITCPUCodegen, state: tuple[str, str, tuple[bytes, bytes]]) -> "_Library":
         name, _, (code, bitcode) = state
         made = cls(codegen, name)
         made._loaded = code, bitcode
@@ -261,13 +264,13 @@ class _Library(JITCodeLibrary):
         made._finalize_final_module()
         return made
 
-    def get_pointer_to_function(self, name: str) -> Any:
+    def get_pointer_to_function(self, name: str) -> int:
         """Return the address of a function, or 0."""
         if self._loaded is not None and name.encode() + b"\0" in self._loaded[0]:
             self._codegen._engine._defined_symbols.add(name)
         return super().get_pointer_to_function(name)
 
-    def _get_module_for_linking(self) -> Any:
+    def _get_module_for_linking(self) -> llvm.ModuleRef:
         if self._loaded is not None:
             self._shared_module, self._loaded = llvm.parse_bitcode(self._loaded[1]), None
             self._codegen._engine._load_defined_symbols(self._shared_module)
@@ -277,7 +280,7 @@ class _Library(JITCodeLibrary):
 class _Results(CompileResultCacheImpl):
     """Content of Numba's files of a kernel."""
 
-    def reduce(self, compiled: Any) -> Any:
+    def reduce(self, compiled: CompileResult) -> tuple[object, ...]:
         """Return a compiled version as plain data, without the environments of library functions: only exceptions that
         a kernel does not raise read those, and loading one imports its module."""
         *data, environments = super().reduce(compiled)
@@ -305,7 +308,7 @@ class _Files(FunctionCache):
         self._lock: Any = None
         super().__init__(function)
 
-    def load_overload(self, signature: Any, context: Any) -> Any:
+    def load_overload(self, signature: Signature, context: BaseContext) -> CompileResult | None:
         """Return a compiled version, or None. Unlike Numba's, it does not fill the context with types and functions for
         the compiler: the compiler does that itself."""
         rtsys.initialize(context)

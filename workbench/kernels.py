@@ -10,12 +10,20 @@ Numba is imported by the first call of a kernel: a window that only shows nodes 
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import UnderfootError
+
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba import types
+    from numba.core.ccallback import CFunc
+    from numba.core.registry import CPUDispatcher
+
+    from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
 Floats = NDArray[np.float64]
 """Data type of kernels: contiguous arrays of float64."""
@@ -33,7 +41,7 @@ class Kernel:
     is_kept = True
     """Whether it is cached, and can be called from Python."""
 
-    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+    def __init__(self, function: Callable[..., Any], **options: object) -> None:
         update_wrapper(self, function)
         self.py_func = function
         self.options = {"nopython": True, "nogil": True, "error_model": "numpy", "_nrt": False, **options}
@@ -41,13 +49,13 @@ class Kernel:
     __call__ = property(attrgetter("compiled"))  # no interpreter frame: the output callback calls kernels
 
     @cached_property
-    def compiled(self) -> Any:
+    def compiled(self) -> "CPUDispatcher":
         """Numba's dispatcher."""
         from underfoot.compilation import compiled
 
         return compiled(self.py_func, self.options, self.is_kept)
 
-    def specialised(self, *arguments: Any) -> Callable[..., Any]:
+    def specialised(self, *arguments: object) -> Callable[..., Any]:
         """Return the kernel compiled, or loaded, for arguments of these types; called with others, it may crash.
 
         It is for what is called in every block. To find the version for its arguments takes Numba 0.1 us per array:
@@ -63,7 +71,7 @@ class Kernel:
         return self.compiled.overloads[types].entry_point
 
     @property
-    def _numba_type_(self) -> Any:
+    def _numba_type_(self) -> "types.Type":
         """Numba type of the kernel in a kernel that calls it."""
         return self.compiled._numba_type_
 
@@ -73,7 +81,7 @@ class KernelPart(Kernel):
 
     is_kept = False
 
-    def _plain(self) -> Any:
+    def _plain(self) -> Callable[..., Any]:
         """Return its plain form if Numba is disabled, and refuse otherwise."""
         from underfoot.compilation import IS_DISABLED
 
@@ -107,34 +115,37 @@ class Intrinsic:
         return self._in_python(*args)
 
     @cached_property
-    def _numba_type_(self) -> Any:
+    def _numba_type_(self) -> "types.Type":
         """Numba type of the intrinsic in a kernel that calls it."""
         from underfoot.compilation import type_of_intrinsic
 
         return type_of_intrinsic(self.py_func)
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+SomeKernel = TypeVar("SomeKernel", bound=Kernel)
+
+
+def kernel(function: Callable[..., Any]) -> Kernel:
     """Compile a kernel whose bits depend neither on how frames are split nor on the process that compiled it."""
     return Kernel(function)
 
 
-def modal_kernel(function: Callable[..., Any]) -> Any:
+def modal_kernel(function: Callable[..., Any]) -> Kernel:
     """Compile a kernel whose inner loop runs over modes: it may contract, and reassociate sums over modes."""
     return Kernel(function, fastmath={"contract", "nsz", "arcp", "reassoc"})
 
 
-def part(function: Callable[..., Any]) -> Any:
+def part(function: Callable[..., Any]) -> KernelPart:
     """Declare a helper of one kernel, compiled with it."""
     return KernelPart(function, **_PART)
 
 
-def inlined(function: Callable[..., Any]) -> Any:
+def inlined(function: Callable[..., Any]) -> KernelPart:
     """Declare a helper that is inlined into each kernel that calls it, for code that runs every frame."""
     return KernelPart(function, **_INLINED)
 
 
-def allocating(declared: Any) -> Any:
+def allocating(declared: SomeKernel) -> SomeKernel:
     """Let a declared kernel, part or helper make arrays.
 
     The others are compiled without Numba's counts of references to arrays, which it keeps at every call even where
@@ -144,19 +155,19 @@ def allocating(declared: Any) -> Any:
     return declared
 
 
-def intrinsic(function: Callable[..., Any]) -> Any:
+def intrinsic(function: Callable[..., "Emission"]) -> Intrinsic:
     """Declare an intrinsic: `function(context, *types)` returns a signature, and a function that emits code."""
     return Intrinsic(function)
 
 
-def callback(signature: Any, function: Callable[..., Any]) -> Any:
+def callback(signature: "str | Signature", function: Callable[..., Any]) -> "CFunc":
     """Compile or load, at once, a kernel that is called by its address."""
     from underfoot.compilation import compiled_callback
 
     return compiled_callback(signature, function)
 
 
-def modal_inlined(function: Callable[..., Any]) -> Any:
+def modal_inlined(function: Callable[..., Any]) -> KernelPart:
     """Declare a helper inlined into modal kernels. It may contract; its sums keep their order."""
     return KernelPart(function, **_INLINED, fastmath={"contract", "nsz"})
 
@@ -169,13 +180,13 @@ def copy(values: Floats, out: Floats) -> None:
 
 
 @intrinsic
-def call_at(context: Any, address: Any, *arguments: Any) -> Any:
+def call_at(context: "TypingContext", address: "types.Type", *arguments: "types.Type") -> "Emission":
     """Call a `callback` that returns nothing by its address, which unlike a kernel's code is not in its caller's."""
     from llvmlite import ir
     from numba import types
     from numba.core.cgutils import unpack_tuple
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         given = unpack_tuple(builder, args[1])
         function = ir.FunctionType(ir.VoidType(), [one.type for one in given])
         builder.call(builder.inttoptr(args[0], function.as_pointer()), given)
@@ -185,7 +196,7 @@ def call_at(context: Any, address: Any, *arguments: Any) -> Any:
 
 
 @intrinsic
-def widest(context: Any) -> Any:
+def widest(context: "TypingContext") -> "Emission":
     """Let the loops of the calling kernel use the processor's widest vectors.
 
     The compiler prefers half of them on processors with 512 bits. Long loops over modes gain a quarter to a third from
@@ -193,7 +204,7 @@ def widest(context: Any) -> Any:
     """
     from numba import types
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # bypasses llvmlite's list of known names
         return context.get_dummy_value()
 

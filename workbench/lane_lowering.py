@@ -2,14 +2,16 @@
 
 import operator
 from collections.abc import Callable
-from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core.datamodel import models
+from numba.core.datamodel.manager import DataModelManager
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import register_model
+
+from underfoot.emission import Arguments, BaseContext, Code, Emission, Signature
 
 _INDEX = ir.IntType(32)
 
@@ -33,36 +35,36 @@ class Compared(types.Type):
 @register_model(Lanes)
 @register_model(Compared)
 class _VectorModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Lanes | Compared) -> None:
+    def __init__(self, manager: DataModelManager, kind: Lanes | Compared) -> None:
         super().__init__(manager, kind, kind.vector)
 
 
-def loaded(array: types.Type, count: int) -> Any:
+def loaded(array: types.Type, count: int) -> Emission:
     """Load `count` numbers of an array."""
     kind = Lanes(count)
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         return builder.load(_place(context, builder, signature, arguments, kind.vector), align=8)
 
     return kind(array, types.intp), code
 
 
-def stored(array: types.Array, kind: Lanes) -> Any:
+def stored(array: types.Array, kind: Lanes) -> Emission:
     """Store numbers to an array; to one of float32 rounded to nearest."""
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         _store(context, builder, signature, arguments, arguments[2])
         return context.get_dummy_value()
 
     return types.void(array, types.intp, kind), code
 
 
-def stored_across(array: types.Array, kind: types.UniTuple) -> Any:
+def stored_across(array: types.Array, kind: types.UniTuple) -> Emission:
     """Store a square block of numbers, column by column."""
     count = kind.count
     assert kind.dtype == Lanes(count)
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         rows = [builder.extract_value(arguments[2], k) for k in range(count)]
         # Rows half of `step` apart exchange halves of their blocks, until the blocks are single numbers.
         step = count
@@ -82,30 +84,32 @@ def stored_across(array: types.Array, kind: types.UniTuple) -> Any:
     return types.void(array, types.intp, kind), code
 
 
-def repeated(count: int) -> Any:
+def repeated(count: int) -> Emission:
     """Broadcast a number to `count` lanes."""
     kind = Lanes(count)
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         one = builder.insert_element(ir.Constant(kind.vector, ir.Undefined), arguments[0], _INDEX(0))
         return builder.shuffle_vector(one, one, _places([0] * count))
 
     return kind(types.float64), code
 
 
-def after(like: Lanes, rest: Any, code: Callable[..., Any]) -> Any:
+def after(like: Lanes, rest: Signature, code: Code) -> Emission:
     """Return an intrinsic with one more argument, before the others, of which only the type matters."""
 
-    def code_of_rest(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code_of_rest(
+        context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments
+    ) -> ir.Value:
         return code(context, builder, rest, arguments[1:])
 
     return rest.return_type(like, *rest.args), code_of_rest
 
 
-def summed(kind: Lanes) -> Any:
+def summed(kind: Lanes) -> Emission:
     """Return the sum of four or eight: the second half is added to the first, until one number is left."""
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         (of,) = arguments
         count = kind.count
         while count > 1:
@@ -117,37 +121,37 @@ def summed(kind: Lanes) -> Any:
     return types.float64(kind), code
 
 
-def selected(where: Compared, numbers: Lanes, others: Lanes) -> Any:
+def selected(where: Compared, numbers: Lanes, others: Lanes) -> Emission:
     """Select numbers where a comparison holds, and the others elsewhere."""
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         return builder.select(*arguments)
 
     return numbers(where, numbers, others), code
 
 
-def any_of(where: Compared) -> Any:
+def any_of(where: Compared) -> Emission:
     """Return whether a comparison holds in any lane."""
     return _judged(where, "!=", 0)
 
 
-def all_of(where: Compared) -> Any:
+def all_of(where: Compared) -> Emission:
     """Return whether a comparison holds in all lanes."""
     return _judged(where, "==", -1)
 
 
-def _judged(where: Compared, sign: str, bits: int) -> Any:
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _judged(where: Compared, sign: str, bits: int) -> Emission:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         word = builder.bitcast(arguments[0], ir.IntType(where.count))
         return builder.icmp_signed(sign, word, word.type(bits))
 
     return types.boolean(where), code
 
 
-def each(kind: Lanes, name: str) -> Any:
+def each(kind: Lanes, name: str) -> Emission:
     """Apply an LLVM intrinsic of one number to each lane."""
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         function = ir.FunctionType(kind.vector, [kind.vector])
         declared = builder.module.declare_intrinsic(f"{name}.v{kind.count}f64", fnty=function)
         return builder.call(declared, arguments)
@@ -155,17 +159,21 @@ def each(kind: Lanes, name: str) -> Any:
     return kind(kind), code
 
 
-def _places(at: list[int]) -> Any:
+def _places(at: list[int]) -> ir.Constant:
     return ir.Constant(ir.VectorType(_INDEX, len(at)), at)
 
 
-def _place(context: Any, builder: Any, signature: Any, arguments: Any, vector: Any) -> Any:
+def _place(
+    context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments, vector: ir.VectorType
+) -> ir.Value:
     assert signature.args[0].ndim == 1 or signature.args[0].layout == "C"
     array = context.make_array(signature.args[0])(context, builder, arguments[0])
     return builder.bitcast(builder.gep(array.data, [arguments[1]]), vector.as_pointer())
 
 
-def _store(context: Any, builder: Any, signature: Any, arguments: Any, numbers: Any) -> None:
+def _store(
+    context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments, numbers: ir.Value
+) -> None:
     """Store numbers to the array and index that are the first two arguments."""
     if signature.args[0].dtype == types.float32:
         numbers = builder.fptrunc(numbers, ir.VectorType(ir.FloatType(), numbers.type.count))
@@ -173,7 +181,7 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any, numbers: 
 
 
 def _operate(
-    sign: Callable[..., Any], of: type, result: Callable[[int], types.Type], write: Callable[..., Any]
+    sign: Callable[..., object], of: type, result: Callable[[int], types.Type], write: Callable[..., ir.Value]
 ) -> None:
     """Define an operator between two values of the same kind; `write(builder, a, b)` emits its code."""
 
@@ -181,12 +189,12 @@ def _operate(
     class Template(AbstractTemplate):
         key = sign
 
-        def generic(self, args: Any, kws: Any) -> Any:
+        def generic(self, args: tuple[types.Type, ...], kws: dict[str, types.Type]) -> Signature | None:
             alike = len(args) == 2 and isinstance(args[0], of) and args[0] == args[1]
             return signature(result(args[0].count), *args) if alike else None
 
     @lower_builtin(sign, of, of)
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
         return write(builder, *arguments)
 
 

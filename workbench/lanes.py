@@ -6,15 +6,23 @@ m + 7; they are added, subtracted, multiplied, divided and compared like single 
 bits. Indices of a two-dimensional array continue from row to row.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from underfoot.kernels import intrinsic
+from underfoot.kernels import Floats, intrinsic
+
+if TYPE_CHECKING:
+    from numba import types
+
+    from underfoot.emission import Emission, TypingContext
+    from underfoot.lane_lowering import Compared, Lanes
 
 
 @intrinsic
-def four(context: Any, array: Any, m: Any) -> Any:
+def four(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers m to m + 3 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
 
@@ -22,12 +30,12 @@ def four(context: Any, array: Any, m: Any) -> Any:
 
 
 @four.in_python
-def _four(array: Any, m: int) -> Any:
+def _four(array: Floats, m: int) -> Floats:
     return np.ravel(array)[m : m + 4].copy()
 
 
 @intrinsic
-def eight(context: Any, array: Any, m: Any) -> Any:
+def eight(context: "TypingContext", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers m to m + 7 of an array of float64, which must exist."""
     from underfoot.lane_lowering import loaded
 
@@ -35,12 +43,12 @@ def eight(context: Any, array: Any, m: Any) -> Any:
 
 
 @eight.in_python
-def _eight(array: Any, m: int) -> Any:
+def _eight(array: Floats, m: int) -> Floats:
     return np.ravel(array)[m : m + 8].copy()
 
 
 @intrinsic
-def take_like(context: Any, like: Any, array: Any, m: Any) -> Any:
+def take_like(context: "TypingContext", like: "Lanes", array: "types.Array", m: "types.Type") -> "Emission":
     """Return the numbers of an array of float64 from index m on, as many as `like` has; all must exist."""
     from underfoot.lane_lowering import after, loaded
 
@@ -48,12 +56,12 @@ def take_like(context: Any, like: Any, array: Any, m: Any) -> Any:
 
 
 @take_like.in_python
-def _take_like(like: Any, array: Any, m: int) -> Any:
+def _take_like(like: Floats, array: Floats, m: int) -> Floats:
     return np.ravel(array)[m : m + len(like)].copy()
 
 
 @intrinsic
-def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
+def put(context: "TypingContext", array: "types.Array", m: "types.Type", numbers: "Lanes") -> "Emission":
     """Write numbers from index m on of an array of float64, or of float32."""
     from underfoot.lane_lowering import stored
 
@@ -61,12 +69,12 @@ def put(context: Any, array: Any, m: Any, numbers: Any) -> Any:
 
 
 @put.in_python
-def _put(array: Any, m: int, numbers: Any) -> None:
+def _put(array: Floats, m: int, numbers: Floats) -> None:
     array.reshape(-1)[m : m + len(numbers)] = numbers
 
 
 @intrinsic
-def put_across(context: Any, array: Any, m: Any, rows: Any) -> Any:
+def put_across(context: "TypingContext", array: "types.Array", m: "types.Type", rows: "types.UniTuple") -> "Emission":
     """Write a tuple of eight rows of eight numbers column by column, from index m of an array on."""
     from underfoot.lane_lowering import stored_across
 
@@ -74,12 +82,12 @@ def put_across(context: Any, array: Any, m: Any, rows: Any) -> Any:
 
 
 @put_across.in_python
-def _put_across(array: Any, m: int, rows: Any) -> None:
+def _put_across(array: Floats, m: int, rows: Sequence[Floats]) -> None:
     array.reshape(-1)[m : m + 64] = np.transpose(rows).reshape(-1)
 
 
 @intrinsic
-def all_four(context: Any, number: Any) -> Any:
+def all_four(context: "TypingContext", number: "types.Type") -> "Emission":
     """Return four copies of a number."""
     from underfoot.lane_lowering import repeated
 
@@ -87,12 +95,12 @@ def all_four(context: Any, number: Any) -> Any:
 
 
 @all_four.in_python
-def _all_four(number: float) -> Any:
+def _all_four(number: float) -> Floats:
     return np.full(4, number)
 
 
 @intrinsic
-def all_eight(context: Any, number: Any) -> Any:
+def all_eight(context: "TypingContext", number: "types.Type") -> "Emission":
     """Return eight copies of a number."""
     from underfoot.lane_lowering import repeated
 
@@ -100,12 +108,12 @@ def all_eight(context: Any, number: Any) -> Any:
 
 
 @all_eight.in_python
-def _all_eight(number: float) -> Any:
+def _all_eight(number: float) -> Floats:
     return np.full(8, number)
 
 
 @intrinsic
-def full_like(context: Any, like: Any, number: Any) -> Any:
+def full_like(context: "TypingContext", like: "Lanes", number: "types.Type") -> "Emission":
     """Return as many copies of a number as `like` has."""
     from underfoot.lane_lowering import after, repeated
 
@@ -113,12 +121,12 @@ def full_like(context: Any, like: Any, number: Any) -> Any:
 
 
 @full_like.in_python
-def _full_like(like: Any, number: float) -> Any:
+def _full_like(like: Floats, number: float) -> Floats:
     return np.full(len(like), number)
 
 
 @intrinsic
-def total(context: Any, numbers: Any) -> Any:
+def total(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the sum of four or eight: the second half is added to the first, until one number is left."""
     from underfoot.lane_lowering import summed
 
@@ -126,14 +134,14 @@ def total(context: Any, numbers: Any) -> Any:
 
 
 @total.in_python
-def _total(numbers: Any) -> float:
+def _total(numbers: Floats) -> float:
     while len(numbers) > 1:
         numbers = numbers[: len(numbers) // 2] + numbers[len(numbers) // 2 :]
     return float(numbers[0])
 
 
 @intrinsic
-def chosen(context: Any, where: Any, numbers: Any, others: Any) -> Any:
+def chosen(context: "TypingContext", where: "Compared", numbers: "Lanes", others: "Lanes") -> "Emission":
     """Return numbers where a comparison holds, and the others elsewhere."""
     from underfoot.lane_lowering import selected
 
@@ -141,12 +149,12 @@ def chosen(context: Any, where: Any, numbers: Any, others: Any) -> Any:
 
 
 @chosen.in_python
-def _chosen(where: Any, numbers: Any, others: Any) -> Any:
+def _chosen(where: NDArray[np.bool_], numbers: Floats, others: Floats) -> Floats:
     return np.where(where, numbers, others)
 
 
 @intrinsic
-def anywhere(context: Any, where: Any) -> Any:
+def anywhere(context: "TypingContext", where: "Compared") -> "Emission":
     """Return whether a comparison holds in any lane."""
     from underfoot.lane_lowering import any_of
 
@@ -154,12 +162,12 @@ def anywhere(context: Any, where: Any) -> Any:
 
 
 @anywhere.in_python
-def _anywhere(where: Any) -> bool:
+def _anywhere(where: NDArray[np.bool_]) -> bool:
     return bool(np.any(where))
 
 
 @intrinsic
-def everywhere(context: Any, where: Any) -> Any:
+def everywhere(context: "TypingContext", where: "Compared") -> "Emission":
     """Return whether a comparison holds in all lanes."""
     from underfoot.lane_lowering import all_of
 
@@ -167,12 +175,12 @@ def everywhere(context: Any, where: Any) -> Any:
 
 
 @everywhere.in_python
-def _everywhere(where: Any) -> bool:
+def _everywhere(where: NDArray[np.bool_]) -> bool:
     return bool(np.all(where))
 
 
 @intrinsic
-def roots(context: Any, numbers: Any) -> Any:
+def roots(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the square roots."""
     from underfoot.lane_lowering import each
 
@@ -180,12 +188,12 @@ def roots(context: Any, numbers: Any) -> Any:
 
 
 @roots.in_python
-def _roots(numbers: Any) -> Any:
+def _roots(numbers: Floats) -> Floats:
     return np.sqrt(numbers)
 
 
 @intrinsic
-def magnitudes(context: Any, numbers: Any) -> Any:
+def magnitudes(context: "TypingContext", numbers: "Lanes") -> "Emission":
     """Return the magnitudes."""
     from underfoot.lane_lowering import each
 
@@ -193,5 +201,5 @@ def magnitudes(context: Any, numbers: Any) -> Any:
 
 
 @magnitudes.in_python
-def _magnitudes(numbers: Any) -> Any:
+def _magnitudes(numbers: Floats) -> Floats:
     return np.abs(numbers)

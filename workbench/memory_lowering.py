@@ -7,18 +7,21 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models
+from numba.core.datamodel.manager import DataModelManager
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, overload, register_model, unbox
 
+from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext, UnboxContext
+
 _WORD = ir.IntType(64)
 
 
-def memory_at(kind: "MemoryType") -> Callable[..., Any]:
+def memory_at(kind: "MemoryType") -> Callable[..., Emission]:
     """Return the definition of the intrinsic `layout.at`."""
 
-    def made_at(context: Any, values: Any, sizes: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def made_at(context: TypingContext, values: types.Type, sizes: types.BaseTuple) -> Emission:
+        def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments) -> ir.Value:
             made = cgutils.create_struct_proxy(kind)(context, builder)
             if isinstance(signature.args[0], types.Array):
                 made.pointer = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -34,8 +37,8 @@ def memory_at(kind: "MemoryType") -> Callable[..., Any]:
 
 
 @overload(len)
-def _length(memory: Any) -> Any:
-    def count(memory: Any) -> int:
+def _length(memory: "MemoryType") -> "Callable[[MemoryType], int] | None":
+    def count(memory: "MemoryType") -> int:
         return int(memory.count)
 
     return count if isinstance(memory, MemoryType) and "count" in memory.layout.parts else None
@@ -44,20 +47,20 @@ def _length(memory: Any) -> Any:
 class MemoryType(types.Type):
     """Numba type of a memory."""
 
-    def __init__(self, layout: Any) -> None:
+    def __init__(self, layout: Any) -> None:  # noqa: ANN401 - a `Layout`, whose module imports this one
         self.layout = layout
         super().__init__(name=f"memory of {layout!r}")
 
 
 @register_model(MemoryType)
 class _MemoryModel(models.StructModel):
-    def __init__(self, manager: Any, kind: MemoryType) -> None:
+    def __init__(self, manager: DataModelManager, kind: MemoryType) -> None:
         sizes = [(name, types.int64) for name in kind.layout.symbols]
         super().__init__(manager, kind, [("pointer", types.CPointer(types.float64)), *sizes])
 
 
 @unbox(MemoryType)
-def _unbox(kind: MemoryType, memory: Any, context: Any) -> NativeValue:
+def _unbox(kind: MemoryType, memory: ir.Value, context: UnboxContext) -> NativeValue:
     made = cgutils.create_struct_proxy(kind)(context.context, context.builder)
     address = context.pyapi.object_getattr_string(memory, "address")
     made.pointer = context.builder.inttoptr(context.pyapi.long_as_longlong(address), made.pointer.type)
@@ -89,13 +92,13 @@ class _MemoryAttributes(AttributeTemplate):
 class _Word:
     """Integer of compiled code, for the sums of `Layout.places`."""
 
-    def __init__(self, builder: Any, value: Any) -> None:
+    def __init__(self, builder: ir.IRBuilder, value: ir.Value) -> None:
         self.builder, self.value = builder, value
 
-    def __add__(self, other: Any) -> "_Word":
+    def __add__(self, other: "_Word | int") -> "_Word":
         return _Word(self.builder, self.builder.add(self.value, _value(other)))
 
-    def __mul__(self, other: Any) -> "_Word":
+    def __mul__(self, other: "_Word | int") -> "_Word":
         return _Word(self.builder, self.builder.mul(self.value, _value(other)))
 
     def __and__(self, other: int) -> "_Word":
@@ -104,11 +107,13 @@ class _Word:
     __radd__, __rmul__ = __add__, __mul__
 
 
-def _value(number: Any) -> Any:
+def _value(number: "_Word | int") -> ir.Value:
     return number.value if isinstance(number, _Word) else ir.Constant(_WORD, number)
 
 
-def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> tuple[Any, Any, dict[str, Any]]:
+def _located(
+    context: BaseContext, builder: ir.IRBuilder, kind: MemoryType, value: ir.Value, name: str
+) -> tuple[Any, ir.Value, dict[str, _Word]]:
     """Return a part, its address, and the memory's sizes as words."""
     memory = cgutils.create_struct_proxy(kind)(context, builder, value)
     sizes = {symbol: _Word(builder, getattr(memory, symbol)) for symbol in kind.layout.symbols}
@@ -119,7 +124,7 @@ def _located(context: Any, builder: Any, kind: MemoryType, value: Any, name: str
 
 
 @lower_getattr_generic(MemoryType)
-def _get(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) -> Any:
+def _get(context: BaseContext, builder: ir.IRBuilder, kind: MemoryType, value: ir.Value, name: str) -> ir.Value:
     if name in kind.layout.symbols:
         return getattr(cgutils.create_struct_proxy(kind)(context, builder, value), name)
     if name == "values":
@@ -140,7 +145,7 @@ def _get(context: Any, builder: Any, kind: MemoryType, value: Any, name: str) ->
     )
 
 
-def _array(context: Any, builder: Any, pointer: Any, shape: list[Any]) -> Any:
+def _array(context: BaseContext, builder: ir.IRBuilder, pointer: ir.Value, shape: list[ir.Value]) -> ir.Value:
     """Return a borrowed array of float64 at an address."""
     from numba.np.arrayobj import populate_array  # 40 ms, not needed for a kernel that is only loaded
 
@@ -153,7 +158,7 @@ def _array(context: Any, builder: Any, pointer: Any, shape: list[Any]) -> Any:
 
 
 @lower_setattr_generic(MemoryType)
-def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) -> None:
+def _set(context: BaseContext, builder: ir.IRBuilder, signature: Signature, arguments: Arguments, name: str) -> None:
     part, pointer, _ = _located(context, builder, signature.args[0], arguments[0], name)
     assert part.is_number, name
     builder.store(context.cast(builder, arguments[1], signature.args[1], types.float64), pointer)

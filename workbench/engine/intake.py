@@ -10,7 +10,7 @@ Times are in session frames of the samples: the output at frame f depends on the
 """
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
 from underfoot.kernels import Floats, call_at, intrinsic, kernel, part
+
+if TYPE_CHECKING:
+    from underfoot.emission import Emission, Type, TypingContext
 
 HOLD_S = 0.020
 """Seconds for which a force is held in a gap, and for which it is then ramped to 0."""
@@ -163,7 +166,7 @@ def _ignore(count: int) -> None:
 
 
 @intrinsic
-def _memory_at(context: Any, where: Any) -> Any:
+def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
     """Return the arrays at these addresses as `IntakeMemory`."""
     return borrow(context, where, IntakeMemory)
 

@@ -9,7 +9,7 @@ written, and readers skip them.
 from collections.abc import Callable
 from functools import cached_property
 from multiprocessing.shared_memory import SharedMemory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -17,6 +17,12 @@ from numpy.typing import NDArray
 
 from underfoot.engine.shared_blocks import new_block
 from underfoot.kernels import intrinsic, kernel
+
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba import types
+
+    from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
 
 HEADER = np.dtype([("written", np.int64), ("gap", np.int64), ("gap_end", np.int64), ("kept", np.int64)], align=True)
 """Number of rows ever written; the rows from `gap` to before `gap_end`, which never were; and the row up to which the
@@ -27,11 +33,11 @@ _HEADER_BYTES = 64  # a cache line of its own
 
 
 @intrinsic
-def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., Any]]:
+def publish(context: "TypingContext", header: "types.Array", count: "types.Type") -> "Emission":
     """Publish to readers that `count` rows were written."""
     from numba import types
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         builder.store_atomic(args[1], _written_pointer(context, builder, signature, args), "release", 8)
         return context.get_dummy_value()
 
@@ -39,16 +45,18 @@ def publish(context: Any, header: Any, count: Any) -> tuple[Any, Callable[..., A
 
 
 @intrinsic
-def _written(context: Any, header: Any) -> tuple[Any, Callable[..., Any]]:
+def _written(context: "TypingContext", header: "types.Array") -> "Emission":
     from numba import types
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         return builder.load_atomic(_written_pointer(context, builder, signature, args), "acquire", 8)
 
     return types.int64(header), code
 
 
-def _written_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+def _written_pointer(
+    context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments"
+) -> "ir.Value":
     """Return a pointer to the header's first field, `written`."""
     from llvmlite import ir
 

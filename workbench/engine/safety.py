@@ -5,7 +5,7 @@ silence where a value is not finite. It runs sample by sample, so the result doe
 """
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -16,6 +16,9 @@ from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
 from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
 from underfoot.kernels import intrinsic, kernel
+
+if TYPE_CHECKING:
+    from underfoot.emission import Emission, Type, TypingContext
 
 DC_HZ = 5.0
 """Corner frequency of the DC block: far below the 40 Hz from which the sole feels, far above drift."""
@@ -191,7 +194,7 @@ _work_at = WORK.at
 
 
 @intrinsic
-def _memory_at(context: Any, where: Any) -> Any:
+def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
     """Return the arrays at these addresses as `SafetyMemory`."""
     return borrow(context, where, SafetyMemory)
 

@@ -10,7 +10,7 @@ a triangle further away, is a crossfade of 10 ms.
 
 import hashlib
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -30,6 +30,9 @@ from underfoot.models.filtering import poles
 from underfoot.models.filtering.poles import Poles
 from underfoot.models.tile import shaker
 from underfoot.models.tile.assembly import Assembly
+
+if TYPE_CHECKING:
+    from underfoot.emission import Emission, Type, TypingContext
 
 QUIET_M_S2 = 1e-9
 """Bound of the remaining acceleration below which a plate is set to rest."""
@@ -263,7 +266,7 @@ def _zeros(rows: int, columns: int, size: int) -> NDArray[np.float64]:
 
 
 @intrinsic
-def _memory_at(context: Any, where: Any) -> Any:
+def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
     """Return the arrays at these addresses as `PlateMemory`."""
     return borrow(context, where, PlateMemory)
 

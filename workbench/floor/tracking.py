@@ -6,7 +6,7 @@ in a `TrackerMemory`. Baselines use about 250 values a second, each the mean of 
 
 import math
 from functools import cache
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,11 @@ from underfoot.floor.running_median import (
     running_median,
 )
 from underfoot.kernels import callback, inlined, intrinsic, kernel, part
+
+if TYPE_CHECKING:
+    from numba.core.ccallback import CFunc
+
+    from underfoot.emission import Emission, Type, TypingContext
 
 Floats = NDArray[np.float64]
 
@@ -155,7 +160,7 @@ def follow(memory: TrackerMemory, where: NDArray[np.int64], count: int) -> tuple
 
 
 @cache
-def following() -> Any:
+def following() -> "CFunc":
     """Return the compiled `_follow`, which the engine's intake calls by its address, sample by sample.
 
     Compiled into its callers, it would take a tenth of the first start again.
@@ -168,7 +173,7 @@ def _follow_at(where: int, begin: int, end: int) -> None:
 
 
 @intrinsic
-def _memory_at(context: Any, where: Any) -> Any:
+def _memory_at(context: "TypingContext", where: "Type") -> "Emission":
     """Return the arrays at these addresses as `TrackerMemory`."""
     return borrow(context, where, TrackerMemory)
 

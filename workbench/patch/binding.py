@@ -16,7 +16,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -27,6 +27,12 @@ from underfoot.kernels import allocating, callback, intrinsic, part
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
 from underfoot.models.signals.events import events_at
+
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba.core.ccallback import CFunc
+
+    from underfoot.emission import Arguments, BaseContext, Emission, Signature, Type, TypingContext
 
 Values = Mapping[str, Any]
 """Values of a node's parameters, by name."""
@@ -106,13 +112,13 @@ class Binding:
     # --- the adapters ---
 
     @cached_property
-    def run(self) -> Any:
+    def run(self) -> "CFunc":
         """Return the kernel that the driver calls for a stretch of frames."""
         lines = [*self._memories("run"), *self._designing(), f"    run({self._arguments('run')})"]
         return self._compiled("run", f"({_RUN_ARGUMENTS})", lines, _RUN)
 
     @cached_property
-    def tail(self) -> Any:
+    def tail(self) -> "CFunc | None":
         """Return the kernel that bounds the remaining output of a row; None for a node without a tail."""
         constant = getattr(self.cls, "tail", 0.0)
         if constant == 0.0:
@@ -199,7 +205,7 @@ class Binding:
         copies = "".join(f"        t[{k}] = c[{j}]\n" for j, k in pairs)
         return [f"    if {moved}:\n        t[0] = 1.0\n{copies}        design({self._arguments('design')})"]
 
-    def _compiled(self, name: str, arguments: str, lines: Iterable[str], signature: Any) -> Any:
+    def _compiled(self, name: str, arguments: str, lines: Iterable[str], signature: "Signature") -> "CFunc":
         """Compile an adapter as if it were in the node's file."""
         from numba import carray
 
@@ -226,11 +232,13 @@ def _taken(function: Callable[..., Any]) -> list[str]:
 
 
 @intrinsic
-def shifted(context: Any, pointer: Any, places: Any) -> Any:
+def shifted(context: "TypingContext", pointer: "Type", places: "Type") -> "Emission":
     """Return the pointer shifted by `places` float64 values."""
     from numba import types
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(
+        context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", arguments: "Arguments"
+    ) -> "ir.Value":
         return builder.gep(arguments[0], [arguments[1]])
 
     return pointer(pointer, types.int64), code

@@ -1,19 +1,27 @@
 """Compiler intrinsics: the call of a kernel that returns a number, by address, and the processor's cycle counter."""
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from underfoot.kernels import intrinsic
 
+if TYPE_CHECKING:
+    from llvmlite import ir
+    from numba import types
+
+    from underfoot.emission import Arguments, BaseContext, Emission, Signature, TypingContext
+
 
 @intrinsic
-def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any:
+def call_tail(
+    context: "TypingContext", address: "types.Type", c: "types.Type", s: "types.Type", t: "types.Type", d: "types.Type"
+) -> "Emission":
     """Call a node's `tail` kernel by its address; returns a bound of the row's remaining output."""
     from llvmlite import ir
     from numba import types
 
     i64 = types.int64
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         function = ir.FunctionType(ir.DoubleType(), [ir.IntType(64)] * 4)
         return builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
 
@@ -21,12 +29,12 @@ def call_tail(context: Any, address: Any, c: Any, s: Any, t: Any, d: Any) -> Any
 
 
 @intrinsic
-def cycles(context: Any) -> Any:
+def cycles(context: "TypingContext") -> "Emission":
     """Return the processor's cycle counter."""
     from llvmlite import ir
     from numba import types
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: "BaseContext", builder: "ir.IRBuilder", signature: "Signature", args: "Arguments") -> "ir.Value":
         function = builder.module.declare_intrinsic("llvm.readcyclecounter", fnty=ir.FunctionType(ir.IntType(64), []))
         return builder.call(function, [])
 

@@ -1,11 +1,14 @@
 """Arrays of a program, and their transfer to compiled code."""
 
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
 from underfoot.array_tables import B1, B2, F1, F2, F3, I1, I2, U2, borrow
 from underfoot.kernels import intrinsic
+
+if TYPE_CHECKING:
+    from underfoot.emission import Emission, Type, TypingContext
 
 NODE = np.dtype(
     [
@@ -88,6 +91,6 @@ its tail, because it is inaudible."""
 
 
 @intrinsic
-def tables_at(context: Any, where: Any) -> Any:
+def tables_at(context: "TypingContext", where: "Type") -> "Emission":
     """Return the arrays at these addresses as `Tables`."""
     return borrow(context, where, Tables)

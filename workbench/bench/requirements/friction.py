@@ -41,7 +41,7 @@ def timings() -> Iterator[Timing]:
     solve = Run(partial(first_passage, _BLOCK, _T_END_S, error=1e-4))
     yield Timing("friction", "the distribution of figure 8.6 at 1e-4", solve, "s", 1.0, _BEST_SOLVE_S)
     table, pairs = quantile_table.slip_table(0.4, 0.5, 2.0, error=1e-3), np.empty((100_000, 2))
-    look_up = Run(partial(_look_up_evenly, table, pairs))
+    look_up = Run(lambda: _look_up_evenly(table, pairs))
     yield Timing("friction", "a slip looked up, zeta 0.4", look_up, "ns", 1e9 / len(pairs), _BEST_LOOK_UP_NS)
 
 
