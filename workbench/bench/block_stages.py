@@ -153,7 +153,7 @@ class _Stopwatch:
         call = getattr(owner, method)
 
         @wraps(call)
-        def watched(*given: Any, **named: Any) -> Any:
+        def watched(*given: object, **named: object) -> Any:
             self._inner_s.append(0.0)
             began = time.perf_counter()
             result = call(*given, **named)

@@ -7,7 +7,6 @@ reference counting with locked instructions.
 import ctypes
 from collections.abc import Callable, Sequence
 from functools import cache, partial
-from typing import Any
 
 import numpy as np
 from numba import types
@@ -113,7 +112,7 @@ def _take(events: Memory, following: int, end: int, taken: Memory) -> int:
     return following
 
 
-def _strike(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
+def _strike(address: int, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
     memory = _struck_at(address, (row, wave_values, room))
     events = memory.events_of_block
     following = _take(memory.events, 0, first * BLOCK, events)
@@ -122,13 +121,13 @@ def _strike(address: Any, row: int, wave_values: int, room: int, first: int, blo
         struck_bank.ring(events, k * BLOCK, memory.coefficients, memory.state, memory.out)
 
 
-def _drive(address: Any, row: int, first: int, blocks: int) -> None:
+def _drive(address: int, row: int, first: int, blocks: int) -> None:
     memory = _driven_at(address, (row,))
     for k in range(first, first + blocks):
         driven_bank.ring(memory.excitation, k * BLOCK, memory.coefficients, memory.state, memory.out)
 
 
-def _hit(address: Any, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
+def _hit(address: int, row: int, wave_values: int, room: int, first: int, blocks: int) -> None:
     memory = _hit_at(address, (row, wave_values, room))
     events = memory.events_of_block
     out = hammer.Response(memory.force, memory.acceleration, memory.force[:0])

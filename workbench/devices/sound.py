@@ -3,7 +3,8 @@
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -13,12 +14,17 @@ from underfoot.clock import FADE
 from underfoot.devices.thread_priority import raise_thread_priority
 from underfoot.errors import DeviceError
 
+if TYPE_CHECKING:
+    from sounddevice import CallbackFlags
+
 _SAFE_S = 0.1
 """Latency in seconds at which a busy machine loses nothing."""
 _STAMPS = 200
 """Blocks over which the median of the output time is taken: single stamps have milliseconds of jitter."""
 MAX_CHANNELS = 32
 """Most channels of one stream (PulseAudio's limit)."""
+CData = Any
+"""Memory of a sound card, as CFFI hands it over."""
 EXCLUSIVE = ", exclusive"
 """What ends the name of a card of WASAPI that is to be opened for this program alone."""
 _EXCLUSIVE_SYSTEM = "Windows WASAPI"
@@ -36,7 +42,7 @@ class Card(Struct, frozen=True):
     rate_hz: float
 
 
-def portaudio() -> Any:
+def portaudio() -> ModuleType:
     """Return the sounddevice module; raise `DeviceError` if PortAudio is missing."""
     try:
         import sounddevice
@@ -60,7 +66,7 @@ def settings_of(name: str) -> Any:
     return portaudio().WasapiSettings(exclusive=True) if name.endswith(EXCLUSIVE) else None
 
 
-def _raw_memory(sounddevice: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
+def _raw_memory(sounddevice: ModuleType) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return functions that copy memory and cast addresses: sounddevice has them under a private name only."""
     try:
         return sounddevice._ffi.memmove, sounddevice._ffi.cast
@@ -172,7 +178,7 @@ class PlayRecord:
         """Ramp down, within 10 ms, what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
-    def _exchange(self, indata: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _exchange(self, indata: CData, out: CData, frames: int, time: CData, status: "CallbackFlags") -> None:
         at = self.played_frames
         n = min(frames, len(self._played) - at)
         self.lost |= bool(status.input_overflow or status.output_underflow)
@@ -280,7 +286,7 @@ class Stream:
         """Close the device."""
         self._stream.close(ignore_errors=True)
 
-    def _callback(self, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _callback(self, out: CData, frames: int, time: CData, status: "CallbackFlags") -> None:
         if status:
             self.underruns += 1
         if not self._stamped:
@@ -291,11 +297,11 @@ class Stream:
             raise self._sounddevice.CallbackAbort
         self._move(out, self._cast("char *", address), self._bytes)
 
-    def _exchange(self, indata: Any, out: Any, frames: int, time: Any, status: Any) -> None:
+    def _exchange(self, indata: CData, out: CData, frames: int, time: CData, status: "CallbackFlags") -> None:
         self._move(self._cast("char *", self._inputs), indata, self._input_bytes)
         self._callback(out, frames, time, status)
 
-    def _stamp(self, time: Any) -> None:
+    def _stamp(self, time: CData) -> None:
         """Store the output and input latency of a block; 0 on hosts without clocks."""
         self._stamps_s[0, self._stamped % _STAMPS] = time.outputBufferDacTime - time.currentTime
         self._stamps_s[1, self._stamped % _STAMPS] = time.currentTime - time.inputBufferAdcTime

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterable
 from importlib import import_module
 from multiprocessing import connection
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ class ChildProcess:
     If `daemon`, it is killed when its parent ends.
     """
 
-    def __init__(self, name: str, module: str, *given: Any, daemon: bool = True) -> None:
+    def __init__(self, name: str, module: str, *given: object, daemon: bool = True) -> None:
         _require_guard()
         context = multiprocessing.get_context("spawn")  # a fork would inherit threads' locks and the card's handles
         self.name = name
@@ -132,13 +133,13 @@ class _Nodes(Struct, frozen=True):
 class _Listening:
     """A child's end of the connection, which handles messages about custom nodes itself."""
 
-    def __init__(self, connection: Any) -> None:
+    def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._connection, name)
 
-    def recv(self) -> Any:
+    def recv(self) -> object:
         """Return the next message for the process."""
         message = self._connection.recv()
         while isinstance(message, _Nodes):
@@ -152,7 +153,7 @@ def _run_nodes(files: tuple[NodeFile, ...]) -> None:
         import_module("underfoot.patch.custom_nodes").run_received(files)
 
 
-def _run(module: str, connection: Any, nodes: tuple[NodeFile, ...], *given: Any) -> None:
+def _run(module: str, connection: Connection, nodes: tuple[NodeFile, ...], *given: object) -> None:
     gc.set_threshold(100_000)  # or the interpreter looks through all that is being imported, again and again
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     _run_nodes(nodes)

@@ -1,7 +1,6 @@
 """The safety stage for four or eight rows at a time, which hides the latency of dependencies between frames."""
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -213,7 +212,7 @@ def _give(
 
 
 @part
-def _run(work: Memory, stage: np.record, n: int, zero: Any) -> int:
+def _run(work: Memory, stage: np.record, n: int, zero: Floats) -> int:
     """Do as `limit_row`, up to the first frame at which a row is silent or not finite; return that frame, or n.
 
     As many of the rows side by side are processed as there are numbers in `zero`.
@@ -267,19 +266,19 @@ def _run(work: Memory, stage: np.record, n: int, zero: Any) -> int:
 
 
 @inlined
-def _toward(mean: Any, value: Any, share: Any) -> Any:
+def _toward(mean: Floats, value: Floats, share: Floats) -> Floats:
     mean = mean + share * (value - mean)
     return chosen(mean > full_like(mean, NEGLIGIBLE), mean, full_like(mean, 0.0))
 
 
 @inlined
-def _larger(a: Any, b: Any) -> Any:
+def _larger(a: Floats, b: Floats) -> Floats:
     """Return the larger of two values with the semantics of `max`, including the sign of zero."""
     return chosen(b > a, b, a)
 
 
 @inlined
-def _held(value: Any, most: Any) -> Any:
+def _held(value: Floats, most: Floats) -> Floats:
     """Clamp a value to -most to most."""
     value = _larger(value, full_like(most, -1.0) * most)
     return chosen(most < value, most, value)

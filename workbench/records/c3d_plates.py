@@ -5,6 +5,7 @@ and the centre of pressure are given to four sensors in the corners: of the same
 """
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,13 @@ class _Plate:
     """One plate: where it lies, and what its channels say."""
 
     def __init__(
-        self, path: str | Path, number: int, plates: dict[str, Any], group: Any, scale: float, units: list[str]
+        self,
+        path: str | Path,
+        number: int,
+        plates: dict[str, Any],
+        group: Mapping[str, Any],
+        scale: float,
+        units: list[str],
     ) -> None:
         self._where, self._scale = f"{path}: plate {number + 1}", scale
         self.type = int(np.ravel(plates["TYPE"])[number])
@@ -155,7 +162,7 @@ class _Plate:
         return 0.25 * (f_z[:, None] + PLATE_SIGNS[:, 1] * m_x[:, None] / b - PLATE_SIGNS[:, 0] * m_y[:, None] / a)
 
 
-def _tile_names(parameters: Any, count: int) -> list[str]:
+def _tile_names(parameters: Mapping[str, Any], count: int) -> list[str]:
     """Return the tiles' ids from a file written by Underfoot; else p1, p2, ..."""
     given = []
     if "UNDERFOOT" in parameters and "TILES" in parameters["UNDERFOOT"]:
@@ -165,11 +172,11 @@ def _tile_names(parameters: Any, count: int) -> list[str]:
     return [f"p{number + 1}" for number in range(count)]
 
 
-def _units(analog: Any) -> list[str]:
+def _units(analog: Mapping[str, Any]) -> list[str]:
     """Return the unit of each analog channel; those from the 256th on are in UNITS2, UNITS3, ..."""
     parts = [analog[name]["value"] for name in ("UNITS", *(f"UNITS{k}" for k in range(2, 10))) if name in analog]
     return [str(unit) for part in parts for unit in part]
 
 
-def _text(parameter: Any) -> str:
+def _text(parameter: Mapping[str, Any]) -> str:
     return str(parameter["value"][0]).strip() if parameter is not None and len(parameter["value"]) else ""

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import fields, force_setattr
@@ -27,6 +27,9 @@ from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.patch.preset_files import walks
 from underfoot.records.force_files import read_force_file
 from underfoot.records.tables import Table, force_table, to_dataframe
+
+if TYPE_CHECKING:
+    import pandas
 
 _POINTS = 600
 """Points across a plot."""
@@ -96,7 +99,7 @@ class Forces(ForceSeries, frozen=True):
         """Plot the load of each tile over time, and the paths of the contacts' centroids on the floor."""
         return Picture((self._loads(), self._ways()))
 
-    def to_dataframe(self) -> Any:
+    def to_dataframe(self) -> "pandas.DataFrame":
         """Return a pandas DataFrame: `time_s`, then one column per sensor, named as in a force CSV."""
         return to_dataframe(self._columns())
 
@@ -157,7 +160,7 @@ def _colour(place: int) -> str:
     return _OF_CURVES[place % len(_OF_CURVES)]
 
 
-def _outline(corners_m: Any) -> Series:
+def _outline(corners_m: NDArray[np.float64]) -> Series:
     return series("", corners_m[:, 0], corners_m[:, 1], colour="muted")
 
 

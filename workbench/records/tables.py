@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
@@ -18,6 +18,9 @@ from underfoot.files import replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+
+if TYPE_CHECKING:
+    import pandas
 
 _STEP_COLUMNS = {
     "step": "d",
@@ -79,7 +82,7 @@ class Table(Mapping[str, NDArray[Any]]):
     def __repr__(self) -> str:
         return f"<{self.rows} {self._what}: {', '.join(self)}>"
 
-    def to_dataframe(self) -> Any:
+    def to_dataframe(self) -> "pandas.DataFrame":
         """Return a pandas DataFrame with these columns."""
         return to_dataframe(self._columns)
 
@@ -90,7 +93,7 @@ class Table(Mapping[str, NDArray[Any]]):
             lines(",".join("" if value != value else _cell(value) for value in row) for row in cells)
 
 
-def to_dataframe(columns: Mapping[str, Any]) -> Any:
+def to_dataframe(columns: Mapping[str, Any]) -> "pandas.DataFrame":
     """Return a pandas DataFrame of columns by name; `UnderfootError` if pandas is not installed."""
     try:
         import pandas

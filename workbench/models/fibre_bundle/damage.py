@@ -7,7 +7,6 @@ failures are a Poisson process of intensity N p(x) dx instead (7.10, see docs/mo
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -158,7 +157,7 @@ def stiffness_left(c: Memory, failed: float, peak: float) -> float:
 
 
 @part
-def bundle_step(c: Memory, left: float) -> Any:
+def bundle_step(c: Memory, left: float) -> tuple[float, ...]:
     """Return the coefficients of the motion over a frame (`frame_step`) for the stiffness `left`."""
     if left <= 0.0 and c.holds != 0.0:
         return 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -7,7 +7,6 @@ is warped or moved, as it would be by the bilinear transform.
 
 import math
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -132,7 +131,7 @@ def _run_few(state: Memory, coefficients: Memory, given: Floats, out: Floats) ->
 
 
 @modal_inlined
-def _eight_of(state: Memory, coefficients: Memory, k: int) -> Any:
+def _eight_of(state: Memory, coefficients: Memory, k: int) -> tuple[Floats, ...]:
     """Return eight poles from the k-th on: both parts of their states, then their coefficients."""
     c = coefficients
     own = eight(state.re, k), eight(state.im, k)

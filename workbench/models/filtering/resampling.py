@@ -1,18 +1,16 @@
 """Resampling by ratios near 1: six-point Lagrange interpolation."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.kernels import inlined, kernel
+from underfoot.kernels import Floats, inlined, kernel
 
 BEFORE, BEHIND = 2, 3
 """Samples needed before and behind the one just before the position."""
 
 
 @inlined
-def lagrange_weights(x: float, w: Any) -> None:
+def lagrange_weights(x: float, w: Floats) -> None:
     """Write the weights of the samples at -2 ... 3 for the position x, 0 to 1."""
     a, b, c, d, e, f = x + 2.0, x + 1.0, x, x - 1.0, x - 2.0, x - 3.0
     w[0] = b * c * d * e * f / -120.0

@@ -7,7 +7,6 @@ modes. The end of 64 frames is a single product with p^64: no drift, 1e-11 after
 """
 
 import math
-from typing import Any
 
 from underfoot.kernels import Floats, inlined, kernel, modal_kernel, part, widest
 from underfoot.lanes import all_four, four, put
@@ -221,7 +220,7 @@ def add_advanced(powers: Memory, amplitudes: Memory, strength: float, frames: in
 
 
 @inlined
-def _turn(re: Floats, im: Floats, m: int, x: Any, y: Any) -> tuple[Any, Any]:
+def _turn(re: Floats, im: Floats, m: int, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     a, b = four(re, m), four(im, m)
     return x * a - y * b, y * a + x * b
 

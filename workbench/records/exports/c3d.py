@@ -7,7 +7,7 @@ are in the order that the C3D manual gives for type 3: (+x, +y), (-x, +y), (-x, 
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from underfoot.files import replaced, written
 from underfoot.floor.layout import Floor, Tile
 from underfoot.records.even_samples import even_forces, even_rate
 from underfoot.records.exports import ExportFormat, ExportSource
+
+if TYPE_CHECKING:
+    import ezc3d
 
 CHANNELS = ("FX12", "FX34", "FY14", "FY23", "FZ1", "FZ2", "FZ3", "FZ4")
 """The channels of a plate of type 3."""
@@ -132,7 +135,7 @@ def _analogs(floor: Floor, corners: NDArray[np.float32], path: Path) -> tuple[li
     return labels, values
 
 
-def _describe_analogs(made: Any, labels: list[str], rate_hz: float) -> None:
+def _describe_analogs(made: "ezc3d.c3d", labels: list[str], rate_hz: float) -> None:
     analog = made["parameters"]["ANALOG"]
     count = len(labels)
     analog["RATE"]["value"] = [rate_hz]
@@ -144,7 +147,7 @@ def _describe_analogs(made: Any, labels: list[str], rate_hz: float) -> None:
     _put(made, "ANALOG", "OFFSET", [0] * count)
 
 
-def _describe_plates(made: Any, floor: Floor) -> None:
+def _describe_plates(made: "ezc3d.c3d", floor: Floor) -> None:
     count = len(floor.tiles)
     corners, origins = np.zeros((3, 4, count)), np.zeros((3, count))
     for row, tile in enumerate(floor.tiles):
@@ -162,7 +165,7 @@ def _describe_plates(made: Any, floor: Floor) -> None:
     plates["CHANNEL"]["value"] = np.arange(1, 8 * count + 1).reshape(count, 8).T
 
 
-def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
+def _add_events(made: "ezc3d.c3d", export: ExportSource, first_s: float) -> None:
     """Add steps as foot strikes and foot offs, and marks."""
     events = sorted(_events(export))
     minutes = np.array([math.floor(max(at - first_s, 0.0) / 60.0) for at, *_ in events], np.float64)
@@ -176,7 +179,7 @@ def _add_events(made: Any, export: ExportSource, first_s: float) -> None:
         _put(made, "EVENT", "TIMES", np.stack([minutes, times]))
 
 
-def _put(made: Any, group: str, name: str, values: list[Any] | NDArray[np.float64]) -> None:
+def _put(made: "ezc3d.c3d", group: str, name: str, values: list[Any] | NDArray[np.float64]) -> None:
     """Add a parameter with one value per item; split it if there are more than `MOST`."""
     count = np.shape(values)[-1]
     for number, first in enumerate(range(0, count, MOST), 1):

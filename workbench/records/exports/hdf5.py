@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import fields
@@ -12,6 +12,9 @@ from underfoot.errors import BadFile
 from underfoot.files import replaced, written
 from underfoot.floor.footsteps import Step
 from underfoot.records.exports import VIBRATION, ExportFormat, ExportSource
+
+if TYPE_CHECKING:
+    import h5py
 
 _UNITS = {
     "_per_min": "1/min",
@@ -82,7 +85,7 @@ class _Frames:
     by second, and a second in which it is still is not written at all: HDF5 reads it as zeros. Nothing is compressed:
     vibration does not become much smaller, and takes ten times as long."""
 
-    def __init__(self, group: Any, name: str, unit: str, frames: int, tiles: int) -> None:
+    def __init__(self, group: "h5py.Group", name: str, unit: str, frames: int, tiles: int) -> None:
         length = min(CHUNK_FRAMES, max(frames, 1))
         self._data = group.create_dataset(name, (frames, tiles), "<f4", chunks=(length, 1))
         self._data.attrs["unit"] = unit
@@ -110,7 +113,7 @@ class _Frames:
 class _Growing:
     """Datasets of a group that grow together, piece by piece."""
 
-    def __init__(self, group: Any, names: tuple[str, ...]) -> None:
+    def __init__(self, group: "h5py.Group", names: tuple[str, ...]) -> None:
         self._group, self.names = group, names
 
     def append(self, **rows: NDArray[np.generic]) -> None:
@@ -125,7 +128,7 @@ class _Growing:
                 data[-len(new) :] = new
 
 
-def _put(group: Any, name: str, values: NDArray[np.generic] | list[str]) -> None:
+def _put(group: "h5py.Group", name: str, values: NDArray[np.generic] | list[str]) -> None:
     import h5py
 
     if isinstance(values, list):
