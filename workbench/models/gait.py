@@ -184,7 +184,12 @@ def footfalls(
 
 
 def variations(walker: Walker, key: np.uint64, step: int, count: int) -> list[list[float]]:
-    """Return how `count` footfalls of a walker vary, from number `step` on: seven draws of `key` for each."""
+    """Return how `count` footfalls of a walker vary, from number `step` on: seven draws of `key` for each.
+
+    >>> walker, key = Walker(variation=0.05), np.uint64(7)
+    >>> variations(walker, key, 1, 2) == variations(walker, key, 0, 3)[1:]  # each footfall has its own draws
+    True
+    """
     draws = np.empty((count, 8))
     normals(key, 8 * step, draws.reshape(-1))
     found: list[list[float]] = (walker.variation * draws[:, :7]).tolist()
@@ -198,6 +203,11 @@ def footfall_at(
 
     `place` is the position of the body, x and y in metres, and its heading in radians; the foot lands half a step width
     to its side.
+
+    >>> walker = Walker(toe_out_deg=0.0)
+    >>> right = footfall_at(walker, (1.0, 0.0, 0.0), 1, [0.0] * 7, 0.5)
+    >>> right.side, right.start_s, round(right.heel_y_m + 0.5 * walker.step_width_m, 12)
+    ('right', 0.5, 0.0)
     """
     x, y, heading = place
     turn = 1.0 if step % 2 == 0 else -1.0

@@ -26,7 +26,12 @@ def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") 
     """Return drawings of a node's bundle under a load that rises in 0.8 s: newtons over strain, event sizes, intervals.
 
     They show the mean and one of eight bundles; the quasi-static limit of an infinite bundle is N (1 - P(x)) k_F x.
-    `title` is that of the first one.
+    `title` is that of the first one; `values` are those of the node "fibre-bundle".
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> node = {name: one.initial for name, one in REGISTRY["fibre-bundle"].parameters.items()}
+    >>> bundle_drawings(node)[0].y
+    'load, N'
     """
     bundle = bundle_of(values)
     newton = values["strength"] / bundle.critical_stress

@@ -177,6 +177,10 @@ def of_states(
     """Return the system x' = a x + b u, y = c x + direct u, without poles that are not controllable or not observable.
 
     A pole is left out if its part of the output stays below `least` of the largest.
+
+    >>> lowpass = of_states(np.array([[-100.0]]), np.array([100.0]), np.array([1.0]), 0.0)
+    >>> lowpass.poles.real.tolist(), lowpass.residues.real.tolist()  # 100 / (s + 100)
+    ([-100.0], [100.0])
     """
     return of_outputs(a, b, [(c, direct)], least)[0]
 
@@ -185,7 +189,13 @@ def of_outputs(
     a: NDArray[np.float64], b: NDArray[np.float64], outputs: Iterable[tuple[NDArray[np.float64], float]],
     least: float = 1e-12,
 ) -> list[Poles]:  # fmt: skip
-    """Return the systems of several `outputs` (c, direct) of the same states, as `of_states` does for one."""
+    """Return the systems of several `outputs` (c, direct) of the same states, as `of_states` does for one.
+
+    >>> a, b = np.array([[0.0, 1.0], [-1e4, -20.0]]), np.array([0.0, 1.0])  # an oscillator at 100 rad/s
+    >>> position, velocity = of_outputs(a, b, [(np.array([1.0, 0.0]), 0.0), (np.array([0.0, 1.0]), 0.0)])
+    >>> complex(np.round(velocity.residues[0] / position.residues[0], 6)) == complex(np.round(position.poles[0], 6))
+    True
+    """
     poles, vectors = np.linalg.eig(a)
     driven = np.linalg.solve(vectors, b.astype(complex))
     found = []

@@ -56,14 +56,21 @@ def ring(
 
 
 def checked_modes(**lists: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return lists of one finite number per mode as arrays; checks the ranges of frequencies, decays and masses."""
+    """Return lists of one finite number per mode as arrays; checks the ranges of frequencies, decays and masses.
+
+    >>> checked_modes(frequencies_hz=[100.0, 250.0], decays_per_s=[8.0, -1.0])
+    Traceback (most recent call last):
+    underfoot.errors.BadValue: decays_per_s is [8.0, -1.0]; allowed: 0 or more
+    """
     arrays = {name: numbers(name, values) for name, values in lists.items()}
     first = next(iter(arrays))
     for name, values in arrays.items():
-        require(values.size > 0, name, values, "a list with a number for each mode")
-        require(values.size == arrays[first].size, name, values, f"{arrays[first].size} numbers, as {first} has")
+        require(values.size > 0, name, values.tolist(), "a list with a number for each mode")
+        require(
+            values.size == arrays[first].size, name, values.tolist(), f"{arrays[first].size} numbers, as {first} has"
+        )
         if name in ("frequencies_hz", "decays_per_s"):
-            require(bool((values >= 0.0).all()), name, values, "0 or more")
+            require(bool((values >= 0.0).all()), name, values.tolist(), "0 or more")
         if name == "masses_kg":
-            require(bool((values > 0.0).all()), name, values, "above 0")
+            require(bool((values > 0.0).all()), name, values.tolist(), "above 0")
     return list(arrays.values())

@@ -27,7 +27,13 @@ def drawn_intervals_s(mean_interval_s: float) -> NDArray[np.float64]:
 
 
 def interval_drawings(mean_interval_s: float) -> tuple[Drawing, ...]:
-    """Return a drawing of the intervals: a histogram of the node's own draws, and the exponential density."""
+    """Return a drawing of the intervals: a histogram of the node's own draws, and the exponential density.
+
+    >>> drawing, = interval_drawings(0.02)
+    >>> expected = drawing.series[1]
+    >>> float(expected.x[0]), float(expected.y[0])  # exp(-t / 20 ms) / 20 ms
+    (0.0, 0.05)
+    """
     intervals = drawn_intervals_s(mean_interval_s)
     edges = np.linspace(0.0, _SHOWN * mean_interval_s, _BINS + 1)
     share = np.histogram(intervals, edges)[0] / max(intervals.size, 1) / np.diff(edges)

@@ -70,7 +70,11 @@ class Rhythm(Struct, frozen=True):
 
 
 def rhythm(name: str, bar_s: float, repeats: int, *notes: tuple[int, int, float]) -> Rhythm:
-    """Return a rhythm with notes (step, length, amplitude)."""
+    """Return a rhythm of bars of `bar_s`, `repeats` times, with notes (step, length, amplitude).
+
+    >>> rhythm("two", 0.6, 3, (0, 6, 1.0), (12, 6, 0.5)).table().tolist()  # steps of a bar's 24
+    [[0.0, 0.25, 1.0], [0.5, 0.25, 0.5]]
+    """
     return Rhythm(name, bar_s, repeats, tuple(Note(*note) for note in notes))
 
 

@@ -71,7 +71,11 @@ class FreeCrossings:
 
 
 def shortest_time(block: BlockOnBelt) -> float:
-    """Return the shorter of the oscillator's two time constants, 1/w0 and 1/zeta, s."""
+    """Return the shorter of the oscillator's two time constants, 1/w0 and 1/zeta, s.
+
+    >>> shortest_time(BlockOnBelt(20.0, 50.0, 0.4, 1.0, 0.0, 0.0))
+    0.02
+    """
     return 1.0 / max(block.w0, block.zeta)
 
 

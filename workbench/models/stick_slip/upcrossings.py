@@ -92,6 +92,11 @@ def white_upcrossings(block: BlockOnBelt, t: ArrayLike, step: float) -> Upcrossi
 
     `t` are rising times above 0, [times] s. The thesis prints the variance 2 D, which is that of step = 1 s, whatever
     the step of its simulations. `BadValue` for values out of range.
+
+    >>> block = BlockOnBelt(1.0, 0.4, 0.5, 1.0, 0.0, 0.0)
+    >>> rate = white_upcrossings(block, [200.0, 400.0], step=0.01).density  # that of the stationary block
+    >>> bool(abs(rate[0] / rate[1] - 1.0) < 1e-9), bool(abs(rate[1] * escape_time(block, 0.01) - 1.0) < 1e-6)
+    (True, True)
     """
     block, times = _checked(block, t)
     number("step", step, TINY, HUGE, "above 0 s")
@@ -112,6 +117,11 @@ def coloured_upcrossings(block: BlockOnBelt, t: ArrayLike, correlation_time: flo
 
     The force starts in its stationary distribution. `t` as for `white_upcrossings`; zeta must be above 0. `BadValue`
     for values out of range.
+
+    >>> block = BlockOnBelt(1.0, 0.4, 0.5, 1.0, 0.0, 0.0)
+    >>> slow, fast = (coloured_upcrossings(block, [100.0], time_s).density[0] for time_s in (1.0, 0.01))
+    >>> bool(slow < fast)  # slower changes of the force cross less often
+    True
     """
     from scipy.linalg import solve_continuous_lyapunov
 

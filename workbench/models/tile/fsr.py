@@ -150,7 +150,12 @@ each lag, whose one-pole steps are `lag_steps`; the other fields are as in `Fsr`
 
 
 def coefficients(parts: Sequence[Fsr], rate_hz: float) -> NDArray[np.void]:
-    """Return the coefficients of parts read at `rate_hz`: shape (parts,) of `COEFFICIENTS`."""
+    """Return the coefficients of parts read at `rate_hz`: shape (parts,) of `COEFFICIENTS`.
+
+    >>> c, = coefficients([Fsr(creep=0.0)], 1000.0)
+    >>> float(c["at_once"]), float(c["each_lag"])  # without creep a force acts at once
+    (1.0, 0.0)
+    """
     lags_s = _FIRST_LAG_S * 10.0 ** (np.arange(_LAGS) / _LAGS_A_DECADE)
     found = np.zeros(len(parts), COEFFICIENTS)
     for c, fsr in zip(found, parts, strict=True):

@@ -49,7 +49,12 @@ def cubic_hermite(x: Values, y: Values, slope: Values, at: Values) -> Values:
 
 
 def straight(x: Values, f: Values, w: Values) -> FittedCurve:
-    """Fit F = a x, the first approximation."""
+    """Fit F = a x to readings `x`, forces `f` in N and weights `w`, each (n,), as the first approximation.
+
+    >>> x = np.linspace(0.0, 100.0, 11)
+    >>> straight(x, 0.3 * x, np.ones(11)).parameters
+    {'factor': 0.3}
+    """
     a = max(float((w * f * x).sum() / max((w * x * x).sum(), 1e-300)), 1e-12)
     ends = np.array([0.0, float(x.max())])
     return FittedCurve("straight", {"factor": a}, ends, a * ends, np.full(2, a))

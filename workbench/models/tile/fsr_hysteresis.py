@@ -156,6 +156,12 @@ def fit(
 
     `kind` is "creep" alone, or "relative" or "absolute" for play operators too. `weight` (n,) weights the samples; the
     fit ignores samples of weight 0, except as history. `BadValue` for another kind.
+
+    >>> time_s = np.arange(500) / 100.0
+    >>> force_n = 50.0 * (1.0 - np.cos(time_s))
+    >>> model, residual = fit(2.0 * force_n, time_s, force_n, np.ones(500), 200.0, "creep", creep=0.0)
+    >>> round(float(model.weights[0]), 6), residual < 1e-9  # an apparent force twice too large
+    (0.5, True)
     """
     require(kind in KINDS, "kind", kind, ", ".join(KINDS))
     relative = kind == "relative"
