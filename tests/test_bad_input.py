@@ -173,6 +173,17 @@ def test_a_file_alone_that_is_not_there_is_no_command(refused, name):
     assert f"{Path(name)} cannot be read" in refused(name)
 
 
+def test_a_folder_in_place_of_a_file_is_said_to_be_one(refused, folder):
+    (folder / "walks").mkdir()
+    for words in (
+        ("monitor", "walks"),
+        ("serve", "walks"),
+        ("render", SINE, "--force", "walks"),
+        ("export", "walks", "-o", "a.csv"),
+    ):
+        assert "walks cannot be read: it is a folder" in refused(*words)
+
+
 def test_what_serve_cannot_read_is_what_was_given(refused):
     assert "missing.csv cannot be read: no such file (TARGET is simulator" in refused("serve", "missing.csv")
 
@@ -204,6 +215,8 @@ BAD_OPTIONS = [
     ("render PATCH --rate 0", "rate is 0.0"),
     ("render PATCH --rate nan", "rate is nan"),
     ("render PATCH --rate 44100.5", "rate is 44100.5; allowed: whole numbers"),
+    ("render PATCH --set gain.gain=1,,2", "--set is 'gain.gain=1,,2'; allowed: a value before and after each comma"),
+    ("plate --emulate --port simulated", "--emulate is given with --port; allowed: alone"),
     ("render PATCH --seed one", "'one' is not a valid integer"),
     ("monitor simulator --seconds nan", "--seconds is nan; allowed: above 0"),
     ("monitor simulator --seconds -1", "--seconds is -1"),

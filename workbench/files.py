@@ -77,6 +77,15 @@ def replaced(path: str | Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
+def no_file(path: str | Path) -> str:
+    """Return in words why there is no file to read at `path`.
+
+    >>> no_file("."), no_file("walk9.csv")
+    ('it is a folder', 'no such file')
+    """
+    return "it is a folder" if os.path.isdir(path) else "no such file"
+
+
 def require_replaceable(path: str | Path) -> None:
     """Raise `BadFile` for what must not become a file: a device, or a file that is protected against writing."""
     if os.path.exists(path_of(path)) and not os.path.isdir(path):

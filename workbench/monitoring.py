@@ -17,6 +17,7 @@ from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Repo
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, live_target, require_source, sound_device
 from underfoot.errors import BadFile, BadValue, DeviceError
+from underfoot.files import no_file
 from underfoot.floor.footsteps import Step
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor
@@ -212,7 +213,7 @@ def open_stream(
     if not os.path.isfile(path):
         simulators = "simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH"
         allowed = f"{simulators}, {target_forms()}, {FORMS}"
-        raise BadFile(f"{source} cannot be read: no such file (SOURCE is {allowed})")
+        raise BadFile(f"{source} cannot be read: {no_file(path)} (SOURCE is {allowed})")
     forces, layout = read_force_file(path, Floor.load(floor) if floor else None)
     if pace or record is not None or patch is not None:
         length = float(forces.time_s[-1] - forces.time_s[0]) + 1.0 / forces.rate_hz

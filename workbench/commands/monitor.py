@@ -45,8 +45,8 @@ class MonitorOptions:
     help=f"""Print footsteps as they happen.
 
     SOURCE is "simulator", simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms(described=True)},
-    a force CSV, the preset walk "corridor", or a recording. Tile number 0 of hardware is the floor's first. The
-    floor is 2 x 2 tiles unless --floor names another.
+    a force CSV, the preset walk "corridor", a C3D file, or a recording. Tile number 0 of hardware is the floor's first.
+    The floor is 2 x 2 tiles unless --floor names another.
     """
 )
 @click.argument("source", type=FORCES)

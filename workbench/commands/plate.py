@@ -38,7 +38,11 @@ class PlateOptions:
 @takes_options(PlateOptions)
 def plate(options: PlateOptions) -> None:
     """Calibrate, move or emulate a variable stiffness plate."""
+    others = {"--port": options.port, "--footsteps": options.footsteps, "--stiffness": options.stiffness}
     if options.emulate:
+        given = [name for name, value in others.items() if value is not None]
+        if given:
+            raise BadValue(f"--emulate is given with {given[0]}; allowed: alone, and it prints the port for --port")
         _emulate()
     elif options.footsteps is not None:
         _calibrate(options, options.footsteps)

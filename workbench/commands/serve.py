@@ -151,6 +151,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
 def _target(options: ServeOptions) -> "Target":
     from underfoot.engine.target import Target, live_target, sound_device
+    from underfoot.files import no_file
     from underfoot.floor.layout import Floor
     from underfoot.records.force_files import FORMS, floor_of
 
@@ -160,7 +161,7 @@ def _target(options: ServeOptions) -> "Target":
         return replace(live, sound=sound, profiles=str(options.profiles or ""))
     if not os.path.isfile(options.target):
         allowed = f"simulator, simulator:PARAMETERS.json, simulator:people=N,path=PATH, {target_forms()}, {FORMS}"
-        raise BadFile(f"{options.target} cannot be read: no such file (TARGET is {allowed})")
+        raise BadFile(f"{options.target} cannot be read: {no_file(options.target)} (TARGET is {allowed})")
     if options.profiles is not None:
         raise BadValue(f"--profiles is for tiles that send readings; {options.target} is in newtons")
     floor = Floor.load(options.floor) if options.floor else floor_of(options.target)

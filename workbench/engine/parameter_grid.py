@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -29,12 +28,30 @@ def grid_of(settings: Sequence[str]) -> list[Values]:
         if not (equals and dot and node and parameter and values):
             raise BadValue(f"--set is {text!r}; allowed: NODE.PARAMETER=VALUE,..., as impact.stiffness=1e4,1e5")
         require(name not in axes, "--set", text, f"each parameter once; {name} was set before")
-        axes[name] = [_value(one) for one in re.findall(r"(?:\[.*\]|[^,])+", values)]
+        given = _parts_of(values)
+        require(all(one.strip() for one in given), "--set", text, "a value before and after each comma")
+        axes[name] = [_value(one) for one in given]
     count = 1
     for several in axes.values():
         count *= len(several)
     require(count <= MOST_FILES, "--set", f"{count} combinations", f"at most {MOST_FILES}")
     return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
+
+
+def _parts_of(values: str) -> list[str]:
+    """Split values at commas, except those of lists.
+
+    >>> _parts_of("[1,2],[3,4]"), _parts_of("[[1,2],[3,4]],sine")
+    (['[1,2]', '[3,4]'], ['[[1,2],[3,4]]', 'sine'])
+    """
+    parts, depth = [""], 0
+    for letter in values:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
 
 
 def _value(text: str) -> Any:

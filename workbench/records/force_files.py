@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.errors import BadFile
+from underfoot.files import no_file
 from underfoot.floor.forces import ForceSeries, load_floor_beside, read_forces
 from underfoot.floor.layout import Floor
 from underfoot.records.recording import Recording, is_recording
@@ -25,7 +26,7 @@ def read_force_file(
     """
     path = Path(path)
     if not os.path.isfile(path):
-        raise BadFile(f"{path} cannot be read: no such file (allowed: {FORMS})")
+        raise BadFile(f"{path} cannot be read: {no_file(path)} (allowed: {FORMS})")
     if is_recording(path):
         forces, own = _recorded(path, stretch_s)
     elif path.suffix.lower() == ".c3d":

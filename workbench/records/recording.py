@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, require
-from underfoot.files import path_of, replaced
+from underfoot.files import no_file, path_of, replaced
 from underfoot.records import envelopes
 
 SUFFIXES = (".underfoot", ".uf")
@@ -200,7 +200,7 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self.path = path_of(path)
         if not self.path.is_file():
-            raise BadFile(f"{path} cannot be read: there is no such file")
+            raise BadFile(f"{path} cannot be read: {no_file(self.path)} (allowed: a recording)")
         with ExitStack() as unless_read:
             try:
                 self._base = _opened(self.path)
