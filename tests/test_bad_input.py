@@ -152,7 +152,9 @@ def test_a_floor_of_other_tiles_does_not_fit(refused, folder, walk):
 
 def test_a_floor_that_is_not_there(refused, folder, walk):
     walk.with_suffix(".floor.json").unlink()
-    assert "has no floor beside it (walk.floor.json); say --floor FILE" in refused("monitor", "walk.csv")
+    assert "has no floor beside it (walk.floor.json); put one there, or give one by --floor" in refused(
+        "monitor", "walk.csv"
+    )
     told = refused("render", SINE, "--force", "walk.csv")
     assert "has no floor beside it" in told
     assert 'underfoot.default_floor(1, 2).save("walk.floor.json")' in told
@@ -237,7 +239,7 @@ def test_bad_options_are_one_line(refused, folder, line, message):
 
 def test_no_name_at_all_is_one_line(refused):
     assert "cannot be read" in refused("serve", "")
-    assert "--floor FILE" in refused("emulate", "--pty", "--force", "")
+    assert "give one by --floor" in refused("emulate", "--pty", "--force", "")
 
 
 @pytest.mark.parametrize("output", ["missing/out.wav", ".", "x" * 300])

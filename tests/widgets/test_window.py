@@ -225,6 +225,15 @@ def test_save_as_asks_for_a_file(window, qtbot, tmp_path):
     assert window.settings.recent[0] == str(tmp_path / "other.json")
 
 
+def test_a_recent_file_that_is_gone_is_said_to_be_and_leaves_the_list(window, tmp_path):
+    noise_patch().save(tmp_path / "gone.json")
+    assert window.open_patch.read(tmp_path / "gone.json")
+    (tmp_path / "gone.json").unlink()
+    window.menu.recent_chosen.emit(tmp_path / "gone.json")
+    assert "no such file" in window.status.message
+    assert str(tmp_path / "gone.json") not in window.settings.recent
+
+
 def test_unsaved_work_is_asked_about_before_another_patch(window, qtbot):
     edited = design(window).patch().set("noise", "amplitude", 3.0, REGISTRY)
     for answer, title in ((QMessageBox.StandardButton.Cancel, "Hiss"), (QMessageBox.StandardButton.Discard, "")):

@@ -3,15 +3,22 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
 
 
-def message_box(parent: QWidget, title: str, text: str) -> QMessageBox:
-    """Return a box, not yet open, that shows its text as it is: names may have signs that would be markup."""
+def message_box(parent: QWidget, title: str, text: str, more: str = "") -> QMessageBox:
+    """Return a box, not yet open, that shows a text, and `more` in smaller letters, as they are: names may have signs
+    that would be markup.
+    """
     box = QMessageBox(parent)
     box.setWindowTitle(title)
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(text)
+    if more:
+        box.setInformativeText(more)
+        label = box.findChild(QLabel, "qt_msgbox_informativelabel")
+        assert label is not None
+        label.setTextFormat(Qt.TextFormat.PlainText)
     box.finished.connect(box.deleteLater)
     return box
 

@@ -46,6 +46,7 @@ class ExportDialog(QDialog):
         if selection is not None:
             begin, end = (time_text(time_s, 0.001) for time_s in selection)
             self.stretch.addItem(f"Selected stretch, {begin} to {end}", selection)
+            self.stretch.setCurrentIndex(1)
         no_selection = theme.label("To export a part, select it first: drag on the ruler.", "muted")
         no_selection.setVisible(selection is None)
         for suffix, one in formats().items():

@@ -97,9 +97,8 @@ class Exchange(QObject):
         self._open_patch.open_untitled(imported.patch)
         self._notify(f"Imported {path.name}: it plays at each footfall")
         if imported.losses:
-            box = message_box(self._window, "Import", f"What of {path.name} is not in the patch:")
-            box.setInformativeText("\n".join(f"• {line}" for line in _first_lines(imported.losses)))
-            box.open()
+            losses = "\n".join(f"• {line}" for line in _first_lines(imported.losses))
+            message_box(self._window, "Import", f"What of {path.name} is not in the patch:", losses).open()
 
 
 def _result_of(future: "Future[Imported]") -> "Imported | UnderfootError":

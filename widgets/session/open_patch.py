@@ -233,6 +233,8 @@ class OpenPatch(QObject):
         try:
             patch = self.nodes.load(path)
         except UnderfootError as error:
+            if not path.exists():
+                self._settings.forget_file(path)
             is_other = path.suffix.lower() != ".json" and "allowed:" not in str(error)
             self.not_read.emit(path, f"{error}{PATCH_FILES if is_other else ''}")
             return False
@@ -377,8 +379,8 @@ class OpenPatch(QObject):
         """Open the patch if the user allows it to read files outside its folder."""
         some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
         text = f"“{path.name}” reads sound files outside its own folder:\n\n{some}"
-        box = message_box(self._window, "Files outside the folder", text)
-        box.setInformativeText("Open it, and let patches read these files from now on?")
+        more = "Open it, and let patches read these files from now on?"
+        box = message_box(self._window, "Files outside the folder", text, more)
         box.setStandardButtons(_Answer.Open | _Answer.Cancel)
         box.setDefaultButton(_Answer.Cancel)
 

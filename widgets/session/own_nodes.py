@@ -167,8 +167,7 @@ class OwnNodes(QObject):
         more = f"\nand {len(files) - 5} more" if len(files) > 5 else ""
         what = "lies a node in a file of its own" if len(files) == 1 else "lie nodes in files of their own"
         text = f"Beside “{name}” {what}:\n\n{some}{more}"
-        box = message_box(self._window, "A program beside the patch", text)
-        box.setInformativeText(_WORDS)
+        box = message_box(self._window, "A program beside the patch", text, _WORDS)
         box.setDetailedText("\n\n".join(f"# {file.path}\n{file.source.decode(errors='replace')}" for file in files))
         box.addButton("Run it" if len(files) == 1 else "Run them", QMessageBox.ButtonRole.AcceptRole)
         refuse = box.addButton("Do not", QMessageBox.ButtonRole.RejectRole)

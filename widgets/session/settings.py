@@ -113,6 +113,10 @@ class Settings(msgspec.Struct):
         self.folder = str(path.parent)
         self.recent = [str(path), *(known for known in self.recent if known != str(path))][:8]
 
+    def forget_file(self, path: Path) -> None:
+        """Remove a file that is gone from the recent ones."""
+        self.recent = [known for known in self.recent if known != str(path)]
+
     @property
     def placement(self) -> Placement:
         """The placement of a projector's picture."""

@@ -77,7 +77,7 @@ def load_floor_beside(path: str | Path) -> Floor:
     beside = floor_beside(path)
     if not beside.is_file():
         raise BadFile(
-            f"{path} has no floor beside it ({beside.name}); say --floor FILE, or put one there: "
+            f"{path} has no floor beside it ({beside.name}); put one there, or give one by --floor in a terminal: "
             f'underfoot.default_floor(1, 2).save("{beside.name}") makes one of two tiles in a row'
         )
     return Floor.load(beside)

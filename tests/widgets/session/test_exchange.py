@@ -7,7 +7,7 @@ import foreign_files as made
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMessageBox
 from windows import design, dialog_of, noise_patch, quiet_window
 
 from underfoot.widgets.dialogs.export_dialog import ExportDialog
@@ -110,6 +110,8 @@ def test_what_is_not_in_the_patch_is_told(window, qtbot, tmp_path):
     qtbot.waitUntil(lambda: window.findChild(QMessageBox) is not None)
     told = dialog_of(window, QMessageBox)
     assert told.informativeText() == "• metadata.author\n• metadata.tags"
+    label = told.findChild(QLabel, "qt_msgbox_informativelabel")
+    assert label.textFormat() == Qt.TextFormat.PlainText, "a file's names may have signs that would be markup"
     qtbot.keyClick(told, Qt.Key.Key_Return)
 
 
