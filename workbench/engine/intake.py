@@ -22,7 +22,7 @@ from underfoot.floor import tracking
 from underfoot.floor.contacts import ContactTracker
 from underfoot.floor.layout import PLATE
 from underfoot.floor.loss_concealment import LAST, LossConcealment, conceal
-from underfoot.kernels import Floats, call_at, intrinsic, kernel, part
+from underfoot.kernels import Floats, call_at, inlined, intrinsic, kernel, part
 
 if TYPE_CHECKING:
     from underfoot.emission import Emission, Type, TypingContext
@@ -187,9 +187,7 @@ def _take(where: NDArray[np.int64], follow: int, followed: int, begin: int, coun
         call_at(follow, followed, i, i + 1)
         for k in range(len(m.tiles)):
             if not m.absent[i, k]:
-                _enqueue(
-                    m.queue[k], m.segments[k], m.tiles[k], m.plates[k], m.stamps[i], m.arrivals[i], m.timing[0].period
-                )
+                _enqueue(m.queue[k], m.segments[k], m.tiles[k], m.plates[k], m.stamps[i], m.arrivals[i], m.timing[0])
 
 
 @part
@@ -200,12 +198,21 @@ def _enqueue(
     plate: np.record,
     stamp: float,
     arrival: float,
-    period: float,
+    timing: np.record,
 ) -> None:
-    """Queue a tile's sample, or replace one that arrived at the same time."""
+    """Queue a tile's sample, or replace one that arrived at the same time.
+
+    Where nobody stands, and nothing waits, one that is in time changes no frame before the next sample: it is taken at
+    once, in place of being queued.
+    """
+    period = timing.period
     start = max(segment.last_frame, stamp - period, arrival - period)
+    waiting = segment.queue_head < segment.queue_tail
+    if not (tile.on or waiting) and stamp > start and segment.gate == 0.0 and segment.gate_target == 0.0:
+        _rest(segment, start, stamp, tile.load_n, timing.hold)
+        return
     sample = queue[(segment.queue_tail - 1) % _QUEUE]
-    waits = segment.queue_head < segment.queue_tail and sample.from_frame >= arrival - period
+    waits = waiting and sample.from_frame >= arrival - period
     if stamp > start or not waits:
         sample = queue[segment.queue_tail % _QUEUE]
         sample.from_frame = start
@@ -217,6 +224,19 @@ def _enqueue(
     sample.values[1] = plate.axes[0, 0] * dx + plate.axes[0, 1] * dy if tile.on else 0.0
     sample.values[2] = plate.axes[1, 0] * dx + plate.axes[1, 1] * dy if tile.on else 0.0
     segment.last_frame = sample.at_frame
+
+
+@inlined
+def _rest(segment: np.record, now: float, at_frame: float, load_n: float, hold: float) -> None:
+    """Do as `_next_segment` for a sample without contact on an empty tile, whose last segment is over."""
+    held = _held(segment, now, hold)
+    segment.from_values[0] = (segment.from_values[0] + (segment.at_values[0] - segment.from_values[0])) * held
+    segment.at_values[0] = load_n
+    for j in range(1, 3):
+        segment.from_values[j] += segment.at_values[j] - segment.from_values[j]
+        segment.at_values[j] = segment.from_values[j]
+    segment.from_frame, segment.at_frame = now, at_frame
+    segment.last_frame = at_frame
 
 
 @kernel
