@@ -100,10 +100,16 @@ def test_csv(exported, recorded, stretch, whole_steps):
         contacts = list(csv.DictReader(file))
     assert float(contacts[0]["time_s"]) == 0.0  # a contact that is cut has its samples in the stretch
     assert float(contacts[-1]["time_s"]) == pytest.approx(stretch[1] - stretch[0], abs=2e-3)
+    with output.with_name("walk.stretch.csv").open() as file:
+        [told] = csv.DictReader(file)
+    assert float(told["from_s"]) == stretch[0]
+    assert float(told["length_s"]) == pytest.approx(stretch[1] - stretch[0])
 
 
 def test_wav(exported, path, stretch):
-    samples, _ = soundfile.read(exported("walk.wav", "--vibration", "commanded"), dtype="float32")
+    with soundfile.SoundFile(exported("walk.wav", "--vibration", "commanded")) as file:
+        samples = file.read(dtype="float32")
+        assert file.comment == f"from_s={stretch[0]:g}: seconds of the recording before"
     first, end = (round(second * RATE) for second in stretch)
     with Recording(path) as recording:
         np.testing.assert_array_equal(samples, recording.acceleration("commanded")[1][first:end])

@@ -34,11 +34,16 @@ def write_wav(path: str | Path, samples: NDArray[np.float32], rate_hz: float) ->
 
 
 def write_wav_parts(
-    path: str | Path, parts: Iterable[NDArray[np.float32]], frames: int, channels: int, rate_hz: float
+    path: str | Path,
+    parts: Iterable[NDArray[np.float32]],
+    frames: int,
+    channels: int,
+    rate_hz: float,
+    comment: str = "",
 ) -> None:
     """Write successive `parts`, together `frames` frames, which need not fit into memory."""
     with replaced(path) as part, written(path), part.open("wb") as file:
-        file.write(wav_header(frames, channels, round(rate_hz)))
+        file.write(wav_header(frames, channels, round(rate_hz), comment))
         for samples in parts:
             file.write(np.ascontiguousarray(samples, "<f4").data)
 
@@ -49,20 +54,30 @@ def wav_bytes(samples: NDArray[np.float32], rate_hz: float) -> bytes:
     return wav_header(len(data), data.shape[1], round(rate_hz)) + data.tobytes()
 
 
-def wav_header(frames: int, channels: int, rate_hz: int) -> bytes:
-    """Return the header before the samples.
+def wav_header(frames: int, channels: int, rate_hz: int, comment: str = "") -> bytes:
+    """Return the header before the samples; a `comment` is in it as the list INFO has it (ICMT).
 
     >>> len(wav_header(48_000, 4, 48_000)), wav_header(10**9, 4, 48_000)[:4]
     (56, b'RF64')
     """
     frame = 4 * channels
     size = frames * frame
-    is_long = 48 + size > _MOST
-    large = struct.pack("<4sIQQQI", b"ds64", 28, 84 + size, size, frames, 0) if is_long else b""
+    told = _info(comment) if comment else b""
+    rest = 48 + len(told) + size
+    is_long = rest > _MOST
+    large = struct.pack("<4sIQQQI", b"ds64", 28, 36 + rest, size, frames, 0) if is_long else b""
     return (
-        struct.pack("<4sI4s", b"RF64" if is_long else b"RIFF", _MOST if is_long else 48 + size, b"WAVE")
+        struct.pack("<4sI4s", b"RF64" if is_long else b"RIFF", _MOST if is_long else rest, b"WAVE")
         + large
         + struct.pack("<4sIHHIIHH", b"fmt ", 16, _FLOAT, channels, rate_hz, rate_hz * frame, frame, 32)
         + struct.pack("<4sII", b"fact", 4, min(frames, _MOST))
+        + told
         + struct.pack("<4sI", b"data", _MOST if is_long else size)
     )
+
+
+def _info(comment: str) -> bytes:
+    """Return the list INFO with a comment, which ends with a zero and is filled up to an even length."""
+    text = comment.encode() + b"\0"
+    text += b"\0" * (len(text) % 2)
+    return struct.pack("<4sI4s4sI", b"LIST", 12 + len(text), b"INFO", b"ICMT", len(text)) + text

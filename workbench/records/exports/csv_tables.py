@@ -1,4 +1,4 @@
-"""CSV: the force table that Underfoot reads, and beside it tables of steps, contacts and marks."""
+"""CSV: the force table that Underfoot reads, and beside it tables of steps, contacts, marks, and of the stretch."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,7 +12,7 @@ from underfoot.records.tables import contact_table, step_table
 
 def _write(export: ExportSource, path: Path) -> None:
     forces = export.forces
-    beside = {name: path.with_suffix(f".{name}.csv") for name in ("steps", "contacts", "marks")}
+    beside = {name: path.with_suffix(f".{name}.csv") for name in ("steps", "contacts", "marks", "stretch")}
     with replaced(path) as part, written(path), part.open("w", encoding="utf-8", newline="\n") as file:
         names = [f"{id}.{corner}" for id in forces.floor.ids for corner in range(1, 5)]
         file.write(",".join(["time_s", *names]) + "\n")
@@ -30,11 +30,15 @@ def _write(export: ExportSource, path: Path) -> None:
     with replaced(beside["marks"]) as part, written(beside["marks"]):
         lines = [f'{time_s:.6f},"{text.replace(chr(34), chr(34) * 2)}"\n' for time_s, text in export.marks()]
         part.write_text("time_s,text\n" + "".join(lines), encoding="utf-8")
+    # In a table of its own: a remark before the forces would be the header to readers that know no remarks.
+    with replaced(beside["stretch"]) as part, written(beside["stretch"]):
+        part.write_text(f"from_s,length_s\n{export.from_s:.10g},{export.length_s:.10g}\n", encoding="utf-8")
 
 
 FORMAT = ExportFormat(
     ".csv",
-    "CSV tables: NAME.csv with forces, NAME.floor.json, NAME.steps.csv, NAME.contacts.csv, NAME.marks.csv",
+    "CSV tables: NAME.csv with forces, NAME.floor.json, NAME.steps.csv, NAME.contacts.csv, NAME.marks.csv, "
+    "NAME.stretch.csv (where in the recording 0 s was)",
     "vibration, commands; samples that one tile of several lost are left out",
     _write,
 )

@@ -15,7 +15,8 @@ def _write(export: ExportSource, path: Path) -> None:
     if channels > MOST_CHANNELS:
         raise BadFile(f"{path} would have {channels} channels; allowed: up to {MOST_CHANNELS}")
     parts = export.frames(source, f"Writing what tiles {_WORDS[source]}")
-    write_wav_parts(path, parts, export.end - export.first, channels, forces.rate)
+    comment = "" if export.stretch_s is None else f"from_s={export.from_s:.10g}: seconds of the recording before"
+    write_wav_parts(path, parts, export.end - export.first, channels, forces.rate, comment)
 
 
 _WORDS = {"commanded": "were asked", "measured": "did", "vibration": "played"}
