@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -186,6 +187,15 @@ def test_a_folder_in_place_of_a_file_is_said_to_be_one(refused, folder):
         assert "walks cannot be read: it is a folder" in refused(*words)
 
 
+def test_a_folder_of_patches_is_not_rendered_into_a_sound_file(refused, folder):
+    (folder / "mine").mkdir()
+    shutil.copy(SINE, folder / "mine" / "a.json")
+    told = refused("render", "mine", "-o", "a.wav")
+    assert "--output a.wav is the name of a sound file; allowed for mine, which makes 1 file: a folder, as a" in told
+    (folder / "taken").write_text("x")
+    assert "--output taken is a file; allowed for mine" in refused("render", "mine", "-o", "taken")
+
+
 def test_what_serve_cannot_read_is_what_was_given(refused):
     assert "missing.csv cannot be read: no such file (TARGET is simulator" in refused("serve", "missing.csv")
 
@@ -200,7 +210,7 @@ BAD_OPTIONS = [
     ("monitor", "Missing argument 'SOURCE'"),
     ("cost PATCH more", "unexpected extra argument"),
     ("render PATCH PATCH --output out", "would be written twice; render them one by one"),
-    ("render PATCH PATCH --output out.wav", "out.wav is no folder; 2 patches need one"),
+    ("render PATCH PATCH --output out.wav", "--output out.wav is a file; allowed for"),
     ("render PATCH --nope", "No such option"),
     ("render PATCH --output", "requires an argument"),
     ("render PATCH --seconds -1", "seconds is -1.0; allowed: above 0, up to a day"),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
+from underfoot.calibration.files.report import write_report
+from underfoot.calibration.result import Result
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 
@@ -54,6 +56,20 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
     compared = (measured / "out" / "fsr.html").read_text().partition("Compared with the one replaced on")[2]
     assert re.search("<td>Error of sensor 1</td><td>[0-9.]+ %</td><td>[0-9.]+ %</td>", compared)
+
+
+class _Interrupted:
+    """Rows of a table during whose writing somebody presses Ctrl-C."""
+
+    def __getitem__(self, _):
+        raise KeyboardInterrupt
+
+
+def test_an_interrupted_report_leaves_no_folder(folder):
+    result = Result("fsr", "Forces", (), "good", True, raw=(("pairs", PAIR_HEADER, _Interrupted()),))
+    with pytest.raises(KeyboardInterrupt):
+        write_report(result, folder / "out", Profile(tile="t1"))
+    assert not (folder / "out").exists()
 
 
 def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):

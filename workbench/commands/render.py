@@ -230,7 +230,11 @@ def _outputs(options: RenderOptions, patches: Sequence[Path], names: Sequence[st
     if options.output is None:
         return [None] * len(names)
     if options.output.is_file() or options.output.suffix == ".wav":
-        raise BadFile(f"{options.output} is no folder; {len(names)} patches need one to be written into")
+        what = "is a file" if options.output.is_file() else "is the name of a sound file"
+        raise BadFile(
+            f"--output {options.output} {what}; allowed for {' '.join(map(str, options.patches))}, which makes "
+            f"{len(names)} file{'s' if len(names) > 1 else ''}: a folder, as {options.output.with_suffix('')}"
+        )
     outputs = [options.output / name for name in names]
     twice = {out.name for out in outputs if outputs.count(out) > 1}
     if twice:

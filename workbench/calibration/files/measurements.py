@@ -87,6 +87,11 @@ def read_presses(path: str | Path, tile: str = "") -> Presses:
 
 def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: str) -> None:
     """Write a CSV of numbers beside the file and move it into place; a column `tile` in the header is filled in."""
+    write_file(path, table(header, rows, tile))
+
+
+def table(header: str, rows: NDArray[np.float64], tile: str) -> bytes:
+    """Return a CSV of numbers as `write_table` writes it."""
     names = header.split(",")
     at = names.index("tile") if "tile" in names else None
     before, after = (rows, rows[:, :0]) if at is None else (rows[:, :at], rows[:, at:])
@@ -94,7 +99,7 @@ def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: 
     lines = [header]
     for left, right in zip(before, after, strict=True):
         lines.append(",".join([*(f"{v:.10g}" for v in left), *inserted, *(f"{v:.10g}" for v in right)]))
-    write_file(path, ("\n".join(lines) + "\n").encode())
+    return ("\n".join(lines) + "\n").encode()
 
 
 def _read(

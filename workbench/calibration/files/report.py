@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from underfoot.calibration.files.measurements import write_table
+from underfoot.calibration.files.measurements import table
 from underfoot.calibration.result import Result
 from underfoot.calibration.results.labels import label_of, unit_of
 from underfoot.drawing.page import facts_table, made_by, page
@@ -22,13 +22,14 @@ def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence
     `profile` is the one with this result. `notes` are lines such as the source of the data; `operator` is the person
     who measured, by default the account's name. `BadFile` if the folder cannot be written.
     """
+    # All is made before the first file is written: whoever interrupts what takes long leaves no half of a report.
+    made = {f"{result.kind}-{name}.csv": table(header, rows, profile.tile) for name, header, rows in result.raw}
+    made[f"{result.kind}.json"] = json.dumps(figures(result), indent=1).encode() + b"\n"
+    made[f"{result.kind}.html"] = page(result.title, _body(result, profile, notes, operator)).encode()
     make_folder(folder)
-    for name, header, rows in result.raw:
-        write_table(folder / f"{result.kind}-{name}.csv", header, rows, profile.tile)
-    write_file(folder / f"{result.kind}.json", json.dumps(figures(result), indent=1).encode() + b"\n")
-    path = folder / f"{result.kind}.html"
-    write_file(path, page(result.title, _body(result, profile, notes, operator)).encode())
-    return path
+    for name, data in made.items():
+        write_file(folder / name, data)
+    return folder / f"{result.kind}.html"
 
 
 def figures(result: Result) -> dict[str, object]:
