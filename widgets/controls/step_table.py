@@ -55,7 +55,7 @@ COLUMNS = (
     Column("step_length_mm", "Length", "mm", 0, "From the other foot to this one, along the way"),
     Column("step_width_mm", "Width", "mm", 0, "From the other foot to this one, across the way"),
     Column("swing_ms", "Swing", "ms", 0, "How long this foot was in the air before"),
-    Column("double_support_ms", "Both", "ms", 0, "Both feet down as this one came; below 0: neither"),
+    Column("double_support_ms", "Both", "ms", 0, "Both feet down as this one came; below 0: neither; empty: unseen"),
     Column("heading_deg", "Heading", "°", 0, "Where the foot points, counter-clockwise from the floor's x axis"),
     Column("heading_error_deg", "Heading ±", "°", 0, "Standard error of the heading"),
 )

@@ -26,6 +26,10 @@ EARLIEST_NEXT_S, LOST_AFTER_S, LONGEST_STEP_M = 0.2, 3.0, 1.1
 THIRD_FOOT_S = 0.15
 """Longest time for which the foot before the last may stay down after the next has come down."""
 
+LONGEST_FLIGHT_S = 0.5
+"""Longest time with neither foot down between two steps: the flight of a jump of 0.31 m, g t^2 / 8. If no foot is seen
+for longer, one came down where it was not seen, and the time with both feet down is not known."""
+
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
 
@@ -372,13 +376,14 @@ class _Walk(Struct, eq=False):
         told_m = told_m if known else self._toe_out_vote_m(footfall)
         if told_m:
             self.votes_m = SIDE_VOTE_DECAY * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
+        both_s = last.end_s - footfall.start_s
         same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
         footfall.step = replace(
             footfall.step,
             cadence_per_min=60.0 / later_s,
             step_length_mm=1e3 * abs(length_m) if known else math.nan,
             step_width_mm=1e3 * abs(aside_m) if known else math.nan,
-            double_support_ms=1e3 * (last.end_s - footfall.start_s),
+            double_support_ms=1e3 * both_s if both_s >= -LONGEST_FLIGHT_S else math.nan,
             swing_ms=1e3 * (footfall.start_s - same.end_s) if same else math.nan,
         )
 
