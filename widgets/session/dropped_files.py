@@ -1,4 +1,4 @@
-"""Files that are dropped on the window or pasted, opened by suffix."""
+"""Files that are dropped on the window or pasted, opened by suffix; a patch may have any."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -8,9 +8,12 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import UnderfootError
+from underfoot.patch.patch import FORMAT
 
 Handlers = Mapping[str, Callable[[Path], object]]
 """Functions that open a file, by its suffix with the dot, in lower case."""
+_BEGINNING = 1000
+"""Bytes among which a patch says that it is one."""
 
 
 class DroppedFiles(QObject):
@@ -53,7 +56,7 @@ class DroppedFiles(QObject):
             self._notify(f"{paths[0].name} cannot be opened here")
             return
         try:
-            self._handlers()[known[0].suffix.lower()](known[0])
+            self._handlers()[_kind(known[0], self._handlers())](known[0])
         except UnderfootError as error:
             self._refuse(known[0], str(error))
         if len(paths) > 1:
@@ -61,7 +64,19 @@ class DroppedFiles(QObject):
 
     def _known(self, paths: Sequence[Path]) -> list[Path]:
         handlers = self._handlers() if paths else {}
-        return [path for path in paths if path.suffix.lower() in handlers]
+        return [path for path in paths if _kind(path, handlers) in handlers]
+
+
+def _kind(path: Path, handlers: Handlers) -> str:
+    """Return the suffix by which a file is opened: its own, or that of patches for a patch of another name."""
+    suffix = path.suffix.lower()
+    if suffix in handlers or not path.is_file():
+        return suffix
+    try:
+        with path.open("rb") as file:
+            return ".json" if f'"{FORMAT}"'.encode() in file.read(_BEGINNING) else suffix
+    except OSError:
+        return suffix
 
 
 def local_files(data: QMimeData) -> list[Path]:

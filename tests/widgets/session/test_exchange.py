@@ -49,6 +49,9 @@ def test_dropped_files_are_opened_as_patches_and_others_are_not_taken(window, qt
         assert not window.isWindowModified()
     (tmp_path / "a.txt").write_text("x")
     assert not drop(window, tmp_path / "a.txt")
+    noise_patch("Called a text").save(tmp_path / "patch.txt")
+    assert drop(window, tmp_path / "patch.txt"), "a patch may have any name, as among the recent files"
+    assert design(window).patch().title == "Called a text"
     noise_patch("Dropped").save(tmp_path / "a.json")
     assert drop(window, tmp_path / "a.json")
     assert window.open_patch.path == tmp_path / "a.json"
