@@ -231,6 +231,13 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
             read_force_file(path)
 
 
+def test_a_c3d_file_that_is_cut_is_refused_instead_of_read_in_part(tmp_path):
+    path = plates_of(tmp_path / "lab.c3d", 2, DOWN, (0, 0, 0), np.ones((6, 2000)))
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(BadFile, match=r"ends after \d+ of its 200 frames; allowed: a whole file"):
+        read_force_file(path)
+
+
 @pytest.mark.parametrize("name", ["TYPE", "CORNERS", "ORIGIN", "CHANNEL"])
 def test_a_plate_that_is_not_described_is_said_in_a_line(tmp_path, name):
     path = plates_of(tmp_path / "lab.c3d", 2, DOWN, (0, 0, 0), np.zeros((6, 20)))

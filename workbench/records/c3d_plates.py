@@ -7,12 +7,13 @@ and the centre of pressure are given to four sensors in the corners: of the same
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue
+from underfoot.files import read_file
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile
 from underfoot.parameters import IDENTIFIER
@@ -25,6 +26,10 @@ _MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0}
 """Units of moments: a file in millimetres may have its moments in N m. Without a unit it is that of lengths."""
 _LEVEL = 1e-3
 """Corners of a plate are level when their heights differ by less, in metres."""
+MOST_FRAMES = 65_535
+"""Frames that a header can count; with this number it tells nothing."""
+_BIG_ENDIAN = 86
+"""The manual's number of processors of SGI and MIPS; 84 is Intel, 85 DEC, both little-endian."""
 _LEAST_N = 1.0
 """Below this force there is no centre of pressure."""
 
@@ -49,6 +54,7 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         count = int(np.ravel(parameters["FORCE_PLATFORM"]["USED"]["value"])[0])
     except (OSError, RuntimeError, ValueError, KeyError, IndexError, MemoryError) as error:
         raise BadFile(f"{path} is no C3D file that can be read: {' '.join(str(error).split())[:120]}") from None
+    _require_whole(path, content["data"]["points"].shape[2])
     if count < 1:
         raise BadFile(f"{path} has no force plates; allowed: FORCE_PLATFORM with plates of type 1 to 4")
     if samples.shape[1] < 2 or not np.isfinite(samples).all():
@@ -72,6 +78,20 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
     except BadValue as error:
         raise BadFile(f"{path}: {error}") from None
     return ForceSeries(np.arange(len(force_n)) / rate_hz, force_n, rate_hz), floor
+
+
+def _require_whole(path: str | Path, found: int) -> None:
+    """Raise `BadFile` for a file that ends before its header says, such as one whose copying was stopped.
+
+    ezc3d reads what there is, and changes the header that it returns, so this reads the file's own: words 4 and 5 are
+    the first and the last frame, and the fourth byte of the parameters is the kind of processor.
+    """
+    data = read_file(path)
+    order: Literal["big", "little"] = "big" if data[512 * (data[0] - 1) + 3 :][:1] == bytes([_BIG_ENDIAN]) else "little"
+    first, last = (int.from_bytes(data[at : at + 2], order) for at in (6, 8))
+    told = last - first + 1
+    if found < told and last < MOST_FRAMES:
+        raise BadFile(f"{path} ends after {found} of its {told} frames; allowed: a whole file; copy or export it again")
 
 
 class _Plate:
