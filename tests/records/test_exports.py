@@ -209,6 +209,21 @@ def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kin
     np.testing.assert_allclose(1e3 * centroid, theirs["center_of_pressure"][:2].T, atol=0.02)
 
 
+@pytest.mark.parametrize("kind", [1, 2, 3])
+def test_plates_in_kilonewtons_are_as_heavy_as_those_in_newtons(tmp_path, kind):
+    channels = np.random.default_rng(kind).uniform(100.0, 200.0, (8 if kind == 3 else 6, 20))
+    forces = slice(0, 8 if kind == 3 else 3)
+    lab = partial(plates_of, kind=kind, corners_mm=DOWN, origin_mm=(120.0, 200.0, -40.0))
+    units = ["N"] * 3 + (["mm"] * 3 if kind == 1 else ["N.m"] * 3 if kind == 2 else ["N"] * 5)
+    in_n, _ = read_force_file(lab(tmp_path / "n.c3d", channels=channels, units=units))
+    scaled = channels.copy()
+    scaled[forces] *= 1e-3
+    in_kn, _ = read_force_file(
+        lab(tmp_path / "kn.c3d", channels=scaled, units=["kN" if unit == "N" else unit for unit in units])
+    )
+    np.testing.assert_allclose(in_kn.force_n, in_n.force_n, atol=1e-3)
+
+
 def test_a_plate_that_tells_its_centre_of_pressure(tmp_path):
     channels = np.zeros((6, 20))
     channels[2], channels[3], channels[4] = 500.0, 30.0, -20.0

@@ -22,7 +22,7 @@ PLATE_SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Corners and sensors of a plate in its own frame, in the manual's order."""
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 _LENGTHS_M = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-_MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0}
+_MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0, "knmm": 1.0, "knm": 1e3}
 """Units of moments: a file in millimetres may have its moments in N m. Without a unit it is that of lengths."""
 _LEVEL = 1e-3
 """Corners of a plate are level when their heights differ by less, in metres."""
@@ -113,8 +113,12 @@ class _Plate:
         self.corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")[:, :, number].T
         self.origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
         self.channels = np.asarray(plates["CHANNEL"], np.intp)[: _CHANNELS[self.type], number] - 1
-        moment = units[self.channels[3]] if 0 <= self.channels[3] < len(units) else ""
-        self._moment_scale = _MOMENTS_NM.get(re.sub(r"[^a-z]", "", moment.lower()), scale)
+        force, moment = (
+            re.sub(r"[^a-z]", "", units[at].lower()) if 0 <= at < len(units) else ""
+            for at in self.channels[[4 if self.type == 3 else 2, 3]]
+        )
+        self._force_scale = 1e3 if force == "kn" and self.type != 4 else 1.0
+        self._moment_scale = _MOMENTS_NM.get(moment, scale)
         if self.type == 4:
             self._calibration = np.asarray(group["CAL_MATRIX"]["value"], np.float64)[:, :, number]
         if np.ptp(self.corners_m[:, 2]) > _LEVEL:
@@ -155,7 +159,7 @@ class _Plate:
         if self.type == 4:
             values = self._calibration @ values
         if self.type == 3:
-            force_n = values[4:8].T
+            force_n = self._force_scale * values[4:8].T
         else:
             force_n = self._shared_out(*self._vertical(values))
         if self._down:  # in the order of a tile's sensors: counter-clockwise as seen from above
@@ -165,7 +169,7 @@ class _Plate:
 
     def _vertical(self, values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
         """Return the vertical force, N, and its moments about the middle of the surface, N m."""
-        f_x, f_y, f_z = values[:3]
+        f_x, f_y, f_z = self._force_scale * values[:3]
         if self.type == 1:  # its channels are the centre of pressure
             x_m, y_m = self._scale * values[3], self._scale * values[4]
             pressed = np.abs(f_z) > _LEAST_N
