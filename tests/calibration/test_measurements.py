@@ -85,3 +85,10 @@ def test_presses_press(tmp_path):
     assert found.tile == "t7"
     assert np.array_equal(found.rows(), rows)
     assert "force_n is 0; allowed: above 0" in refused(tmp_path, PRESSES + "t1,0,0,0,1,2,3,4\n", read_presses)
+
+
+@pytest.mark.parametrize("between", [";", "\t"])
+def test_tables_may_have_decimal_commas(tmp_path, between):
+    path = tmp_path / "pairs.csv"
+    path.write_text(PAIRS.replace(",", between) + between.join(["0,099", "t1", "1", "782", "12,5"]) + "\n")
+    assert read_pairs(path).rows().tolist() == [[0.099, 1.0, 782.0, 12.5]]

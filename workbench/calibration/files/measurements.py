@@ -1,8 +1,8 @@
 """Measurement tables: pairs of reading and force, and presses at known positions.
 
 FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
-readings in the sensors' own units. Columns may be in any order, separated by commas, semicolons or tabs; other columns
-and lines that begin with # are ignored.
+readings in the sensors' own units. Columns may be in any order, separated by commas, semicolons or tabs; between
+semicolons and tabs a number can have a decimal comma. Other columns and lines that begin with # are ignored.
 """
 
 import csv
@@ -122,6 +122,8 @@ def _read(
     kept = [(number, _cells(path, number, line, separator)) for number, line in lines[1:]]
     if not kept:
         raise BadFile(f"{path} has no line under its header")
+    if separator != ",":
+        kept = [(number, [cell.replace(",", ".") for cell in cells]) for number, cells in kept]
     for number, cells in kept:
         if len(cells) != len(names):
             raise BadFile(f"{path}: line {number} has {len(cells)} columns; allowed: {len(names)} as in line {first}")
