@@ -90,7 +90,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
         (("fsr",), "give either --pairs or --target"),
         (("fsr", "--pairs", "pairs.csv", "--target", "simulator"), "give either --pairs or --target"),
         (("fsr", "--pairs", "nope.csv"), "nope.csv cannot be read: no such file or directory"),
-        (("fsr", "--pairs", "presses.csv"), "presses.csv: line 1 has 0 columns time_s"),
+        (("fsr", "--pairs", "presses.csv"), "presses.csv: line 1 has no column time_s"),
         (("fsr", "--pairs", "pairs.csv", "--tile", "t2"), "pairs.csv has no tile t2; allowed: t1"),
         (("fsr", "--pairs", "pairs.csv", "--profile", "no/where.json"), "no/where.json cannot be written"),
         (("fsr", "--pairs", "pairs.csv", "--report", "pairs.csv"), "pairs.csv is not a folder"),

@@ -60,9 +60,9 @@ def test_a_tile_is_picked(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", ": line 1 has 0 columns time_s"),
+        ("", ": line 1 has no column time_s"),
         (PAIRS, " has no line under its header"),
-        ("time_s,tile,sensor,reading\n0,t1,1,3\n", ": line 1 has 0 columns force_n"),
+        ("time_s,tile,sensor,reading\n0,t1,1,3\n", ": line 1 has no column force_n"),
         (PAIRS + "0,t1,1,abc,0\n", ": line 2, reading is 'abc'; allowed: a number"),
         (PAIRS + "0,t1,1,1e10,0\n", ": line 2, reading is '1e10'; allowed: a number, -1e+09 to 1e+09"),
         (PAIRS + "0,t1,1,5,0\n1,t1,1,5,nan\n", ": line 3, force_n is 'nan'; allowed: a number"),

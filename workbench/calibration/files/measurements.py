@@ -118,7 +118,8 @@ def _read(
     names = [name.strip().lower() for name in _cells(path, first, header, separator)]
     for name in wanted:
         if names.count(name) != 1:
-            raise BadFile(f"{path}: line {first} has {names.count(name)} columns {name}; allowed: {','.join(wanted)}")
+            found = f"{names.count(name)} columns {name}" if name in names else f"no column {name}"
+            raise BadFile(f"{path}: line {first} has {found}; allowed: {','.join(wanted)}")
     kept = [(number, _cells(path, number, line, separator)) for number, line in lines[1:]]
     if not kept:
         raise BadFile(f"{path} has no line under its header")
