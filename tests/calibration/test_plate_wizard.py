@@ -224,3 +224,12 @@ def test_what_the_command_cannot_use_is_one_line(underfoot):
         assert said.status != 0
         assert words in said.error
         assert "Traceback" not in said.error
+
+
+@pytest.mark.parametrize("between", [";", "\t"])
+def test_a_table_of_footsteps_may_have_decimal_commas(tmp_path, between):
+    path = tmp_path / "footsteps.csv"
+    lines = [["position", "footstep", "force_n", "displacement_mm"], ["0,5", "1", "600,5", "0,25"]]
+    path.write_text("".join(between.join(cells) + "\n" for cells in lines))
+    ((key, (force_n, displacement_mm)),) = read_plate_profiles(path).items()
+    assert (key, force_n.tolist(), displacement_mm.tolist()) == ((0.5, "1"), [600.5], [0.25])

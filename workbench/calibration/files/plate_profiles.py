@@ -23,15 +23,20 @@ Profiles = dict[tuple[float, str], tuple[NDArray[np.float64], NDArray[np.float64
 def read_plate_profiles(path: str | Path) -> Profiles:
     """Read the footsteps in a file; `BadFile` names the invalid line."""
     try:
-        lines = list(csv.DictReader(io.StringIO(read_file(path).decode("utf-8-sig"))))
+        text = read_file(path).decode("utf-8-sig")
+        separator = max(",;\t", key=text.partition("\n")[0].count)
+        lines = list(csv.DictReader(io.StringIO(text), delimiter=separator))
     except (UnicodeDecodeError, csv.Error) as error:
         raise BadFile(f"{path} is not a table of footsteps: {error}") from None
     found: dict[tuple[float, str], list[tuple[float, float]]] = {}
     for number, line in enumerate(lines, 2):
         try:
-            position, force, displacement = (float(line[name]) for name in (COLUMNS[0], COLUMNS[2], COLUMNS[3]))
+            cells = (line[name] for name in (COLUMNS[0], COLUMNS[2], COLUMNS[3]))
+            position, force, displacement = (
+                float(cell if separator == "," else cell.replace(",", ".")) for cell in cells
+            )
             footstep = line["footstep"]
-        except (KeyError, TypeError, ValueError):
+        except (AttributeError, KeyError, TypeError, ValueError):
             raise BadFile(f"{path}, line {number}: allowed: numbers in the columns {', '.join(COLUMNS)}") from None
         if not (0.0 <= position <= 1.0 and np.isfinite([force, displacement]).all()):
             raise BadFile(f"{path}, line {number}: allowed: a position from 0 to 1, and finite numbers")
