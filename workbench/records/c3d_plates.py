@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.files import read_file
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, Tile
 from underfoot.parameters import IDENTIFIER
@@ -86,9 +85,11 @@ def _require_whole(path: str | Path, found: int) -> None:
     ezc3d reads what there is, and changes the header that it returns, so this reads the file's own: words 4 and 5 are
     the first and the last frame, and the fourth byte of the parameters is the kind of processor.
     """
-    data = read_file(path)
-    order: Literal["big", "little"] = "big" if data[512 * (data[0] - 1) + 3 :][:1] == bytes([_BIG_ENDIAN]) else "little"
-    first, last = (int.from_bytes(data[at : at + 2], order) for at in (6, 8))
+    with Path(path).open("rb") as file:
+        header = file.read(512)
+        file.seek(512 * (header[0] - 1) + 3)
+        order: Literal["big", "little"] = "big" if file.read(1) == bytes([_BIG_ENDIAN]) else "little"
+    first, last = (int.from_bytes(header[at : at + 2], order) for at in (6, 8))
     told = last - first + 1
     if found < told and last < MOST_FRAMES:
         raise BadFile(f"{path} ends after {found} of its {told} frames; allowed: a whole file; copy or export it again")
