@@ -140,7 +140,7 @@ def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scene
     qtbot.keyClick(view, Qt.Key.Key_Right)
     scaled, _ = places()
     assert scaled != left
-    assert scenes._settings.projector_scale == pytest.approx(1.01)
+    assert scenes.window().settings.projector_scale == pytest.approx(1.01)
     for _ in range(90):
         qtbot.keyClick(view, Qt.Key.Key_Period)
     upper, lower = places()

@@ -49,6 +49,15 @@ def drag(pad, start, end):
     send(pad, QEvent.Type.MouseButtonRelease, end.toPoint(), LEFT)
 
 
+def typed(workspace, name, text):
+    """Type a parameter's value in the inspector."""
+    field = workspace.inspector.editors[name].field
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, KEY.Key_Return)
+
+
 def wheel(pad, place, notches):
     at = QPointF(place)
     event = QWheelEvent(
@@ -189,9 +198,8 @@ def test_a_contact_is_made_softer_by_its_tip(selected):
     drag(pad, tip, QPointF(0.5 * (tip.x() + pad.area().x()), tip.y()))
     assert now(workspace, "stiffness") == pytest.approx(1e5 * 2.0**2.5, rel=0.1)
     assert workspace.document.stack.count() == 1
-    workspace.inspector.editors["damping"].field.setFocus()
     before = pad.caption()
-    workspace._set("impact", "damping", 2.0, "")
+    typed(workspace, "damping", "2")
     assert pad.caption() != before
 
 
@@ -202,7 +210,7 @@ def test_the_intervals_of_a_random_process_stand_beside_their_distribution(selec
     with qtbot.waitSignal(
         workspace.previews.preview_requested, check_params_cb=lambda node, tile, distributions: distributions
     ):
-        workspace._set("poisson", "interval", 0.05, "")
+        typed(workspace, "interval", "50 ms")
     workspace.previews.show_distributions(Distributions(0, REGISTRY["poisson"].distributions({"interval": 0.05})))
     assert distribution.plots[0].isVisible()
     drawing = distribution.plots[0].drawing

@@ -106,16 +106,16 @@ def test_a_preset_that_is_listened_to_is_asked_about_first(qtbot, own_node):
     window = quiet_window(qtbot, own_node.folder / "kept")
     plain = own_node.patch.with_name("plain.json")
     noise_patch().save(plain)
-    browsing = design(window).browsing
-    browsing._side.presets.audition_changed.emit(preset(plain))
+    presets = design(window).side.presets
+    presets.audition_changed.emit(preset(plain))
     assert window.controller.patch.title == "Hiss"  # it needs no custom node: no question
-    browsing._side.presets.audition_changed.emit(preset(own_node.patch))
+    presets.audition_changed.emit(preset(own_node.patch))
     assert own_node.runs == 0
     answer(qtbot, window, "Do not")
     assert "needs" in window.status.message
     assert window.controller.patch.title == "Hiss"
     own_node.write(sign="-1.0")
-    browsing._side.presets.audition_changed.emit(preset(own_node.patch))
+    presets.audition_changed.emit(preset(own_node.patch))
     answer(qtbot, window, "Run it")
     assert own_node.runs == 1
     assert window.controller.patch.title == "Hum"
