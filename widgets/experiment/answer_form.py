@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
-from underfoot.experiments.questions import OpenChoice, Scale, ask, needs_answer, typed_answer, unanswered
+from underfoot.experiments.questions import OpenChoice, Scale, ask, keys_of, needs_answer, typed_answer, unanswered
 from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
@@ -47,6 +47,9 @@ class AnswerForm(QWidget):
         self.fields: dict[str, QLineEdit] = {}
         self.sliders: dict[str, Slider] = {}
         self._chosen: dict[str, Any] = {}
+        self._keys: tuple[str, ...] = ()
+        """The number that is typed for each button, if a button answers the page."""
+        self._typed = ""
 
     @property
     def is_answered_by_button(self) -> bool:
@@ -55,15 +58,22 @@ class AnswerForm(QWidget):
 
     @property
     def needs_submit(self) -> bool:
-        """Whether the page needs a separate submission of the answers."""
-        return bool(self._questions) and not self.is_answered_by_button
+        """Whether the page needs a separate submission of the answers, as after a number that has two digits."""
+        return bool(self._questions) and (not self.is_answered_by_button or bool(self._typed))
+
+    @property
+    def has_long_numbers(self) -> bool:
+        """Whether the number of a button has two digits, so that Return follows what is typed."""
+        return any(len(key) > 1 for key in self._keys)
 
     @property
     def hint_text(self) -> str:
         """An instruction in one sentence."""
         if self.is_answered_by_button:
-            last = len(self.buttons)
-            return f"Press a number from 1 to {last}, or click." if last > 2 else "Press 1 or 2, or click."
+            first, last = int(self._keys[0]), int(self._keys[-1])
+            is_row = [int(key) for key in self._keys] == list(range(first, last + 1)) and len(self._keys) > 2
+            which = f"a number from {first} to {last}" if is_row else " or ".join(self._keys)
+            return f"Type {which} and press Return, or click." if self.has_long_numbers else f"Press {which}, or click."
         if len(self.sliders) == 1:
             return "Left and Right move it. Return answers."
         return "Press Return to go on, or click."
@@ -78,11 +88,15 @@ class AnswerForm(QWidget):
                 widget.deleteLater()
         self._questions = tuple(questions)
         self.buttons, self.fields, self.sliders, self._chosen = [], {}, {}, {}
+        self._keys, self._typed = (), ""
         for question in self._questions:
             self._layout.addWidget(self._question_widget(question))
 
     def submit(self) -> None:
         """Submit the chosen and typed answers."""
+        if self._typed:
+            self.buttons[self._keys.index(self._typed)].click()
+            return
         try:
             values = {question.name: self._answer_to(question) for question in self._questions}
         except BadValue as error:
@@ -92,8 +106,8 @@ class AnswerForm(QWidget):
 
     def handle_key(self, key: int, text: str) -> bool:
         """Handle a key, and return whether it had an effect: digits choose, arrows move the only slider."""
-        if self.is_answered_by_button and text.isdecimal() and 0 < int(text) <= len(self.buttons):
-            self.buttons[int(text) - 1].click()
+        if self.is_answered_by_button and text and any(text in key for key in self._keys):
+            self._type_number(text)
             return True
         step = {Qt.Key.Key_Left.value: -_KEY_STEP, Qt.Key.Key_Right.value: _KEY_STEP}.get(key)
         if step is not None and len(self.sliders) == 1:
@@ -102,6 +116,16 @@ class AnswerForm(QWidget):
             slider.moved.emit(slider.position())
             return True
         return False
+
+    def _type_number(self, digit: str) -> None:
+        """Press the button with this number; if numbers have two digits, mark the one typed so far, for Return."""
+        typed = self._typed + digit if self._typed + digit in self._keys else digit
+        self._typed = typed if typed in self._keys else ""
+        if not self.has_long_numbers:
+            self.submit()
+            return
+        for key, button in zip(self._keys, self.buttons, strict=True):
+            button.setChecked(key == self._typed)
 
     def _answer_to(self, question: Parameter) -> Any:
         """Return the answer to a question; if it is missing, focus its field and raise `BadValue`."""
@@ -153,12 +177,15 @@ class AnswerForm(QWidget):
         row = QHBoxLayout(line)
         row.setContentsMargins(0, 0, 0, 0)
         row_buttons: list[QPushButton] = []
-        is_numbered = len(self._questions) == 1 and len(options) > 2 and not isinstance(question, Count)
-        for number, option in enumerate(options, 1):
-            button = QPushButton(f"{number}  {option}" if is_numbered else str(option))  # its key
+        words = tuple(str(option) for option in options)
+        keys = keys_of(words)
+        self._keys = keys if len(self._questions) == 1 else ()
+        is_numbered = len(self._keys) > 2 and not all(map(str.startswith, words, keys))
+        for key, word, option in zip(keys, words, options, strict=True):
+            button = QPushButton(f"{key}  {word}" if is_numbered else word)
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
-            button.setCheckable(len(self._questions) > 1)
+            button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # where it is gone, the focus would go to another
             button.clicked.connect(
                 lambda _=False, value=option, b=button: self._choose(question, value, row_buttons, b)
@@ -176,6 +203,7 @@ class AnswerForm(QWidget):
         for button in row_buttons:
             button.setChecked(button is pressed)
         if self.is_answered_by_button:
+            self._typed = ""
             self.submit()
 
     def _make_slider(self, question: Number) -> QWidget:

@@ -235,6 +235,8 @@ def _hint(runner: Runner, form: AnswerForm) -> str:
             return f"{form.hint_text} {key} plays it again, {left} {'time' if left == 1 else 'times'} more."
         case Phase.ANSWERING:
             return form.hint_text
+        case Phase.PAGE if page.kind == "learn" and form.has_long_numbers:
+            return "Type a number and press Return to feel it. Return alone goes on to the trials."
         case Phase.PAGE if page.kind == "learn":
             return "Press a number to feel it. Return goes on to the trials."
         case Phase.PAGE:

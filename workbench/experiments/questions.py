@@ -1,5 +1,6 @@
 """Questions to a participant: named parameters, and the questions that a protocol declares."""
 
+import re
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
@@ -11,6 +12,9 @@ from underfoot.quantities import parse_quantity
 
 FIRST, SECOND = "first", "second"
 YES, NO = "yes", "no"
+
+_NUMBERED = re.compile(r"(0|[1-9][0-9]?)(?![.,]?\d|\s*[–-])")
+"""An option that begins with a number of its own, such as "2 or more", but is no range, as "2-5"."""
 
 Bound = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
 
@@ -58,6 +62,8 @@ def typed_answer(question: Parameter, text: str) -> Any:
     >>> weight = ask("mass_kg", Number(70.0, 30.0, 200.0, doc="What do you weigh?", unit="kg"))
     >>> typed_answer(weight, "70,5 kg")
     70.5
+    >>> typed_answer(ask("fingers", Choice("2", options=("2", "3", "4"))), "2")  # the second is 3
+    '2'
     >>> typed_answer(weight, "light")
     Traceback (most recent call last):
     underfoot.errors.BadValue: What do you weigh? The answer is 'light'; allowed: 30 to 200 kg
@@ -75,9 +81,24 @@ def typed_answer(question: Parameter, text: str) -> Any:
         ) from None
 
 
+def keys_of(options: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the number that is typed for each option: the one that it begins with, if all do, or else its place.
+
+    >>> keys_of(("0", "1", "2 or more")), keys_of(("sand", "snow")), keys_of(("0-5", "6-9"))
+    (('0', '1', '2'), ('1', '2'), ('1', '2'))
+    """
+    begun = [found[1] for option in options if (found := _NUMBERED.match(option))]
+    if len(set(begun)) == len(options):
+        return tuple(begun)
+    return tuple(str(place) for place in range(1, len(options) + 1))
+
+
 def _chosen(options: tuple[str, ...], text: str) -> str:
-    if text.isdecimal() and 0 < int(text) <= len(options):
-        return options[int(text) - 1]
+    if text in options:
+        return text
+    keys = keys_of(options)
+    if text in keys:
+        return options[keys.index(text)]
     begun = [option for option in options if option.startswith(text)]
     return begun[0] if len(begun) == 1 else text
 

@@ -1,0 +1,75 @@
+"""The participant's window by real keys and clicks: questions of many kinds, as people ask them."""
+
+import pytest
+from made_studies import TD
+from PySide6.QtCore import Qt
+from study_bench import SLOW_MS, Bench
+from windows import end_window, noise_patch, play_on_simulator
+
+from underfoot.studies import floor_watch
+from underfoot.studies.phase import Phase
+
+
+@pytest.fixture(scope="module")
+def window(qapp, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("window")
+    (folder / "hiss.json").write_bytes(noise_patch().dumps())
+    made = play_on_simulator(folder)
+    made.main_bar.tabs["Experiment"].click()
+    yield made
+    end_window(made)
+
+
+@pytest.fixture
+def bench(window, qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr(floor_watch, "SILENT_S", SLOW_MS / 1000.0)  # a busy machine may stall the engine for a second
+    made = Bench(window, qtbot, tmp_path)
+    yield made
+    made.workspace.running.leave()
+
+
+def ask(bench, *questions, **stage):
+    """Begin a study that asks these questions first, and return the form of the participant's window."""
+    rating = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
+    stages = [{"id": "asked", "kind": "questions", "questions": questions, **stage}, rating]
+    bench.choose(stages=stages, stimuli={"TD": TD, "X": {}})
+    bench.until(Phase.PAGE)
+    return bench.person.form
+
+
+def tired(**changes):
+    return {"name": "tired", "text": "How tired are you?", "kind": "count", "low": 0, "high": 7, **changes}
+
+
+def chosen(*options):
+    return {"name": "which", "text": "Which one?", "kind": "choice", "options": options}
+
+
+@pytest.mark.parametrize(
+    ("question", "keys", "answer"),
+    [
+        (tired(), "5", 5),
+        (tired(), "0", 0),
+        (tired(low=1, high=7), "7", 7),
+        (chosen("0", "2", "4"), "2", "2"),
+        (chosen("never", "seldom", "often"), "2", "seldom"),
+        (chosen("1 = not at all", "2", "3 = very"), "3", "3 = very"),
+    ],
+)
+def test_the_number_that_is_read_on_a_button_answers_it(bench, question, keys, answer):
+    ask(bench, question)
+    bench.qtbot.keyClicks(bench.person, keys)
+    bench.wait(bench.entries)
+    assert list(bench.entries()[0].answers.values()) == [answer]
+
+
+@pytest.mark.parametrize(("keys", "answer"), [("1", 1), ("10", 10), ("50", 0), ("37", 7)])
+def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, answer):
+    form = ask(bench, tired(high=10))
+    assert bench.person.hint.text() == "Type a number from 0 to 10 and press Return, or click."
+    bench.qtbot.keyClicks(bench.person, keys)
+    assert [button.text() for button in form.buttons if button.isChecked()] == [str(answer)]
+    assert not bench.entries()
+    bench.key(Qt.Key.Key_Return)
+    bench.wait(bench.entries)
+    assert bench.entries()[0].answers == {"tired": answer}
