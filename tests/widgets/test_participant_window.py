@@ -8,6 +8,7 @@ from windows import end_window, noise_patch, play_on_simulator
 
 from underfoot.studies import floor_watch
 from underfoot.studies.phase import Phase
+from underfoot.widgets.experiment.participant_window import WIDTH_PX
 
 
 @pytest.fixture(scope="module")
@@ -73,3 +74,15 @@ def test_numbers_of_two_digits_are_typed_and_answered_by_return(bench, keys, ans
     bench.key(Qt.Key.Key_Return)
     bench.wait(bench.entries)
     assert bench.entries()[0].answers == {"tired": answer}
+
+
+def test_the_words_of_every_answer_can_be_read(bench):
+    words = ("strongly disagree", "neither agree nor disagree", "strongly agree", "salt & pepper", "rather not say")
+    form = ask(bench, chosen(*words))
+    for button, word in zip(form.buttons, words, strict=True):
+        assert button.text().replace("&&", "&").endswith(word)
+        assert button.fontMetrics().horizontalAdvance(word) < button.width() <= WIDTH_PX
+        assert button.shortcut().isEmpty()  # a single & would be a shortcut, and not be seen
+    bench.click(form.buttons[3])
+    bench.wait(bench.entries)
+    assert bench.entries()[0].answers == {"which": "salt & pepper"}

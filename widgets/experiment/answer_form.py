@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.experiments.questions import OpenChoice, Scale, ask, keys_of, needs_answer, typed_answer, unanswered
@@ -12,11 +12,14 @@ from underfoot.parameters import Choice, Count, Number, Parameter
 from underfoot.quantities import quantity
 from underfoot.studies.runner import Runner
 from underfoot.widgets import theme
+from underfoot.widgets.controls.menu import literal
 from underfoot.widgets.controls.slider import Slider
 
 TEXT_PX, BUTTON_LINES = 20, 2.6
 MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
+BUTTONS_PX = 940
+"""Width in which the buttons of a question lie side by side; where they would be wider, there are several rows."""
 _KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
@@ -174,15 +177,15 @@ class AnswerForm(QWidget):
 
     def _make_buttons(self, question: Parameter, options: Sequence[Any]) -> QWidget:
         line = QWidget()
-        row = QHBoxLayout(line)
-        row.setContentsMargins(0, 0, 0, 0)
+        grid = QGridLayout(line)
+        grid.setContentsMargins(0, 0, 0, 0)
         row_buttons: list[QPushButton] = []
         words = tuple(str(option) for option in options)
         keys = keys_of(words)
         self._keys = keys if len(self._questions) == 1 else ()
         is_numbered = len(self._keys) > 2 and not all(map(str.startswith, words, keys))
         for key, word, option in zip(keys, words, options, strict=True):
-            button = QPushButton(f"{key}  {word}" if is_numbered else word)
+            button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
@@ -192,7 +195,10 @@ class AnswerForm(QWidget):
             )
             button.setChecked(isinstance(question, OpenChoice) and option == question.default)
             row_buttons.append(button)
-            row.addWidget(button)
+        columns = _columns(row_buttons)
+        for index, button in enumerate(row_buttons):
+            grid.addWidget(button, index // columns, index % columns)
+            grid.setColumnStretch(index % columns, 1)
         self.buttons += row_buttons
         return line
 
@@ -238,3 +244,11 @@ class AnswerForm(QWidget):
         value.setVisible(bool(question.unit))
         column.addWidget(value)
         return box
+
+
+def _columns(buttons: Sequence[QPushButton]) -> int:
+    """Return in how many columns the words of all buttons can be read, in as few rows as that takes."""
+    widest = max(button.sizeHint().width() for button in buttons)
+    most = min(max(BUTTONS_PX // (widest + theme.GRID), 1), len(buttons))
+    rows = -(-len(buttons) // most)
+    return -(-len(buttons) // rows)
