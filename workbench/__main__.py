@@ -49,7 +49,7 @@ def cli(
 ) -> None:
     """Underfoot: a workbench for vibrotactile floors. Without a command it opens the window."""
     if context.invoked_subcommand is None:
-        context.exit(_open_window(target, floor, patch, recording, screenshot))
+        context.exit(open_window(target, floor, patch, recording, screenshot))
 
 
 def main() -> None:
@@ -106,7 +106,7 @@ def _fail(line: str) -> None:
     sys.exit(1)
 
 
-def _open_window(
+def open_window(
     target: str, floor: Path | None, patch: Path | None, recording: Path | None, screenshot: Path | None
 ) -> int:
     """Open the window, after everything that was named on the command line has been looked at."""

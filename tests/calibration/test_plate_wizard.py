@@ -10,7 +10,7 @@ from underfoot.calibration.files.plate_profiles import read_plate_profiles
 from underfoot.calibration.procedure import run, step
 from underfoot.calibration.procedures.plate import PlateProcedure
 from underfoot.calibration.rigs.plate import PlateRig, SimulatedFootsteps, simulated_plate_rig
-from underfoot.devices.emulation.plate import EmulatedPlate
+from underfoot.devices.emulation.plate import EmulatedPlate, SimulatedServo
 from underfoot.devices.plate import PlateCalibration, PlateServo
 from underfoot.errors import BadMeasurement, BadValue
 from underfoot.floor.layout import default_floor
@@ -106,28 +106,27 @@ def test_the_plate_waits_while_somebody_stands_on_it():
     to_the_footsteps(procedure, waiting)
 
 
-def test_a_servo_that_does_not_arrive_is_said_and_sent_again():
+class ServoOnACable(SimulatedServo):
+    """A servo whose cable may be off: what is written to it then is lost."""
+
+    is_plugged = True
+
+    def write(self, data):
+        if self.is_plugged:
+            super().write(data)
+
+
+def test_a_servo_that_does_not_arrive_is_said_and_sent_again(monkeypatch):
     feet = SimulatedFootsteps(SimulatedTile(TILE, seed=1), 1)
+    monkeypatch.setattr("underfoot.devices.plate.SimulatedServo", ServoOnACable)
+    monkeypatch.setattr(ServoOnACable, "is_plugged", False)
     servo = PlateServo("simulated", clock=feet.now)
-    line, servo._line = servo._line, Silent()
     lost, procedure = PlateRig(feet, servo), PlateProcedure(TILE)
     procedure.answer({})
     with pytest.raises(BadMeasurement, match="does not arrive; is it plugged in, and free to move"):
         to_the_footsteps(procedure, lost)
-    servo._line = line
+    monkeypatch.setattr(ServoOnACable, "is_plugged", True)
     to_the_footsteps(procedure, lost)
-
-
-class Silent:
-    """A line on which nothing answers."""
-
-    in_waiting = 0
-
-    def write(self, data):
-        """Swallow it."""
-
-    def read(self, count):
-        return b""
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ class Bench:
 
     def until(self, *phases):
         self.wait(lambda: self.runner.phase in phases)
-        self.wait(lambda: self.person is None or self.person._shown[1] == str(self.runner.phase))
+        self.wait(lambda: self.person is None or self.person.shown[1] == str(self.runner.phase))
 
     def click(self, button):
         assert button.isEnabled()

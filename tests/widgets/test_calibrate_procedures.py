@@ -24,8 +24,13 @@ LONG_MS = 120_000
 
 
 @pytest.fixture
-def workspace(qtbot, tmp_path):
-    made = CalibrateWorkspace(tmp_path, Settings(), KINDS, Pace(0.0, 0.0))
+def settings():
+    return Settings()
+
+
+@pytest.fixture
+def workspace(qtbot, tmp_path, settings):
+    made = CalibrateWorkspace(tmp_path, settings, KINDS, Pace(0.0, 0.0))
     qtbot.addWidget(made, before_close_func=lambda w: w.close_down())
     made.set_target(Target(default_floor()))
     made.resize(1280, 726)
@@ -185,7 +190,7 @@ def test_a_weight_typed_ten_times_too_heavy_is_refused_on_the_spot(hands):
     hands.wait(hands.wizard.refusal.isVisible)
 
 
-def test_a_plate_by_clicks_into_the_equipment_of_a_study(hands, workspace):
+def test_a_plate_by_clicks_into_the_equipment_of_a_study(settings, hands, workspace):
     emulated = EmulatedPlate()
     try:
         hands.name_plate(emulated.name)
@@ -202,7 +207,7 @@ def test_a_plate_by_clicks_into_the_equipment_of_a_study(hands, workspace):
         np.testing.assert_allclose(profile.plate.stiffness_n_mm, [40.0, 160.0], rtol=0.02)
         assert workspace.choice.cards["plate"].visible_text().startswith(profile.plate.made)
         used = []
-        dialog = EquipmentDialog(used.append, EquipmentChoice(), None, workspace._settings.calibrated_plate)
+        dialog = EquipmentDialog(used.append, EquipmentChoice(), None, settings.calibrated_plate)
         hands.qtbot.addWidget(dialog)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
         show(hands.qtbot, dialog)

@@ -238,7 +238,7 @@ def test_on_the_simulated_floor_space_presses_the_button_that_is_shown(bench):
     parameters = {"widths_m": [0.1], "distances_m": [0.05], "bearings_deg": [0.0], "repeats": 1, "sessions": 1,
                   "origin_m": [0.1525, 0.1525], "visible_s": 60.0, "pause_s": 0.1}  # fmt: skip
     bench.choose(stages=[rated() | {"method": {"kind": "target-selection", "parameters": parameters}}])
-    bench.wait(lambda: bench.runner.target is not None and bench.person._target is not None)
+    bench.wait(lambda: bench.runner.target is not None and bench.person.target is not None)
     bench.key(Qt.Key.Key_Space)
     bench.until(Phase.END)
     (entry,) = bench.entries()

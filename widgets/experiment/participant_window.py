@@ -40,9 +40,12 @@ class ParticipantWindow(QWidget):
         self.setAccessibleName("Study, for the participant")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self._shown, self._plays_again = ("", ""), False
+        self.shown = ("", "")
+        """Page, with its interval, and phase that are on the screen."""
+        self._plays_again = False
         self._stand = stand
-        self._target: FloorTarget | None = None
+        self.target: FloorTarget | None = None
+        """The button to be pressed, on a projected floor."""
         self._selected: FloorTarget | None = None
         self._on_floor = False
         self.title, self.text, self.clock, self.hint = (theme.label() for _ in range(4))
@@ -80,8 +83,8 @@ class ParticipantWindow(QWidget):
         """Show the state of a runner."""
         page, phase = runner.page, runner.phase
         key = (f"{page.key} {runner.interval}", str(phase))
-        if key != self._shown:
-            self._shown = key
+        if key != self.shown:
+            self.shown = key
             asking = phase in (Phase.PAGE, Phase.ANSWERING)
             self.title.setText(_title(runner))
             self.title.setVisible(bool(self.title.text()) and not self._on_floor)
@@ -147,9 +150,9 @@ class ParticipantWindow(QWidget):
             painter.drawRect(self._foot(side * FEET_APART_M))
         if self._selected is not None:
             self._draw_disc(painter, self._selected, SELECTED_M)
-        if self._target is not None:
+        if self.target is not None:
             painter.setBrush(QColor(theme.colours("dark")["force"]))
-            self._draw_disc(painter, self._target, self._target.width_m)
+            self._draw_disc(painter, self.target, self.target.width_m)
 
     def place(self, x_m: float, y_m: float) -> QPointF:
         """Return a point of the floor's frame in pixels; the point between the toes is at the lower middle."""
@@ -173,12 +176,12 @@ class ParticipantWindow(QWidget):
         trial = runner.page.trial
         shown = trial is not None and not trial.intervals and runner.phase in (Phase.WAITING, Phase.PRESENTING)
         drawn = (runner.target, runner.selected, shown)
-        if drawn != (self._target, self._selected, self._on_floor):
+        if drawn != (self.target, self._selected, self._on_floor):
             self.update()  # at each tick this would be half of the window's load
         if shown != self._on_floor:
             for label in (self.title, self.text, self.hint):
                 label.setVisible(not shown)
-        self._target, self._selected, self._on_floor = drawn
+        self.target, self._selected, self._on_floor = drawn
 
 
 def _title(runner: Runner) -> str:

@@ -168,16 +168,17 @@ class Axis(QWidget):
 
     def time_at(self, x: float) -> float:
         """Return the time at the pixel `x`, in seconds."""
-        tracks = self._painter()
+        tracks = self.painter()
         share = (x - tracks.left) / (tracks.right - tracks.left)
         return self.view.begin_s + share * (self.view.end_s - self.view.begin_s)
 
     def position_of(self, time_s: float, track: str) -> QPointF:
         """Return the position of a time in a track, in pixels."""
-        tracks = self._painter()
+        tracks = self.painter()
         return QPointF(tracks.x(time_s), 0.5 * (tracks.tracks[track].top + tracks.tracks[track].bottom))
 
-    def _painter(self) -> TrackPainter:
+    def painter(self) -> TrackPainter:
+        """Return what paints the tracks as they are shown, and knows where everything lies."""
         assert self.content is not None
         return TrackPainter(self.content, self.view, self.width(), self.height())
 
@@ -218,7 +219,7 @@ class Axis(QWidget):
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Zoom to the contact under the mouse."""
-        for contact, bar in self._painter().bars() if self.content is not None else ():
+        for contact, bar in self.painter().bars() if self.content is not None else ():
             if bar.adjusted(-2, 0, 2, 0).contains(event.position()):
                 length_s = contact.end_s - contact.start_s
                 self.set_view(contact.start_s - 0.25 * length_s, contact.end_s + 0.25 * length_s)
@@ -235,7 +236,7 @@ class Axis(QWidget):
 
     def _choose_at(self, at: QPointF) -> bool:
         """Select the step or the tile under the mouse; return whether there was a step."""
-        tracks = self._painter()
+        tracks = self.painter()
         assert self.content is not None
         tiles = tracks.tracks["tiles"]
         if tiles.top <= at.y() < tiles.bottom and at.x() >= tracks.left:
@@ -316,7 +317,7 @@ class Axis(QWidget):
             painter.setPen(QColor(theme.MUTED))
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.note)
             return
-        tracks = self._painter()
+        tracks = self.painter()
         if self._picture is None:
             self._picture = self._painted(tracks)
         painter.drawPixmap(0, 0, self._picture)

@@ -45,7 +45,7 @@ def test_forces_that_cannot_be_read_are_refused_there_too(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path / "kept")
     path = tmp_path / "walk.csv"
     path.write_bytes(bytes(range(256)))
-    choose_file(window, path, lambda: window._target_chooser.choose("file"))
+    choose_file(window, path, lambda: window.main_bar.target_chosen.emit("file"))
     assert dialog_of(window, FileErrorDialog).error_text.text().startswith("It has no floor beside it")
 
 

@@ -119,7 +119,7 @@ def test_a_stretch_is_read_and_one_that_is_empty_is_refused(walk):
 
 def test_a_file_on_the_command_line_is_opened(walk, monkeypatch, tmp_path):
     opened = []
-    monkeypatch.setattr("underfoot.__main__._open_window", lambda *given: opened.append(given) or 0)
+    monkeypatch.setattr("underfoot.__main__.open_window", lambda *given: opened.append(given) or 0)
     CliRunner().invoke(cli, [str(walk)])
     CliRunner().invoke(cli, ["--recording", str(walk)])
     assert [str(given[3]) for given in opened] == [str(walk)] * 2

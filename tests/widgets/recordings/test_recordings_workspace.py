@@ -151,7 +151,7 @@ def test_m_marks_the_cursor_in_the_file(workspace, folder, walk, qtbot):
 
 def test_a_click_on_a_step_chooses_its_row_curve_and_time(opened, qtbot):
     third = opened.axis.content.steps[3].step
-    at = next(bar for contact, bar in opened.axis._painter().bars() if contact.id == third.contact).center()
+    at = next(bar for contact, bar in opened.axis.painter().bars() if contact.id == third.contact).center()
     qtbot.mouseClick(opened.axis, Qt.MouseButton.LeftButton, pos=at.toPoint())
     assert opened.steps.table.selected_steps() == [third]
     assert opened.axis.cursor_s == third.start_s
@@ -186,7 +186,7 @@ def test_next_and_last_step_pass_over_what_is_filtered_out(opened, qtbot):
         qtbot.keyClick(opened.axis, Qt.Key.Key_Period)
         assert opened.axis.cursor_s == start_s
     other = next(step for step in steps if step.tile != tile)
-    bar = next(bar for contact, bar in opened.axis._painter().bars() if contact.id == other.contact)
+    bar = next(bar for contact, bar in opened.axis.painter().bars() if contact.id == other.contact)
     qtbot.mouseClick(opened.axis, Qt.MouseButton.LeftButton, pos=bar.center().toPoint())
     assert opened.axis.cursor_s == other.start_s
     assert panel.table.selected_steps() == []

@@ -265,7 +265,8 @@ def test_a_patch_that_the_person_saved_is_opened_without_a_question(qtbot, tmp_p
     own = Patch(title="Own").add("wav-player", REGISTRY, file=str(tmp_path / "sounds" / "own.wav"))
     design(window).document.edit(own, "All")
     (tmp_path / "patches").mkdir()
-    assert window.open_patch._write(tmp_path / "patches" / "own.json")
+    choose_file(window, tmp_path / "patches" / "own.json", window.open_patch.save_as)
+    qtbot.waitUntil(lambda: window.open_patch.is_saved)
     window.open_patch.new()
     window.open_patch.open(tmp_path / "patches" / "own.json")
     assert window.open_patch.patch == own

@@ -143,12 +143,12 @@ def _strike_energies(row: Memory, modes: ModalObject) -> tuple[float, float]:
         strikes.count = 0.0
         least = min(least, float(force.min()))
         if row.state.in_contact or part % 2:  # otherwise it is within a block, where its phasors are those of the end
-            now = _energy_of(row.state, modes)
+            now = energy_of(row.state, modes)
             gain, last = max(gain, (now - last) / first), now
     return gain, least
 
 
-def _energy_of(state: Memory, modes: ModalObject) -> float:
+def energy_of(state: Memory, modes: ModalObject) -> float:
     """Return the energy (J) of hammer, contact and object from a row's memory: its outputs do not contain all of it."""
     frequencies, decays, masses, shapes = (np.asarray(values, np.float64) for values in modes)
     touching = state.in_contact != 0.0
