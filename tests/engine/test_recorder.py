@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import signal
 import sqlite3
+import time
 from contextlib import closing
 
 import numpy as np
@@ -165,6 +166,28 @@ def test_killed_before_there_is_a_file_it_begins_anew(rings, record, until):
         assert len(recording.vibration()[1]) == 480
 
 
+def test_while_somebody_has_the_file_locked_nothing_is_lost(rings, record, until):
+    recorder = record()
+    rings.write(9_600)
+    until(lambda: kept_by(recorder) == 9_600)
+    os.kill(recorder.pid, signal.SIGKILL)
+    until(lambda: recorder.death() == "signal 9", "it died")
+    with closing(sqlite3.connect(recorder.path)) as other:
+        other.execute("pragma locking_mode = exclusive")
+        other.execute("select count(*) from about").fetchone()
+        recorder.restart()
+        for _ in range(30):  # more than twice what the ring holds, while the process waits
+            rings.write(4_800)
+            recorder.receive()
+            recorder.receive()
+            time.sleep(0.05)
+    recorder.end(1 << 40)
+    assert recorder.has_ended(10.0)
+    with Recording(recorder.path) as recording:
+        assert recording.gaps() == []
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_600 + 30 * 4_800))
+
+
 def test_where_an_engine_took_over_there_is_a_gap(rings, record):
     recorder = record()
     rings.write(4_800)
@@ -208,12 +231,12 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
         session = playing.session
         playing.started()
         playing.play(9_600)
-        until(lambda: (playing.poll(), frames_in(path) > 4_800)[1])
+        playing.until(lambda: frames_in(path) > 4_800, "it is recorded")
         os.kill(session.pids["recorder"], signal.SIGKILL)
         playing.until(lambda: playing.of(ProcessDied), "the death is noticed")
         assert playing.of(ProcessDied)[0].process == "recorder"
         safe = frames_in(path)
-        until(lambda: (playing.poll(), frames_in(path) > safe + 4_800)[1], "it goes on")
+        playing.until(lambda: frames_in(path) > safe + 4_800, "it goes on")
         session.stop_recording()
         assert session.recording is None
     with Recording(path) as recording:
@@ -224,6 +247,24 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
     known = np.isfinite(heard).all(axis=1)  # this process, too, may have been held up for longer than the ring is
     assert known.sum() > 9_600
     np.testing.assert_array_equal(played[known], heard[known])
+
+
+def test_somebody_else_may_write_between_what_a_writer_reads_and_what_it_writes(tmp_path):
+    path = tmp_path / "a.uf"
+    writer = Writer(path, ABOUT)
+    writer.put("vibration", 0, expected(0, 480))
+    writer.commit()
+    resumed = Writer(path, ABOUT, resume=True)  # as beside one that was killed
+    assert resumed.end("vibration") == 480
+    with Recording(path) as reader:
+        reader.add_mark(100, "turned round")
+    resumed.put("vibration", 480, expected(480, 960))
+    resumed.mark(480, "and back")
+    resumed.close()
+    writer.close()
+    with Recording(path) as recording:
+        assert [mark.frame for mark in recording.marks()] == [100, 480]
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 960))
 
 
 def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):

@@ -82,7 +82,7 @@ class Begin:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The process is loaded and waits for `Begin`."""
+    """The process has opened the file and waits for `Begin`."""
 
 
 @dataclass(frozen=True)
@@ -229,12 +229,12 @@ def run(connection: Connection, job: Job) -> None:
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
-    with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
-        connection.send(Loaded())
-        begin = connection.recv()
     readers: dict[str, Reader] = {}
     try:
-        writer = Writer(Path(job.path), job.about, resume=job.resume)
+        writer = Writer(Path(job.path), job.about, resume=job.resume)  # may wait: until then the supervisor reads rings
+        with suppress(EOFError, OSError):  # the session's process is gone: keep what the rings hold
+            connection.send(Loaded())
+            begin = connection.recv()
         ends = {table: writer.end(table) or 0 for table in job.rings}
         for missed in begin.missed:
             done = max(ends[missed.table] - missed.first, 0)  # rows written by the process that died

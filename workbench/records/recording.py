@@ -33,6 +33,9 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FRAMES = ("vibration", "commanded", "measured")
 """Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
+_LOCKED_S = 60.0
+"""How long a writer waits for another program that has the file locked, as the last to close it does while it merges
+the log: on a slow disk, for seconds."""
 Rows = NDArray[Any]
 """Rows of a table: float64 of forces, else float32."""
 FURTHEST_FRAME = 1e15
@@ -60,12 +63,11 @@ class Writer:
         try:
             if not os.path.exists(path):
                 _create(path, about)
-            self._base = sqlite3.connect(path, isolation_level=None)
+            self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = normal")
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
-        self._base.execute("begin")
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: Rows) -> None:
@@ -76,6 +78,7 @@ class Writer:
         """
         if len(rows) == 0:
             return
+        self._begin()
         if table in ("force", "vibration"):
             data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
             self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
@@ -91,10 +94,12 @@ class Writer:
 
     def command(self, frame: int, kind: str, body: str) -> None:
         """Add a command, and the frame at which it took effect."""
+        self._begin()
         self._base.execute("insert into command (frame, kind, body) values (?, ?, ?)", (frame, kind, body))
 
     def set_about(self, key: str, value: str) -> None:
         """Set or replace an entry of `about`."""
+        self._begin()
         self._base.execute("insert or replace into about values (?, ?)", (key, value))
 
     def commands(self) -> int:
@@ -109,6 +114,7 @@ class Writer:
 
     def cut(self, end: int) -> None:
         """Remove all frames from session frame `end` on."""
+        self._begin()
         for table in FRAMES:
             self._base.execute(f"delete from {table} where first >= ?", (end,))
             over = self._base.execute(f"select first, count, data from {table} where first + count > ?", (end,))
@@ -120,6 +126,7 @@ class Writer:
 
     def mark(self, frame: int, text: str) -> None:
         """Add a mark at a session frame, unless it exists."""
+        self._begin()
         known = self._base.execute("select 1 from mark where frame = ? and text = ?", (frame, text)).fetchone()
         if known is None:
             self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
@@ -131,12 +138,20 @@ class Writer:
 
     def commit(self) -> None:
         """Commit all data so far."""
-        self._base.execute("commit")
-        self._base.execute("begin")
+        if self._base.in_transaction:
+            self._base.execute("commit")
+
+    def _begin(self) -> None:
+        """Begin a transaction that writes, unless one is open.
+
+        One that has read cannot write where somebody else has written since: it is refused at once, without waiting.
+        """
+        if not self._base.in_transaction:
+            self._base.execute("begin immediate")
 
     def close(self) -> None:
         """Commit, merge the log into the file, and close. Where somebody reads the file, the last to end merges it."""
-        self._base.execute("commit")
+        self.commit()
         with suppress(sqlite3.OperationalError):  # it is locked while somebody reads it
             self._base.execute("pragma journal_mode = delete")
         self._base.close()
