@@ -2,7 +2,9 @@
 
 import pytest
 from made_studies import TD
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QPointF, QSize, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication
 from study_bench import SLOW_MS, Bench
 from windows import end_window, noise_patch, play_on_simulator
 
@@ -86,3 +88,75 @@ def test_the_words_of_every_answer_can_be_read(bench):
     bench.click(form.buttons[3])
     bench.wait(bench.entries)
     assert bench.entries()[0].answers == {"which": "salt & pepper"}
+
+
+def many(count):
+    """So many questions to be answered in a field or by a button, by turns."""
+    for number in range(count):
+        yield tired(name=f"asked{number}", high=7 if number % 2 else 100)
+
+
+def seen(widget):
+    """Whether the whole widget is on the screen, in the participant's window."""
+    return widget.visibleRegion().boundingRect() == widget.rect()
+
+
+def test_a_page_taller_than_the_screen_scrolls_by_keys_and_wheel_and_can_be_answered(bench):
+    form = ask(bench, *many(9))
+    person, bar = bench.person, bench.person.scrolled.verticalScrollBar()
+    person.showNormal()
+    person.resize(1024, 600)
+    bench.wait(lambda: person.size() == QSize(1024, 600) and bar.maximum() > 0)
+    fields, last = list(form.fields.values()), form.fields["asked8"]
+    assert seen(fields[0])
+    assert not seen(last)
+    assert seen(person.go)
+    assert seen(person.hint)
+
+    bench.qtbot.keyClick(fields[0], Qt.Key.Key_PageDown)
+    assert 0 < bar.value() < bar.maximum()
+    person.setFocus()
+    bench.qtbot.keyClick(person, Qt.Key.Key_End)
+    assert bar.value() == bar.maximum()
+    assert seen(last)
+    bench.qtbot.keyClick(person, Qt.Key.Key_Home)
+    assert bar.value() == 0
+    beside = QPointF(4.0, 300.0)
+    notch = QWheelEvent(
+        beside, person.mapToGlobal(beside), QPoint(), QPoint(0, -120), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(person, notch)
+    assert bar.value() > 0
+
+    fields[0].setFocus()
+    while person.focusWidget() is not last:
+        bench.qtbot.keyClick(person.focusWidget(), Qt.Key.Key_Tab)
+        assert seen(person.focusWidget())
+    for field in fields[1:]:
+        bench.qtbot.keyClicks(field, "37")
+    for button in form.buttons:
+        if button.text() == "3":
+            button.click()
+    assert not seen(fields[0])
+    bench.key(Qt.Key.Key_Return)  # refused: the field that is empty comes into sight
+    assert person.focusWidget() is fields[0]
+    assert seen(fields[0])
+    bench.qtbot.keyClicks(fields[0], "12")
+    bench.click(person.go)
+    bench.wait(bench.entries)
+    answers = bench.entries()[0].answers
+    assert (answers["asked0"], answers["asked8"], answers["asked7"]) == (12, 37, 3)
+
+
+def test_a_long_text_can_be_read_to_its_end_and_a_short_one_stands_in_the_middle(bench):
+    ask(bench, tired(), text="You will stand on a tile. " * 200)
+    person, bar = bench.person, bench.person.scrolled.verticalScrollBar()
+    bench.wait(lambda: bar.maximum() > 0)
+    bench.qtbot.keyClick(person, Qt.Key.Key_End)
+    assert bar.value() == bar.maximum()
+    assert all(seen(button) for button in person.form.buttons)
+    bench.qtbot.keyClicks(person, "5")
+    bench.wait(bench.entries)
+    bench.until(Phase.READY, Phase.PRESENTING, Phase.ANSWERING)
+    bench.wait(lambda: bar.maximum() == 0)

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtWidgets import QProgressBar, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QProgressBar, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.calibration.procedure import Page, PageProgress
 from underfoot.calibration.results.labels import label_of
@@ -17,6 +17,7 @@ from underfoot.widgets.calibrate.quantity_views import QuantityRow
 from underfoot.widgets.calibrate.tile_picture import TilePicture, press_text
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 from underfoot.widgets.controls.parameter_editor import editor_for
+from underfoot.widgets.controls.scrolled import Scrolled
 
 FORM_PX = 52 * theme.GRID
 LOADS = {"none": "nothing on the tile", "standing": "a person on the tile", "corner": "a foot on a corner"}
@@ -43,7 +44,7 @@ class PageView(QWidget):
         self._fields = QVBoxLayout(form)
         self._fields.setContentsMargins(0, 0, 0, 0)
         self._fields.setSpacing(2 * theme.GRID)
-        self._form = _ScrolledForm(form)
+        self._form = Scrolled(form)
         self._form.setMaximumWidth(FORM_PX)
         self.picture = TilePicture()
         self.bar = QProgressBar()
@@ -156,27 +157,6 @@ class PageView(QWidget):
             editor.show()  # at once, since the focus goes there next
             for field in editor.findChildren(Field):
                 field.committed.connect(partial(self._store_input_error, editor, field))
-
-
-class _ScrolledForm(QScrollArea):
-    """As high as its form, or as there is room for: in a low window it scrolls."""
-
-    def __init__(self, form: QWidget) -> None:
-        super().__init__()
-        self._form = form
-        self.setWidget(form)
-        self.setWidgetResizable(True)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-
-    def sizeHint(self) -> QSize:
-        return self._form.sizeHint()
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.LayoutRequest:
-            self.updateGeometry()
-        return super().eventFilter(watched, event)
 
 
 def plays_sound(page: Page) -> bool:

@@ -1,14 +1,24 @@
 """The participant's window, in large type, on the second screen or the projector."""
 
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QColor, QKeyEvent, QPainter, QPaintEvent, QScreen
-from PySide6.QtWidgets import QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QCoreApplication, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QCloseEvent,
+    QColor,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QScreen,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
 from underfoot.studies.simulated_foot import may_step
 from underfoot.studies.target import FEET_APART_M, FOOT_M, SELECTED_M, FloorTarget, StandingPlace
 from underfoot.widgets import theme
+from underfoot.widgets.controls.scrolled import Scrolled
 from underfoot.widgets.experiment.answer_form import AnswerForm, questions_of
 from underfoot.widgets.experiment.foot_view import FootFieldsView
 
@@ -52,25 +62,35 @@ class ParticipantWindow(QWidget):
         self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
         self.go = QPushButton()
         self.go.setFont(theme.font(TEXT_PX))
-        self.go.setStyleSheet("padding: 12px 32px")
+        self.go.setStyleSheet(
+            f"padding: 12px 32px; min-height: {self.go.fontMetrics().height() + 2}px"
+        )  # over the theme's
         self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the page handles keys
         self.go.clicked.connect(self._go_on)
-        column = QVBoxLayout(self)
+        held = QWidget()
+        self.scrolled = Scrolled(held)
+        """What is to be read and answered; what follows it stays in sight."""
+        column, above = QVBoxLayout(self), QVBoxLayout(held)
         column.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        column.setSpacing(3 * theme.GRID)
+        column.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)  # a projector may be narrower than a page
+        above.setContentsMargins(0, 0, 0, 0)
+        for layout in (column, above):
+            layout.setSpacing(3 * theme.GRID)
         for label, size in ((self.title, TITLE_PX), (self.text, TEXT_PX), (self.clock, CLOCK_PX), (self.hint, TEXT_PX)):
             label.setFont(theme.font(size, bold=label is self.title))
             label.setWordWrap(True)
             label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-            label.setFixedWidth(WIDTH_PX)
-        for part in (self.title, self.text, self.clock, self.form, self.foot, self.go, self.hint):
+        for part in (self.title, self.text, self.clock, self.form, self.foot):
             part.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-            column.addWidget(part, 0, Qt.AlignmentFlag.AlignHCenter)
-        for part in (self.form, self.foot):
-            part.setFixedWidth(WIDTH_PX)
+            above.addWidget(part)
+        column.addWidget(self.scrolled, 0, Qt.AlignmentFlag.AlignHCenter)
+        for below in (self.go, self.hint):
+            below.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+            column.addWidget(below, 0, Qt.AlignmentFlag.AlignHCenter)
+        self._set_width(WIDTH_PX)
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slider_moved)
-        self.form.refused.connect(self.hint.setText)
+        self.form.refused.connect(self._show_refused)
 
     def show_on(self, screen: QScreen) -> None:
         """Show the window in full screen on this screen."""
@@ -94,6 +114,7 @@ class ParticipantWindow(QWidget):
             self.form.setVisible(bool(asks) and runner.foot is None)  # keys answer all the same
             first = next(iter(self.form.fields.values()), None)
             (first or self).setFocus()
+            self.scrolled.verticalScrollBar().setValue(0)
             self.hint.setText(_hint(runner, self.form))
             text = _continue_text(runner, self.form)
             self.go.setText(text)
@@ -125,8 +146,26 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 self._go_on()
             case key:
-                if not self.form.handle_key(int(key), event.text()):
+                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(key)):
                     super().keyPressEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Scroll also where the mouse is beside what is scrolled."""
+        QCoreApplication.sendEvent(self.scrolled.verticalScrollBar(), event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._set_width(min(WIDTH_PX, self.width() - 6 * theme.GRID))
+
+    def _set_width(self, width: int) -> None:
+        self.hint.setFixedWidth(width)
+        self.scrolled.setFixedWidth(width + self.scrolled.verticalScrollBar().sizeHint().width())
+
+    def _show_refused(self, words: str) -> None:
+        self.hint.setText(words)
+        field = self.form.focusWidget()
+        if field is not None:
+            self.scrolled.ensureWidgetVisible(field)
 
     def _go_on(self) -> None:
         if self.form.needs_submit:

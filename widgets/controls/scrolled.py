@@ -1,0 +1,62 @@
+"""A part of a window that scrolls where there is no room for all of it."""
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QAbstractSlider, QScrollArea, QSizePolicy, QWidget
+
+_MOVES = {
+    Qt.Key.Key_Up: QAbstractSlider.SliderAction.SliderSingleStepSub,
+    Qt.Key.Key_Down: QAbstractSlider.SliderAction.SliderSingleStepAdd,
+    Qt.Key.Key_PageUp: QAbstractSlider.SliderAction.SliderPageStepSub,
+    Qt.Key.Key_PageDown: QAbstractSlider.SliderAction.SliderPageStepAdd,
+    Qt.Key.Key_Home: QAbstractSlider.SliderAction.SliderToMinimum,
+    Qt.Key.Key_End: QAbstractSlider.SliderAction.SliderToMaximum,
+}
+
+
+class Scrolled(QScrollArea):
+    """As high as what it holds, or as there is room for: in a low window it scrolls, by the wheel and by keys.
+
+    It takes no focus: keys come from what it holds, or by `scroll_by`.
+    """
+
+    def __init__(self, held: QWidget) -> None:
+        super().__init__()
+        self._held = held
+        self.setWidget(held)
+        held.setAutoFillBackground(False)  # which `setWidget` turns on; what is behind shows the ground
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def scroll_by(self, key: int) -> bool:
+        """Scroll by an arrow, Page Up, Page Down, Home or End; return whether it is such a key."""
+        move = _MOVES.get(Qt.Key(key))
+        if move is not None:
+            self.verticalScrollBar().triggerAction(move)
+        return move is not None
+
+    def sizeHint(self) -> QSize:
+        return QSize(self._held.sizeHint().width(), self._height())
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._fit()
+        return super().eventFilter(watched, event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _height(self) -> int:
+        """Return the height of what is held in the present width; Qt's own would be that in the least width."""
+        held = self._held
+        return held.heightForWidth(self.viewport().width()) if held.hasHeightForWidth() else held.sizeHint().height()
+
+    def _fit(self) -> None:
+        self._held.resize(self.viewport().width(), max(self._height(), self.viewport().height()))
+        self.updateGeometry()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if not self.scroll_by(event.key()):
+            event.ignore()
