@@ -94,6 +94,32 @@ def driver(qtbot, tmp_path):
 
 
 @pytest.fixture(scope="module")
+def experiment_window(qapp, tmp_path_factory):
+    """A window that plays the simulated floor, with the Experiment workspace in front."""
+    from windows import end_window, noise_patch, play_on_simulator
+
+    folder = tmp_path_factory.mktemp("window")
+    (folder / "hiss.json").write_bytes(noise_patch().dumps())
+    made = play_on_simulator(folder)
+    made.main_bar.tabs["Experiment"].click()
+    yield made
+    end_window(made)
+
+
+@pytest.fixture
+def bench(experiment_window, qtbot, tmp_path, monkeypatch):
+    """Studies in that window, run by real clicks and keys; the test's study is left at its end."""
+    from study_bench import SLOW_MS, Bench
+
+    from underfoot.studies import floor_watch
+
+    monkeypatch.setattr(floor_watch, "SILENT_S", SLOW_MS / 1000.0)  # a busy machine may stall the engine for a second
+    made = Bench(experiment_window, qtbot, tmp_path)
+    yield made
+    made.workspace.running.leave()
+
+
+@pytest.fixture(scope="module")
 def patch_folder(tmp_path_factory):
     """A folder with a patch to open and room for what the window keeps."""
     from windows import noise_patch

@@ -7,13 +7,11 @@ from made_studies import TD, first_answers, protocol_text
 from on_screen import place_on
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
-from study_bench import SLOW_MS, Bench
-from windows import dialog_of, end_window, noise_patch, play_on_simulator
+from windows import dialog_of
 
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
-from underfoot.studies import floor_watch
 from underfoot.studies.phase import Phase
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 from underfoot.widgets.experiment.people_dialog import PeopleDialog
@@ -22,24 +20,6 @@ from underfoot.widgets.experiment.session_start import ANOTHER_ID, GO_ON
 pytest.importorskip("statsmodels")
 LEFT = Qt.MouseButton.LeftButton
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 6.5, "level_m_s2": 2.0}
-
-
-@pytest.fixture(scope="module")
-def window(qapp, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(noise_patch().dumps())
-    made = play_on_simulator(folder)
-    made.main_bar.tabs["Experiment"].click()
-    yield made
-    end_window(made)
-
-
-@pytest.fixture
-def bench(window, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr(floor_watch, "SILENT_S", SLOW_MS / 1000.0)  # a busy machine may stall the engine for a second
-    made = Bench(window, qtbot, tmp_path)
-    yield made
-    made.workspace.running.leave()
 
 
 CONSENT = {"id": "consent", "kind": "consent", "title": "Taking part", "text": "You can stop at any time."}

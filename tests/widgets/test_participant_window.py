@@ -5,30 +5,9 @@ from made_studies import TD
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication
-from study_bench import SLOW_MS, Bench
-from windows import end_window, noise_patch, play_on_simulator
 
-from underfoot.studies import floor_watch
 from underfoot.studies.phase import Phase
 from underfoot.widgets.experiment.participant_window import WIDTH_PX
-
-
-@pytest.fixture(scope="module")
-def window(qapp, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("window")
-    (folder / "hiss.json").write_bytes(noise_patch().dumps())
-    made = play_on_simulator(folder)
-    made.main_bar.tabs["Experiment"].click()
-    yield made
-    end_window(made)
-
-
-@pytest.fixture
-def bench(window, qtbot, tmp_path, monkeypatch):
-    monkeypatch.setattr(floor_watch, "SILENT_S", SLOW_MS / 1000.0)  # a busy machine may stall the engine for a second
-    made = Bench(window, qtbot, tmp_path)
-    yield made
-    made.workspace.running.leave()
 
 
 def ask(bench, *questions, **stage):
