@@ -67,7 +67,7 @@ class TransportReader:
 
     def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
-        if self._parser.counts_of(tile).foreign == 0:
+        if not self._parser.is_contested(tile):
             return ""
         own, other = (self.transport.sender_name(number) for number in self._parser.senders_of(tile))
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"

@@ -75,12 +75,19 @@ def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
             assert heard(own, 0, 1, 0.0) == [1]
             assert heard(other, 0, 2, 0.1) == []
             assert heard(other, 1, 1, 0.1) == [1]  # another tile may come from there
+            assert not parser.is_contested(0)  # its own sender may have gone, and come back at another port
             assert heard(own, 0, 2, 0.2) == [2]
+            assert parser.is_contested(0)
             assert parser.counts_of(0).foreign == parser.counts.foreign == 1
             mine, stranger = (port.sender_name(number) for number in parser.senders_of(0))
             assert mine == f"127.0.0.1:{own.getsockname()[1]}"
             assert stranger == f"127.0.0.1:{other.getsockname()[1]}"
             assert heard(other, 0, 3, 0.2 + 1.01 * HELD_S) == [3]
+            assert not parser.is_contested(0)
             assert heard(own, 0, 3, 0.3 + 1.01 * HELD_S) == []
+            assert not parser.is_contested(0)
+            assert heard(other, 0, 4, 0.4 + 1.01 * HELD_S) == [4]
+            assert parser.is_contested(0)
+            assert not parser.is_contested(1)
         finally:
             port.close()

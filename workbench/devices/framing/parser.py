@@ -87,13 +87,14 @@ _TILE = np.dtype(
         ("sender", np.int64),
         ("heard_s", np.float64),
         ("stranger", np.int64),
+        ("stranger_s", np.float64),
     ],
     align=True,
 )
 """State of a tile: its counts, the sequence number of its `newest` frame, and that frame's unwrapped time. Bit i of
 `received` is set if the frame i before the newest arrived; `age` is how many frames before it can be missing.
 `suspect` is the sequence number of a frame that did not fit, or -1. The tile belongs to `sender`, last heard at
-`heard_s`; `stranger` is the last other sender of its frames.
+`heard_s`; `stranger` is the last other sender of its frames, last heard at `stranger_s`.
 """
 _ONE_SENDER = np.array([[np.iinfo(np.int64).max, 0]], np.int64)
 _TILES = 0x10000
@@ -188,6 +189,16 @@ class Parser:
         """Return the number of the sender that a tile belongs to, and of the last other sender of its frames."""
         known = self._state.tiles[tile]
         return int(known["sender"]), int(known["stranger"])
+
+    def is_contested(self, tile: int) -> bool:
+        """Return whether frames of a tile came from another sender while its own went on.
+
+        One that is started anew sends from another port: it is a stranger until the old one has been silent for long
+        enough, and then the tile is its own.
+        """
+        known = self._state.tiles[tile]
+        own, stranger = self.senders_of(tile)
+        return bool(known["foreign"] > 0 and own != stranger and known["heard_s"] > known["stranger_s"])
 
 
 @kernel
@@ -332,7 +343,7 @@ def _accept(sample: np.record, tile: np.record, total: np.record) -> bool:
 def _is_own(tile: np.record, sender: int, now_s: float, total: np.record) -> bool:
     """Return whether a tile's frame is from the sender that it belongs to, or from the first one after a silence."""
     if tile.is_known and tile.sender != sender and now_s - tile.heard_s < HELD_S:
-        tile.stranger = sender
+        tile.stranger, tile.stranger_s = sender, now_s
         tile.foreign += 1
         total.foreign += 1
         return False
