@@ -52,16 +52,20 @@ def test_gait_is_that_of_the_walker():
     assert found.line().startswith(f"person 1: {len(steps)} steps, 110 steps a minute, length 6")
 
 
-def test_a_step_that_was_not_seen_makes_no_negative_time_of_both_feet():
+def test_a_step_that_was_not_seen_leaves_what_is_between_its_neighbours_unknown():
     """The second and third steps of a walk come down beside the floor."""
     walker = gait.Walker(step_length_m=0.3, variation=0.0)
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)
     steps = steps_of([[made[0], *made[3:]]], 6.0, [walker])
     assert {step.person for step in steps} == {1}
     assert steps[1].start_s - steps[0].start_s > 1.2
-    assert math.isnan(steps[1].double_support_ms)
+    for name in ("cadence_per_min", "step_length_mm", "step_width_mm", "double_support_ms", "swing_ms"):
+        assert math.isnan(getattr(steps[1], name))
+        assert math.isnan(getattr(steps[2], name)) == (name == "swing_ms")  # that foot was last seen before the gap
     (found,) = gait_of(steps)
     assert found.double_support_ms > 0.0
+    assert found.cadence_per_min == pytest.approx(110.0, rel=0.02)
+    assert found.step_length_mm == pytest.approx(300.0, abs=15.0)
 
 
 def test_who_limps_is_asymmetric():

@@ -28,7 +28,7 @@ THIRD_FOOT_S = 0.15
 
 LONGEST_FLIGHT_S = 0.5
 """Longest time with neither foot down between two steps: the flight of a jump of 0.31 m, g t^2 / 8. If no foot is seen
-for longer, one came down where it was not seen, and the time with both feet down is not known."""
+for longer, one came down where it was not seen, and nothing is known of the step."""
 
 DEFAULT_STEP_S = 0.55
 """Step time until a person's own is known: 109 steps per minute."""
@@ -363,7 +363,7 @@ class _Walk(Struct, eq=False):
         self.steps.append(footfall)
 
     def _follow(self, footfall: _Footfall) -> None:
-        """Compute the measures of a step that follows the last one, and add its vote for the side."""
+        """Compute the measures of a step that follows the last one, if it does, and add its vote for the side."""
         last = self.last
         later_s = footfall.start_s - last.start_s
         if last.is_whole:
@@ -376,14 +376,17 @@ class _Walk(Struct, eq=False):
         told_m = told_m if known else self._toe_out_vote_m(footfall)
         if told_m:
             self.votes_m = SIDE_VOTE_DECAY * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
-        both_s = last.end_s - footfall.start_s
+        if not _is_next(footfall, last):
+            return
         same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
+        if same is not None and not _is_next(last, same):
+            same = None
         footfall.step = replace(
             footfall.step,
             cadence_per_min=60.0 / later_s,
             step_length_mm=1e3 * abs(length_m) if known else math.nan,
             step_width_mm=1e3 * abs(aside_m) if known else math.nan,
-            double_support_ms=1e3 * both_s if both_s >= -LONGEST_FLIGHT_S else math.nan,
+            double_support_ms=1e3 * (last.end_s - footfall.start_s),
             swing_ms=1e3 * (footfall.start_s - same.end_s) if same else math.nan,
         )
 
@@ -446,6 +449,11 @@ def _best_assignment(costs: list[list[float]], taken: frozenset[int] = frozenset
         (cost + _best_assignment(costs[1:], taken | {place})[0], place)
         for cost, place in [*ways, (NEW_PERSON_COST, -1)]
     )
+
+
+def _is_next(footfall: _Footfall, last: _Footfall) -> bool:
+    """Return whether no other foot can have come down unseen between the two."""
+    return last.end_s - footfall.start_s >= -LONGEST_FLIGHT_S
 
 
 def _load_features(force_n: float, stance_s: float) -> NDArray[np.float64]:
