@@ -10,10 +10,6 @@ LEAST_CONFUSED, MOST_CONFUSED = 0.80, 0.25
 IMPACT_LABELS = {"IT": 0.58, "WS": 0.18}
 """Share of stimuli in each set that were labelled as impacts (3.4.2)."""
 
-PEAKS_M_S2 = {"SC": 2.9, "SP": 3.7, "SD": 6.8, "WC": 17.4, "WP": 18.4, "WD": 18.2, "TC": 3.3, "TP": 4.6, "TD": 6.8}
-RMS_M_S2 = {"SC": 1.74, "SP": 2.4, "SD": 4.4, "WC": 10.9, "WP": 8.5, "WD": 10.9, "TC": 1.2, "TP": 1.75, "TD": 2.4}
-"""Table 6.1, at A = 1."""
-
 STIFFNESS_N_MM = (52.0, 64.0, 76.0, 90.0, 106.0, 124.0, 146.0)
 LEVELS_M_S2 = (0.0, 0.43, 0.86)
 JUDGED_STIFFER = {
@@ -27,8 +23,8 @@ SLOPE_MM_N = {0.0: 0.025, 0.43: 0.018, 0.86: 0.018}
 INTERCEPT = {0.0: -2.50, 0.43: -2.70, 0.86: -2.77}
 """Table 6.3: medians over 20 people, at each level."""
 
-THRESHOLD_M_S2, THRESHOLD_SD_M_S2, THRESHOLD_REFERENCE_M_S2 = 0.46, 0.18, 0.43
-"""Detection of TD: mean and standard deviation over 20 people (6.4.2), and the reference of dB."""
+THRESHOLD_M_S2, THRESHOLD_SD_M_S2 = 0.46, 0.18
+"""Detection of TD: mean and standard deviation over 20 people (6.4.2)."""
 
 SELECTED_LARGEST, SELECTED_SMALLEST = 0.98, 0.44
 """Rates of selection of the largest and the smallest button (5.6.1)."""
