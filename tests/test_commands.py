@@ -37,6 +37,25 @@ SINE = preset_files.patches()["stimulus-sp"]
 # --- what there is ---
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="threads are counted in /proc")
+@pytest.mark.parametrize(("module", "given", "found"), [
+    ("underfoot", {}, "None"),
+    ("underfoot.__main__", {}, "1"),
+    ("underfoot.__main__", {"OPENBLAS_NUM_THREADS": "2"}, "2"),
+])  # fmt: skip
+def test_a_program_has_one_thread_of_linear_algebra_and_a_script_what_it_likes(module, given, found):
+    script = (
+        f"import {module}, numpy, os; print(os.environ.get('OPENBLAS_NUM_THREADS'), *os.listdir('/proc/self/task'))"
+    )
+    rest = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    run = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, env={**rest, **given}
+    )
+    number, *threads = run.stdout.split()
+    assert number == found
+    assert len(threads) == 1 or number != "1"
+
+
 def test_every_command_has_help(underfoot):
     assert "Commands:" in underfoot("--help").out
     context = click.Context(cli)

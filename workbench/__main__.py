@@ -11,6 +11,10 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+# Before NumPy is loaded, here and in the processes that are started: the threads of its linear algebra wait busily at
+# first, beside all that a start loads, and with their number results would differ in the last bits.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import click
 
 from underfoot import __version__
