@@ -2,12 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from underfoot.errors import BadValue
+
+if TYPE_CHECKING:  # NumPy is not loaded to say what a target may be: the engine starts that much sooner
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class Sender(ABC):
@@ -69,7 +70,7 @@ class Transport(ABC):
     """The emulator's end."""
     name: str
     """The target, as the user wrote it."""
-    senders: NDArray[np.int64] | None = None
+    senders: "NDArray[np.int64] | None" = None
     """End of each sender's bytes in the result of the last `read`, and the sender's number: (n, 2). None for a single
     sender.
     """

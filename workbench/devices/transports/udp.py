@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Self
 
-import numpy as np
-
 from underfoot.devices.transport import READ_TIMEOUT_S, Sender, Transport, host_and_port, reason
 from underfoot.errors import DeviceError
 
@@ -109,6 +107,8 @@ class UdpTransport(Transport):
 
     def read(self) -> memoryview:
         """Return the datagrams received, each followed by a zero, so that a partial frame ends with its datagram."""
+        import numpy as np
+
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         at = 0
