@@ -2,8 +2,8 @@
 
 import pytest
 from made_studies import TD
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, QSize, Qt
+from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from underfoot.studies.phase import Phase
@@ -105,6 +105,10 @@ def test_a_page_taller_than_the_screen_scrolls_by_keys_and_wheel_and_can_be_answ
     )  # fmt: skip
     QApplication.sendEvent(person, notch)
     assert bar.value() > 0
+    for _ in range(40):  # and stays at the end
+        QApplication.sendEvent(person, notch.clone())
+    assert bar.value() == bar.maximum()
+    QApplication.sendEvent(person, QKeyEvent(QEvent.Type.KeyPress, 0x424, Qt.KeyboardModifier.NoModifier, "Ф"))
 
     fields[0].setFocus()
     while person.focusWidget() is not last:

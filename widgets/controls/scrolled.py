@@ -1,16 +1,18 @@
 """A part of a window that scrolls where there is no room for all of it."""
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractSlider, QScrollArea, QSizePolicy, QWidget
 
+from underfoot.widgets import theme
+
 _MOVES = {
-    Qt.Key.Key_Up: QAbstractSlider.SliderAction.SliderSingleStepSub,
-    Qt.Key.Key_Down: QAbstractSlider.SliderAction.SliderSingleStepAdd,
-    Qt.Key.Key_PageUp: QAbstractSlider.SliderAction.SliderPageStepSub,
-    Qt.Key.Key_PageDown: QAbstractSlider.SliderAction.SliderPageStepAdd,
-    Qt.Key.Key_Home: QAbstractSlider.SliderAction.SliderToMinimum,
-    Qt.Key.Key_End: QAbstractSlider.SliderAction.SliderToMaximum,
+    Qt.Key.Key_Up.value: QAbstractSlider.SliderAction.SliderSingleStepSub,
+    Qt.Key.Key_Down.value: QAbstractSlider.SliderAction.SliderSingleStepAdd,
+    Qt.Key.Key_PageUp.value: QAbstractSlider.SliderAction.SliderPageStepSub,
+    Qt.Key.Key_PageDown.value: QAbstractSlider.SliderAction.SliderPageStepAdd,
+    Qt.Key.Key_Home.value: QAbstractSlider.SliderAction.SliderToMinimum,
+    Qt.Key.Key_End.value: QAbstractSlider.SliderAction.SliderToMaximum,
 }
 
 
@@ -31,10 +33,22 @@ class Scrolled(QScrollArea):
 
     def scroll_by(self, key: int) -> bool:
         """Scroll by an arrow, Page Up, Page Down, Home or End; return whether it is such a key."""
-        move = _MOVES.get(Qt.Key(key))
+        move = _MOVES.get(key)
         if move is not None:
             self.verticalScrollBar().triggerAction(move)
         return move is not None
+
+    def show_whole(self, part: QWidget) -> None:
+        """Scroll to a part; Qt's own scrolls to the cursor of a field, which may be all that is then seen of it."""
+        half = part.height() // 2
+        self.ensureVisible(0, part.mapTo(self._held, QPoint(0, half)).y(), 0, half + theme.GRID)
+
+    def focusNextPrevChild(self, next: bool) -> bool:
+        has_moved = super().focusNextPrevChild(next)
+        part = self._held.focusWidget()
+        if has_moved and part is not None and part.hasFocus():
+            self.show_whole(part)
+        return has_moved
 
     def sizeHint(self) -> QSize:
         return QSize(self._held.sizeHint().width(), self._height())

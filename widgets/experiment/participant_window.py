@@ -1,6 +1,6 @@
 """The participant's window, in large type, on the second screen or the projector."""
 
-from PySide6.QtCore import QCoreApplication, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QCloseEvent,
     QColor,
@@ -11,7 +11,7 @@ from PySide6.QtGui import (
     QScreen,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
@@ -62,9 +62,8 @@ class ParticipantWindow(QWidget):
         self.form, self.foot = AnswerForm(TEXT_PX), FootFieldsView()
         self.go = QPushButton()
         self.go.setFont(theme.font(TEXT_PX))
-        self.go.setStyleSheet(
-            f"padding: 12px 32px; min-height: {self.go.fontMetrics().height() + 2}px"
-        )  # over the theme's
+        least_px = self.go.fontMetrics().height() + 2  # or the theme's, in which the words are cut
+        self.go.setStyleSheet(f"padding: 12px 32px; min-height: {least_px}px")
         self.go.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the page handles keys
         self.go.clicked.connect(self._go_on)
         held = QWidget()
@@ -146,12 +145,13 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 self._go_on()
             case key:
-                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(key)):
+                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(int(key))):
                     super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Scroll also where the mouse is beside what is scrolled."""
-        QCoreApplication.sendEvent(self.scrolled.verticalScrollBar(), event)
+        bar, notches = self.scrolled.verticalScrollBar(), event.angleDelta().y() / 120.0
+        bar.setValue(bar.value() - round(notches * QApplication.wheelScrollLines() * bar.singleStep()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -165,7 +165,7 @@ class ParticipantWindow(QWidget):
         self.hint.setText(words)
         field = self.form.focusWidget()
         if field is not None:
-            self.scrolled.ensureWidgetVisible(field)
+            self.scrolled.show_whole(field)
 
     def _go_on(self) -> None:
         if self.form.needs_submit:
