@@ -335,14 +335,19 @@ def test_cards_of_one_system_have_their_names_alone(windows_cards, monkeypatch):
 
 @pytest.mark.parametrize("name", ["Headphones, Windows WASAPI", "Headphones, Windows WASAPI, exclusive"])
 def test_a_card_is_opened_exclusively_where_its_name_says_so(windows_cards, monkeypatch, name):
-    asked, settings = {}, []
+    asked = {}
+
+    class Settings(windows_cards.WasapiSettings):
+        def __init__(self, exclusive):
+            super().__init__(exclusive=exclusive)
+            self.is_exclusive = exclusive
+
     monkeypatch.setattr(windows_cards, "RawOutputStream", lambda **how: asked.update(how))
-    monkeypatch.setattr(windows_cards, "WasapiSettings", lambda **how: settings.append(how) or "settings")
+    monkeypatch.setattr(windows_cards, "WasapiSettings", Settings)
     Stream(name, 2, 48_000.0, 64, lambda: 0)
     assert asked["device"] == "Headphones, Windows WASAPI"
-    is_exclusive = name.endswith("exclusive")
-    assert asked["extra_settings"] == ("settings" if is_exclusive else None)
-    assert settings == ([{"exclusive": True}] if is_exclusive else [])
+    settings = asked["extra_settings"]
+    assert (settings is not None and settings.is_exclusive) == name.endswith("exclusive")
 
 
 @pytest.mark.parametrize(("system", "cure"), [("linux", "libportaudio2"), ("win32", "sounddevice again")])

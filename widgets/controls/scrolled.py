@@ -1,19 +1,10 @@
 """A part of a window that scrolls where there is no room for all of it."""
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
-from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QAbstractSlider, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QWidget
 
 from underfoot.widgets import theme
-
-_MOVES = {
-    Qt.Key.Key_Up.value: QAbstractSlider.SliderAction.SliderSingleStepSub,
-    Qt.Key.Key_Down.value: QAbstractSlider.SliderAction.SliderSingleStepAdd,
-    Qt.Key.Key_PageUp.value: QAbstractSlider.SliderAction.SliderPageStepSub,
-    Qt.Key.Key_PageDown.value: QAbstractSlider.SliderAction.SliderPageStepAdd,
-    Qt.Key.Key_Home.value: QAbstractSlider.SliderAction.SliderToMinimum,
-    Qt.Key.Key_End.value: QAbstractSlider.SliderAction.SliderToMaximum,
-}
 
 
 class Scrolled(QScrollArea):
@@ -31,12 +22,10 @@ class Scrolled(QScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
-    def scroll_by(self, key: int) -> bool:
-        """Scroll by an arrow, Page Up, Page Down, Home or End; return whether it is such a key."""
-        move = _MOVES.get(key)
-        if move is not None:
-            self.verticalScrollBar().triggerAction(move)
-        return move is not None
+    def scroll_by(self, event: QKeyEvent | QWheelEvent) -> bool:
+        """Scroll by a key or the wheel that came elsewhere; return whether it was of use."""
+        self.verticalScrollBar().event(event)  # not sent: what it does not use would come back here
+        return event.isAccepted()
 
     def show_whole(self, part: QWidget) -> None:
         """Scroll to a part; Qt's own scrolls to the cursor of a field, which may be all that is then seen of it."""
@@ -70,7 +59,3 @@ class Scrolled(QScrollArea):
     def _fit(self) -> None:
         self._held.resize(self.viewport().width(), max(self._height(), self.viewport().height()))
         self.updateGeometry()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not self.scroll_by(event.key()):
-            event.ignore()

@@ -11,7 +11,7 @@ from PySide6.QtGui import (
     QScreen,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
@@ -86,7 +86,6 @@ class ParticipantWindow(QWidget):
         for below in (self.go, self.hint):
             below.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
             column.addWidget(below, 0, Qt.AlignmentFlag.AlignHCenter)
-        self._set_width(WIDTH_PX)
         self.form.answered.connect(self.answered)
         self.form.changed.connect(self.slider_moved)
         self.form.refused.connect(self._show_refused)
@@ -145,19 +144,16 @@ class ParticipantWindow(QWidget):
             case Qt.Key.Key_Return | Qt.Key.Key_Enter | Qt.Key.Key_Space:
                 self._go_on()
             case key:
-                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(int(key))):
+                if not (self.form.handle_key(int(key), event.text()) or self.scrolled.scroll_by(event)):
                     super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Scroll also where the mouse is beside what is scrolled."""
-        bar, notches = self.scrolled.verticalScrollBar(), event.angleDelta().y() / 120.0
-        bar.setValue(bar.value() - round(notches * QApplication.wheelScrollLines() * bar.singleStep()))
+        self.scrolled.scroll_by(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._set_width(min(WIDTH_PX, self.width() - 6 * theme.GRID))
-
-    def _set_width(self, width: int) -> None:
+        width = min(WIDTH_PX, self.width() - 6 * theme.GRID)
         self.hint.setFixedWidth(width)
         self.scrolled.setFixedWidth(width + self.scrolled.verticalScrollBar().sizeHint().width())
 

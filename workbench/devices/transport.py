@@ -2,13 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
 from underfoot.errors import BadValue
-
-if TYPE_CHECKING:  # NumPy is not loaded to say what a target may be: the engine starts that much sooner
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 class Sender(ABC):
@@ -70,10 +66,8 @@ class Transport(ABC):
     """The emulator's end."""
     name: str
     """The target, as the user wrote it."""
-    senders: "NDArray[np.int64] | None" = None
-    """End of each sender's bytes in the result of the last `read`, and the sender's number: (n, 2). None for a single
-    sender.
-    """
+    senders: Sequence[tuple[int, int]] | None = None
+    """Of the last `read`, the end of each sender's bytes, and the sender's number; None for a single sender."""
 
     @classmethod
     @abstractmethod

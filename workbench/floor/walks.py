@@ -378,16 +378,16 @@ class _Walk(Struct, eq=False):
             self.votes_m = SIDE_VOTE_DECAY * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
         if not _is_next(footfall, last):
             return
-        same = self.steps[-2] if len(self.steps) > 1 and self.steps[-2].number == footfall.number - 2 else None
-        if same is not None and not _is_next(last, same):
-            same = None
+        swing_s, same = math.nan, self.steps[-2] if len(self.steps) > 1 else last
+        if same.number == footfall.number - 2 and _is_next(last, same):
+            swing_s = footfall.start_s - same.end_s
         footfall.step = replace(
             footfall.step,
             cadence_per_min=60.0 / later_s,
             step_length_mm=1e3 * abs(length_m) if known else math.nan,
             step_width_mm=1e3 * abs(aside_m) if known else math.nan,
             double_support_ms=1e3 * (last.end_s - footfall.start_s),
-            swing_ms=1e3 * (footfall.start_s - same.end_s) if same else math.nan,
+            swing_ms=1e3 * swing_s,
         )
 
     def _direction(self, footfall: _Footfall) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ After damage it is in step again with the next frame: a damaged delimiter costs 
 after it, because the last 22 bytes before a zero are tried as a frame, whatever precedes them.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -142,11 +143,11 @@ class Parser:
         """Number of bytes read."""
 
     def feed(
-        self, data: bytes | bytearray | memoryview, senders: NDArray[np.int64] | None = None, now_s: float = 0.0
+        self, data: bytes | bytearray | memoryview, senders: Sequence[tuple[int, int]] | None = None, now_s: float = 0.0
     ) -> NDArray[np.void]:
         """Return the valid frames that end in these bytes: records of `SAMPLE` (n,).
 
-        Doubled, stale and foreign ones are left out. `senders` (n, 2) has the end of each sender's bytes, and its
+        Doubled, stale and foreign ones are left out. `senders` has the end of each sender's bytes, and its
         number; they arrived at `now_s`. Without it, all are from one sender. Microseconds are unwrapped. The array
         belongs to the parser; the next call overwrites it.
         """
@@ -154,7 +155,7 @@ class Parser:
         self.bytes += len(given)
         if len(self._out) < len(given) // 13 + 1:  # the shortest line has 13 characters and a newline
             self._out = np.zeros(2 * len(given) // 13 + 1, SAMPLE)
-        ends = _ONE_SENDER if senders is None else senders
+        ends = _ONE_SENDER if senders is None else np.array(senders, np.int64)
         return self._out[: _scan(given, ends, now_s, self._parts, self._out)]
 
     def resync(self) -> None:
@@ -197,8 +198,8 @@ class Parser:
         enough, and then the tile is its own.
         """
         known = self._state.tiles[tile]
-        own, stranger = self.senders_of(tile)
-        return bool(known["foreign"] > 0 and own != stranger and known["heard_s"] > known["stranger_s"])
+        is_other = known["foreign"] > 0 and known["stranger"] != known["sender"]
+        return bool(is_other and known["heard_s"] > known["stranger_s"])
 
 
 @kernel

@@ -107,8 +107,6 @@ class UdpTransport(Transport):
 
     def read(self) -> memoryview:
         """Return the datagrams received, each followed by a zero, so that a partial frame ends with its datagram."""
-        import numpy as np
-
         if self._socket is None:
             raise DeviceError(f"{self.name} is not open")
         at = 0
@@ -126,7 +124,7 @@ class UdpTransport(Transport):
             pass  # no more datagrams; or an unreachable port that was written to from here, which does not matter
         except OSError as error:
             raise DeviceError(f"{self.name} went away: {reason(error)}") from None
-        self.senders = np.array([*ends, (_BUFFER_BYTES, 0)], np.int64)
+        self.senders = [*ends, (_BUFFER_BYTES, 0)]
         return self._data[:at]
 
     def sender_name(self, number: int) -> str:
