@@ -32,14 +32,13 @@ def shift_to_free_place(new: Sequence[Box], taken: Sequence[Box]) -> tuple[float
     there = np.array(taken)
     for boxes, reach in ((np.array(new), NEAR_STEPS), (_bounding_box(new), FAR_STEPS)):
         shifts = _shifts(reach)
-        free = np.ones(len(shifts), bool)
         for left, top, width, height in boxes:
             x, y = left + shifts[:, :1], top + shifts[:, 1:]
             beside = (x >= there[:, 0] + there[:, 2] + GAP) | (x + width + GAP <= there[:, 0])
-            free &= (beside | (y >= there[:, 1] + there[:, 3] + GAP) | (y + height + GAP <= there[:, 1])).all(axis=1)
-        if free.any():
-            x_px, y_px = shifts[int(free.argmax())]
-            return float(x_px), float(y_px)
+            free = beside | (y >= there[:, 1] + there[:, 3] + GAP) | (y + height + GAP <= there[:, 1])
+            shifts = shifts[free.all(axis=1)]
+        if len(shifts):
+            return float(shifts[0, 0]), float(shifts[0, 1])
     below = (there[:, 1] + there[:, 3]).max() + GAP - min(box[1] for box in new)
     return 0.0, float(np.ceil(below / GRID) * GRID)
 

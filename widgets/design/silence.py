@@ -1,5 +1,6 @@
 """Explanations of why a patch is silent."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 
 from underfoot.patch.node import Registry
@@ -13,6 +14,9 @@ _ALONE = {"begin": "at once", "pace": "at its frequency"}
 
 def why_silent(patch: Patch, registry: Registry, id: str) -> str:
     """Return the node, at or before this one, that is muted or has unwired inputs, as text; "" if there is none."""
+    sources = defaultdict(list)
+    for source, target in patch.wires:
+        sources[target].append(source.partition(".")[0])
     waiting, seen = [id], {id}
     while waiting:
         here = waiting.pop(0)
@@ -20,8 +24,7 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
         type = registry[node.type]
         if node.muted:
             return f"{node.label or type.label} is muted"
-        wired = [(source.partition(".")[0], target) for source, target in patch.wires]
-        fed = [source for source, target in wired if target in {f"{here}.{port.name}" for port in type.inputs}]
+        fed = [source for port in type.inputs for source in sources[f"{here}.{port.name}"]]
         values = type.values(node.parameters)
         runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
         if type.inputs and not fed and not runs_alone:
