@@ -44,6 +44,7 @@ class VibrationPanel(QWidget):
         """Show this tile, the `row`-th of the floor."""
         self._row = row
         self.history.choose(row)
+        self.tile_levels.choose(row)
         self._tile_label.setText(f"tile {tile}")
 
     def set_level(self, db: float) -> None:
@@ -68,7 +69,7 @@ class VibrationPanel(QWidget):
         """Show the levels of the chosen tile, if visible."""
         if not self.levels.isVisible():
             return
-        response, text = self.tile_levels.of(self._row)
+        response, text = self.tile_levels.levels()
         self.levels.show_response(response)
         self._levels_line.setText(whole_parts(text))
 

@@ -20,23 +20,26 @@ class History(Generic[Scalar]):
 
     def __init__(self, dtype: type[Scalar], capacity: int, *shape: int) -> None:
         self.capacity = capacity
-        self._rows = np.zeros((2 * capacity, *shape), dtype)
-        self._end = 0
+        self._rows = np.zeros((2, capacity, *shape), dtype)  # the same rows twice, so that any stretch is contiguous
+        self._both = self._rows.reshape(2 * capacity, *shape)
+        self._count = 0
 
     def append(self, rows: ArrayLike) -> None:
         """Add rows; the oldest are dropped."""
         new = np.asarray(rows, self._rows.dtype)
         new = new[max(0, len(new) - self.capacity) :]
-        if self._end + len(new) > len(self._rows):
-            kept = self.latest()[max(0, len(self.latest()) + len(new) - self.capacity) :].copy()
-            self._rows[: len(kept)] = kept
-            self._end = len(kept)
-        self._rows[self._end : self._end + len(new)] = new
-        self._end += len(new)
+        while len(new):
+            at = self._count % self.capacity
+            fits, new = np.split(new, [self.capacity - at])
+            self._rows[:, at : at + len(fits)] = fits
+            self._count += len(fits)
 
     def latest(self) -> NDArray[Scalar]:
         """Return the latest rows, at most `capacity`, oldest first; a view that the next `append` may change."""
-        return self._rows[max(0, self._end - self.capacity) : self._end]
+        if self._count <= self.capacity:
+            return self._both[: self._count]
+        oldest = self._count % self.capacity
+        return self._both[oldest : oldest + self.capacity]
 
     def clear(self) -> None:
-        self._end = 0
+        self._count = 0

@@ -15,3 +15,14 @@ def test_a_history_keeps_the_latest_rows_whatever_they_come_in(lengths):
         history.append(rows)
         everything = np.concatenate([everything, rows])
         assert history.latest().tolist() == everything[-5:].tolist()
+
+
+def test_a_history_of_no_rows_keeps_none_and_a_cleared_one_begins_anew():
+    none, some = History(np.float32, 0, 2), History(np.float32, 3, 2)
+    for history in (none, some):
+        history.append(np.ones((5, 2)))
+    assert none.latest().shape == (0, 2)
+    some.clear()
+    assert some.latest().shape == (0, 2)
+    some.append([[7.0, 8.0]])
+    assert some.latest().tolist() == [[7.0, 8.0]]
