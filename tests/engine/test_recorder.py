@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from earlier_recordings import make_earlier
 from live import live
 from made_patches import hum, stepped_bank
 from made_recordings import ABOUT
@@ -369,8 +370,27 @@ def test_a_recording_of_before_accelerometers_has_none(tmp_path):
     writer = Writer(path, ABOUT)
     writer.put("vibration", 0, expected(0, 480))
     writer.close()
-    with closing(sqlite3.connect(path)) as base:
-        base.executescript("drop table commanded; drop table measured; pragma user_version = 1;")
+    make_earlier(path, 1)
     with Recording(path) as recording:
         assert len(recording.acceleration("measured")[1]) == 0
         assert len(recording.vibration()[1]) == 480
+
+
+@pytest.mark.parametrize("version", [3, 4])
+def test_the_drive_of_still_tiles_is_read_as_zero_and_takes_no_room(tmp_path, version):
+    path, frames = tmp_path / "drive.uf", np.zeros((9_600, 2), np.float32)
+    frames[100:200, 1] = 0.5
+    frames[4_800:, 0] = -0.0  # which has bits
+    writer = Writer(path, ABOUT)
+    for first in (0, 4_800):
+        writer.put("vibration", first, frames[first : first + 4_800])
+    writer.close()
+    if version < 4:
+        make_earlier(path, version)
+    with Recording(path) as recording:
+        assert recording.version == version
+        assert recording.vibration()[1].tobytes() == frames.tobytes()
+        assert recording.frames_between("vibration", 4_000, 5_000).tobytes() == frames[4_000:5_000].tobytes()
+    with closing(sqlite3.connect(path)) as base:
+        (size,) = base.execute("select sum(length(data)) from vibration").fetchone()
+    assert size == frames.nbytes // (2 if version == 4 else 1)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from earlier_recordings import make_earlier
 from long_recording import write_recording
 
 from underfoot.errors import BadFile
@@ -44,8 +45,7 @@ def earlier(path, tmp_path, monkeypatch):
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "cache"))
     copy = tmp_path / "earlier.underfoot"
     copy.write_bytes(path.read_bytes())
-    with closing(sqlite3.connect(copy)) as base:
-        base.executescript("drop table envelope; drop table mark; pragma user_version = 2")
+    make_earlier(copy, 2)
     return copy
 
 

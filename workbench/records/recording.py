@@ -26,9 +26,10 @@ from underfoot.records import envelopes
 
 SUFFIXES = (".underfoot", ".uf")
 APPLICATION_ID = 0x55464F54  # "UFOT"
-VERSION = 3
+VERSION = 4
 """Version 1 lacks `commanded` and `measured`, version 2 `envelope` and `mark`; missing tables read as empty. A mark set
-in an earlier file adds only that table, which an earlier Underfoot ignores."""
+in an earlier file adds only that table, which an earlier Underfoot ignores. Up to version 3, `vibration` has all tiles
+in each block, and not only those that moved."""
 NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FRAMES = ("vibration", "commanded", "measured")
@@ -43,7 +44,7 @@ FURTHEST_FRAME = 1e15
 _TABLES = """
 create table about (key text primary key, value text not null) without rowid;
 create table force (first integer primary key, count integer not null, data blob not null);
-create table vibration (first integer primary key, count integer not null, data blob not null);
+create table vibration (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table commanded (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table measured (first integer primary key, count integer not null, tiles text not null, data blob not null);
 create table command (id integer primary key, frame integer not null, kind text not null, body text not null);
@@ -79,17 +80,17 @@ class Writer:
         if len(rows) == 0:
             return
         self._begin()
-        if table in ("force", "vibration"):
-            data = np.ascontiguousarray(rows, "<f8" if table == "force" else "<f4").tobytes()
-            self._base.execute(f"insert into {table} values (?, ?, ?)", (first, len(rows), data))
-            if table == "force":
-                envelopes.put(self._base, table, round(rows[0, 0]), envelopes.loads(rows[:, 2:]), self._frames)
-        else:  # most tiles of a floor are still
-            frames = np.ascontiguousarray(rows, "<f4")
-            moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # by their bits: -0 is not nothing
-            data = np.ascontiguousarray(frames[:, moving]).tobytes()
-            said = json.dumps(moving.tolist())
-            self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
+        if table == "force":
+            samples = np.ascontiguousarray(rows, "<f8")
+            self._base.execute("insert into force values (?, ?, ?)", (first, len(rows), samples.tobytes()))
+            envelopes.put(self._base, table, round(rows[0, 0]), envelopes.loads(rows[:, 2:]), self._frames)
+            return
+        frames = np.ascontiguousarray(rows, "<f4")
+        moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # few tiles; by their bits: -0 is not nothing
+        data = np.ascontiguousarray(frames[:, moving]).tobytes()
+        said = json.dumps(moving.tolist())
+        self._base.execute(f"insert into {table} values (?, ?, ?, ?)", (first, len(rows), said, data))
+        if table != "vibration":
             envelopes.put(self._base, table, first, frames, 1.0)
 
     def command(self, frame: int, kind: str, body: str) -> None:
@@ -255,14 +256,14 @@ class Recording:
     def force_samples(self) -> NDArray[np.float64]:
         """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
         in N."""
-        rows = self._all("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        rows = self._whole("force", "<f8", 2 + 4 * self._floor_tiles)[1]
         if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
             raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
         return rows
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the drive of the tiles, [frame, tile], of full scale; 0 in gaps."""
-        return self._all("vibration", "<f4", self._floor_tiles)
+        return self._whole("vibration", "<f4", self._floor_tiles)
 
     def acceleration(self, table: str) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
@@ -270,13 +271,7 @@ class Recording:
         require(table in FRAMES[1:], "table", table, ", ".join(FRAMES[1:]))
         if self.version < 2:
             return 0, np.zeros((0, 1), np.float32)
-        blocks = list(self.blocks(table))
-        first, end = (blocks[0][0], blocks[-1][0] + len(blocks[-1][1])) if blocks else (0, 0)
-        with self._readable(table):
-            whole = np.zeros((end - first, self._floor_tiles), np.float32)
-            for at, rows in blocks:
-                whole[at - first : at - first + len(rows)] = rows
-        return first, whole
+        return self._whole(table, "<f4", self._floor_tiles)
 
     def blocks(
         self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, *, reverse: bool = False
@@ -288,7 +283,8 @@ class Recording:
         if table in ("commanded", "measured") and self.version < 2:
             return
         wide = table == "force"
-        columns = "first, count, data" if table in ("force", "vibration") else "first, count, data, tiles"
+        has_all_tiles = wide or (table == "vibration" and self.version < 4)
+        columns = "first, count, data" if has_all_tiles else "first, count, data, tiles"
         with self._readable(table):
             (before,) = self._base.execute(f"select max(first) from {table} where first <= ?", (begin,)).fetchone()
             found = self._base.execute(
@@ -438,13 +434,13 @@ class Recording:
         """Close the file."""
         self._base.close()
 
-    def _all(self, table: str, dtype: str, width: int) -> tuple[int, Rows]:
+    def _whole(self, table: str, dtype: str, width: int) -> tuple[int, Rows]:
+        """Return all rows of a table, and the number of the first; 0 in gaps."""
+        first, end = (number or 0 for number in self._ends(table))
         with self._readable(table):
-            blocks = list(self._base.execute(f"select first, count, data from {table} order by first"))
-            first, end = (blocks[0][0], blocks[-1][0] + blocks[-1][1]) if blocks else (0, 0)
             whole = np.zeros((end - first, width), dtype)
-            for at, count, data in blocks:
-                whole[at - first : at - first + count] = np.frombuffer(data, dtype).reshape(count, width)
+            for at, rows in self.blocks(table):
+                whole[at - first : at - first + len(rows)] = rows
         return first, whole
 
     def _tiles_of_floor(self) -> int:
