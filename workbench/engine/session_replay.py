@@ -63,11 +63,11 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Plat
     Raises `BadFile` for a recording that begins after its session, has gaps, or has a patch that cannot be played.
     """
     with Recording(path) as recording:
-        first, played = recording.vibration()
+        first, end = recording.ends("vibration")
+        if end is None:
+            raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
         if first != 0 or recording.gaps():
             raise BadFile(f"{path} cannot be replayed: it does not begin with its session, or has gaps")
-        if len(played) == 0:
-            raise BadFile(f"{path} cannot be replayed: it was ended before the first frame")
         loop = _loop_of(recording, registry, block, plates)
         for frame, kind, body in recording.commands():
             with _readable(path, f"command {kind[:60]!r}"):
@@ -76,7 +76,7 @@ def replay(path: Path, registry: Registry, block: int = 1024, plates: tuple[Plat
                 _run_nodes(recording, command.patch)
                 Patch.loads(command.patch, registry, str(path))  # for its error, which names the recording
             loop.send(command, frame)
-    return Rendered.of(loop, len(played))
+    return Rendered.of(loop, end)
 
 
 def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple[PlateOutput, ...]) -> Loop:

@@ -330,7 +330,7 @@ class Recording:
 
     def _first_sample_at(self, frame: float) -> int:
         """Return the number of a sample at or shortly before a session frame, or else of the first one after it."""
-        ends = self._ends("force")
+        ends = self.ends("force")
         if ends[0] is None or ends[1] is None:
             return 0
         low, high, guess, probes = ends[0], ends[1] - 1, ends[0], 0
@@ -351,7 +351,7 @@ class Recording:
     @property
     def span(self) -> tuple[int, int]:
         """Return the first recorded session frame, and the one after the last; (0, 0) for an empty recording."""
-        first, end = self._ends("vibration")
+        first, end = self.ends("vibration")
         for _, rows in (*self._at_ends("force"),):
             first = round(rows[0, 0]) if first is None else min(first, round(rows[0, 0]))
             end = round(rows[-1, 0]) + 1 if end is None else max(end, round(rows[-1, 0]) + 1)
@@ -364,7 +364,8 @@ class Recording:
                 yield block
                 break
 
-    def _ends(self, table: str) -> tuple[int | None, int | None]:
+    def ends(self, table: str) -> tuple[int | None, int | None]:
+        """Return the number of a table's first row, and the number after its last; None if it is empty."""
         with self._readable(table):
             ask = f"select min(first) from {table}"
             (first,) = self._base.execute(ask).fetchone()
@@ -436,7 +437,7 @@ class Recording:
 
     def _whole(self, table: str, dtype: str, width: int) -> tuple[int, Rows]:
         """Return all rows of a table, and the number of the first; 0 in gaps."""
-        first, end = (number or 0 for number in self._ends(table))
+        first, end = (number or 0 for number in self.ends(table))
         with self._readable(table):
             whole = np.zeros((end - first, width), dtype)
             for at, rows in self.blocks(table):
