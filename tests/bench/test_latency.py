@@ -8,10 +8,14 @@ from underfoot.bench import latency
 
 @pytest.mark.parametrize("link", ["UDP", "pty"])
 def test_each_step_that_is_sent_changes_what_is_played_behind_it(link):
-    found = latency.measured(link, jitter_s=0.2e-3, settled_s=0.5, seconds=2.0)
-    assert 3 <= len(found.seconds) <= 43  # one every 47 ms; a machine that is busy with other programs loses most
+    for _ in range(5):  # a machine that is busy with other programs loses steps
+        found = latency.measured(link, jitter_s=0.2e-3, settled_s=0.5, seconds=2.0)
+        assert len(found.seconds) <= 43  # one every 47 ms
+        if len(found.seconds) >= 10:
+            break
+    assert len(found.seconds) >= 10
     assert (found.seconds > 0.0).all()
-    assert len(np.unique(found.seconds.round(5))) > 2  # they are not of one moment
+    assert len(np.unique(found.seconds.round(5))) > 5  # they are not of one moment
     assert 0.0 <= found.late_share <= 1.0
     assert found.shown_s >= found.hold_s + latency.BLOCK / latency.RATE - 1e-9
 

@@ -26,7 +26,6 @@ class VibrationPanel(QWidget):
         super().__init__(parent)
         self.spectrogram = SpectrogramPlot()
         self.levels = LevelPlot()
-        self._row = 0
         self._views = QStackedWidget()
         self._views.addWidget(self.spectrogram)
         self._views.addWidget(self.levels)
@@ -36,13 +35,12 @@ class VibrationPanel(QWidget):
 
     def start_again(self, tiles: int, rate_hz: float) -> None:
         """Keep nothing: another session begins, on a floor of so many tiles."""
-        self._row, self._rate_hz = 0, rate_hz
+        self._rate_hz = rate_hz
         self.history = VibrationHistory(tiles, rate_hz, MAX_DURATION_S, HISTORY_S)
         self.tile_levels = TileLevels(tiles, rate_hz)
 
     def choose_tile(self, tile: str, row: int) -> None:
         """Show this tile, the `row`-th of the floor."""
-        self._row = row
         self.history.choose(row)
         self.tile_levels.choose(row)
         self._tile_label.setText(f"tile {tile}")

@@ -45,7 +45,7 @@ class Rendered:
 
     def __repr__(self) -> str:
         frames, channels = self.samples.shape
-        peak = float(np.abs(self.samples).max(initial=0.0))
+        peak = _peak(self.samples)
         return f"<Rendered: {frames} frames of {channels} channels at {self.rate_hz:.6g} Hz, peak {peak:.4f}>"
 
     def save(self, path: str | Path) -> None:
@@ -90,11 +90,15 @@ class Rendered:
         }
 
 
+def _peak(samples: NDArray[np.float32]) -> float:
+    """Return the peak of all channels; without a copy, as an hour of a floor takes gigabytes."""
+    return max(float(samples.max(initial=0.0)), -float(samples.min(initial=0.0)))
+
+
 def _levels(samples: NDArray[np.float32], unit: str) -> dict[str, float]:
-    """Return the peak, and the RMS over all channels; without a copy, as an hour of a floor takes gigabytes."""
-    energy = float(np.einsum("ij,ij->", samples, samples, dtype=np.float64))
-    peak = max(float(samples.max(initial=0.0)), -float(samples.min(initial=0.0)))
-    return {f"peak{unit}": peak, f"rms{unit}": math.sqrt(energy / samples.size) if samples.size else 0.0}
+    """Return the peak, and the RMS over all channels."""
+    energy = float(np.einsum("ij,ij->", samples, samples, dtype=np.float64))  # without a copy, too
+    return {f"peak{unit}": _peak(samples), f"rms{unit}": math.sqrt(energy / samples.size) if samples.size else 0.0}
 
 
 def _felt(samples: NDArray[np.float32], rate_hz: float) -> dict[str, object]:

@@ -34,6 +34,7 @@ NEEDED = ("floor", "rate", "force_rate", "patch")
 """Entries of `about` that every recording has."""
 FRAMES = ("vibration", "commanded", "measured")
 """Tables with one row per session frame: drive, commanded and measured acceleration of tiles."""
+_TYPES = {"force": "<f8"} | dict.fromkeys(FRAMES, "<f4")
 _LOCKED_S = 60.0
 """How long a writer waits for another program that has the file locked, as the last to close it does while it merges
 the log: on a slow disk, for seconds."""
@@ -81,11 +82,11 @@ class Writer:
             return
         self._begin()
         if table == "force":
-            samples = np.ascontiguousarray(rows, "<f8")
+            samples = np.ascontiguousarray(rows, _TYPES[table])
             self._base.execute("insert into force values (?, ?, ?)", (first, len(rows), samples.tobytes()))
             envelopes.put(self._base, table, round(rows[0, 0]), envelopes.loads(rows[:, 2:]), self._frames)
             return
-        frames = np.ascontiguousarray(rows, "<f4")
+        frames = np.ascontiguousarray(rows, _TYPES[table])
         moving = np.flatnonzero(frames.view("<i4").any(axis=0))  # few tiles; by their bits: -0 is not nothing
         data = np.ascontiguousarray(frames[:, moving]).tobytes()
         said = json.dumps(moving.tolist())
@@ -256,22 +257,20 @@ class Recording:
     def force_samples(self) -> NDArray[np.float64]:
         """Return all force samples, float64 [sample, column]: stamp and arrival in session frames, then corner forces
         in N."""
-        rows = self._whole("force", "<f8", 2 + 4 * self._floor_tiles)[1]
+        rows = self._whole("force")[1]
         if not (np.abs(rows[:, :2]) <= FURTHEST_FRAME).all():  # false where it is not a number
             raise BadFile(f"{self.path}: table force cannot be read: it has times that no session can have")
         return rows
 
     def vibration(self) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the drive of the tiles, [frame, tile], of full scale; 0 in gaps."""
-        return self._whole("vibration", "<f4", self._floor_tiles)
+        return self._whole("vibration")
 
     def acceleration(self, table: str) -> tuple[int, NDArray[np.float32]]:
         """Return the first session frame, and the "commanded" or "measured" acceleration, [frame, tile], m/s^2; 0 in
         gaps."""
         require(table in FRAMES[1:], "table", table, ", ".join(FRAMES[1:]))
-        if self.version < 2:
-            return 0, np.zeros((0, 1), np.float32)
-        return self._whole(table, "<f4", self._floor_tiles)
+        return self._whole(table)
 
     def blocks(
         self, table: str, begin: int = -(1 << 62), end: int = 1 << 62, *, reverse: bool = False
@@ -280,10 +279,9 @@ class Recording:
 
         Each block is read when it is requested.
         """
-        if table in ("commanded", "measured") and self.version < 2:
+        if self._lacks(table):
             return
-        wide = table == "force"
-        has_all_tiles = wide or (table == "vibration" and self.version < 4)
+        has_all_tiles = table == "force" or (table == "vibration" and self.version < 4)
         columns = "first, count, data" if has_all_tiles else "first, count, data, tiles"
         with self._readable(table):
             (before,) = self._base.execute(f"select max(first) from {table} where first <= ?", (begin,)).fetchone()
@@ -294,12 +292,12 @@ class Recording:
             for first, count, data, *tiles in found:
                 if first + count <= begin:
                     continue
-                rows = np.frombuffer(data, "<f8" if wide else "<f4").reshape(count, -1) if count else np.zeros((0, 1))
+                rows = np.frombuffer(data, _TYPES[table]).reshape(count, -1) if count else np.zeros((0, 1))
                 if tiles:
                     whole = np.zeros((count, self._floor_tiles), np.float32)
                     whole[:, json.loads(tiles[0])] = rows
                     rows = whole
-                elif rows.shape[1] != (2 + 4 * self._floor_tiles if wide else self._floor_tiles):
+                elif rows.shape[1] != self._columns(table):
                     raise ValueError(f"a block of {rows.shape[1]} columns")
                 yield first, rows
 
@@ -366,6 +364,8 @@ class Recording:
 
     def ends(self, table: str) -> tuple[int | None, int | None]:
         """Return the number of a table's first row, and the number after its last; None if it is empty."""
+        if self._lacks(table):
+            return None, None
         with self._readable(table):
             ask = f"select min(first) from {table}"
             (first,) = self._base.execute(ask).fetchone()
@@ -435,11 +435,18 @@ class Recording:
         """Close the file."""
         self._base.close()
 
-    def _whole(self, table: str, dtype: str, width: int) -> tuple[int, Rows]:
+    def _lacks(self, table: str) -> bool:
+        """Return whether the file is of a version without this table."""
+        return table in ("commanded", "measured") and self.version < 2
+
+    def _columns(self, table: str) -> int:
+        return 2 + 4 * self._floor_tiles if table == "force" else self._floor_tiles
+
+    def _whole(self, table: str) -> tuple[int, Rows]:
         """Return all rows of a table, and the number of the first; 0 in gaps."""
         first, end = (number or 0 for number in self.ends(table))
         with self._readable(table):
-            whole = np.zeros((end - first, width), dtype)
+            whole = np.zeros((end - first, self._columns(table)), _TYPES[table])
             for at, rows in self.blocks(table):
                 whole[at - first : at - first + len(rows)] = rows
         return first, whole
