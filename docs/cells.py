@@ -24,7 +24,7 @@ def cells(path: Path) -> Iterator[tuple[str, str, Any]]:
         )
 
 
-def _run(text: str, names: dict[str, Any], place: str) -> Any:
+def _run(text: str, names: dict[str, Any], place: str) -> object:
     tree = ast.parse(text, place)
     last = tree.body[-1] if tree.body else None
     if not isinstance(last, ast.Expr):
@@ -45,7 +45,7 @@ def markdown(path: Path) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _shown(value: Any) -> list[str]:
+def _shown(value: object) -> list[str]:
     if hasattr(value, "_repr_svg_"):
         return [_whole(value._repr_svg_())]
     if hasattr(value, "_repr_html_"):

@@ -7,7 +7,7 @@ nothing.
 <Patch 'Gravel underfoot': 15 nodes, 16 wires>
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.drawing.picture import Picture as Picture
@@ -73,7 +73,7 @@ __all__ = [  # explicit, for type checkers; a test compares it with `_PLACES`
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _PLACES:
         raise AttributeError(f"module 'underfoot' has no attribute {name!r}")
     from importlib import import_module

@@ -43,7 +43,7 @@ IS_DISABLED = bool(config.DISABLE_JIT)
 """Whether kernels run as plain Python (NUMBA_DISABLE_JIT=1)."""
 
 
-def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> Any:
+def compiled(function: Callable[..., Any], options: dict[str, Any], is_kept: bool) -> object:
     """Return the dispatcher that compiles a kernel for its argument types, or its plain form if Numba is disabled."""
     if IS_DISABLED:
         return _plain(function)
@@ -58,14 +58,14 @@ def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that gives this one what it has in compiled code: records with attributes, NumPy's numbers."""
 
     @wraps(function)
-    def call(*args: object) -> Any:
+    def call(*args: object) -> object:
         with np.errstate(all="ignore"):  # as compiled: 1 / 0 is infinite, and random bits wrap around
             return function(*map(_as_compiled, args))
 
     return call
 
 
-def _as_compiled(value: Any) -> Any:
+def _as_compiled(value: object) -> object:
     if isinstance(value, float):
         return np.float64(value)
     if hasattr(value, "with_numpy_numbers"):
@@ -74,8 +74,8 @@ def _as_compiled(value: Any) -> Any:
         return value.view(np.recarray)
     if isinstance(value, np.void) and value.dtype.names:
         return value.view((np.record, value.dtype))
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return type(value)(*map(_as_compiled, value))
+    if isinstance(value, tuple) and hasattr(value, "_make"):
+        return value._make(map(_as_compiled, value))
     return value
 
 

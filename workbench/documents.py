@@ -66,7 +66,7 @@ def parse(text: bytes | str, source: str, format: str, version: int) -> dict[str
     return raw
 
 
-def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> Any:
+def plain_json(text: bytes | str, source: str, deepest: int = DEEPEST) -> object:
     """Parse JSON `text`. `BadFile` for invalid JSON, for more than `LARGEST` bytes or `deepest` levels of lists and
     objects, and for an unpaired surrogate in a text.
 
@@ -112,21 +112,21 @@ def _require_plain(raw: object, source: str, deepest: int) -> None:
 
 def write_document(format: str, version: int, document: msgspec.Struct) -> bytes:
     """Return the document as JSON in a fixed order; fields that are empty or not set are omitted."""
-    fields = _lean(msgspec.to_builtins(document))
-    return msgspec.json.format(msgspec.json.encode({"format": format, "version": version, **fields}), indent=1)
+    fields = {"format": format, "version": version, **msgspec.to_builtins(document)}
+    return msgspec.json.format(msgspec.json.encode(_lean(fields)), indent=1)
 
 
-def _lean(value: object) -> Any:
+def _lean(value: object) -> object:
     if isinstance(value, dict):
         return {key: _lean(item) for key, item in value.items() if item not in (None, "", (), [], {})}
     return [_lean(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def placed(error: msgspec.ValidationError, raw: Any) -> str:
+def placed(error: msgspec.ValidationError, raw: object) -> str:
     """Return the library's message with its place in front and, if it names only a type, the actual value."""
     message, _, place = str(error).partition(" - at `")
     place = place.rstrip("`") or "$"
-    value = raw
+    value: Any = raw
     try:
         for key, index in re.findall(r"\.([A-Za-z0-9_-]+)|\[(\d+)\]", place):
             value = value[key] if key else value[int(index)]

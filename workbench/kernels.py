@@ -107,7 +107,7 @@ class Intrinsic:
         self._in_python = function
         return function
 
-    def __call__(self, *args: object) -> Any:
+    def __call__(self, *args: object) -> Any:  # noqa: ANN401 - what the intrinsic makes
         if self._in_python is None:
             raise UnderfootError(
                 "a patch runs as compiled code only; unset NUMBA_DISABLE_JIT, which is for models by themselves"

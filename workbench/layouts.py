@@ -5,9 +5,9 @@ A layout names numbers, arrays and nested layouts. A kernel is passed a memory o
 made. In compiled code a memory is an address and these sizes.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from underfoot.errors import require
 from underfoot.kernels import Intrinsic
 from underfoot.memory import aligned_zeros, whole_lines
+
+if TYPE_CHECKING:
+    from underfoot.memory_lowering import MemoryType
 
 Size = int | str
 """Length of a dimension: a number, or the symbol of a size of each memory."""
@@ -72,10 +75,10 @@ class Layout:
             f"{self.name}({', '.join(f'{part.name}{part.layout or list(part.shape)}' for part in self.parts.values())})"
         )
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Callable[..., "Layout"], tuple[str, tuple[Part, ...]]]:
         return _layout_of, (self.name, tuple(self.parts.values()))
 
-    def size(self, sizes: Mapping[str, Any]) -> Any:
+    def size(self, sizes: Mapping[str, Any]) -> Any:  # noqa: ANN401 - as the sizes
         """Return the number of float64 values in a memory with these sizes."""
         return list(self.places(sizes))[-1]
 
@@ -97,14 +100,14 @@ class Layout:
         return Memory(self, aligned_zeros(self.size(sizes)), sizes)
 
     @cached_property
-    def type(self) -> Any:
+    def type(self) -> "MemoryType":
         """Numba type of a memory of this layout."""
         from underfoot.memory_lowering import MemoryType
 
         return MemoryType(self)
 
     @cached_property
-    def at(self) -> Any:
+    def at(self) -> Any:  # noqa: ANN401 - compiled code calls it
         """For compiled code: `layout.at(values, sizes)` views a memory in an array of float64 or at a pointer to one.
 
         `sizes` is a tuple of those in `symbols`.
@@ -118,7 +121,7 @@ class MemoryAt(Struct, frozen=True, dict=True):
     layout: Layout
 
     @cached_property
-    def _numba_type_(self) -> Any:
+    def _numba_type_(self) -> object:
         from underfoot.memory_lowering import memory_at
 
         return Intrinsic(memory_at(self.layout.type))._numba_type_
@@ -137,11 +140,11 @@ class Memory:
         vars(self).update(layout=layout, values=values, sizes=own, address=values.ctypes.data)
 
     @cached_property
-    def _numba_type_(self) -> Any:
+    def _numba_type_(self) -> object:
         """Type of an argument for Numba."""
         return self.layout.type
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - of the part's type
         fields = vars(self)
         if name in fields["sizes"]:
             return fields["sizes"][name]
@@ -177,7 +180,7 @@ class Memory:
 
 
 class _NumPyMemory(Memory):
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         found = super().__getattr__(name)
         if isinstance(found, Memory):
             return found.with_numpy_numbers()

@@ -12,7 +12,7 @@ LANES = 4
 """Values that `lanes` processes at a time."""
 
 
-def whole_lines(length: Any) -> Any:
+def whole_lines(length: Any) -> Any:  # noqa: ANN401 - an integer, or a word of compiled code
     """Round a number of values up to whole cache lines.
 
     >>> whole_lines(1), whole_lines(8)

@@ -47,7 +47,7 @@ def _length(memory: "MemoryType") -> "Callable[[MemoryType], int] | None":
 class MemoryType(types.Type):
     """Numba type of a memory."""
 
-    def __init__(self, layout: Any) -> None:
+    def __init__(self, layout: Any) -> None:  # noqa: ANN401 - a layout, whose file imports this one
         self.layout = layout
         super().__init__(name=f"memory of {layout!r}")
 

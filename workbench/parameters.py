@@ -37,7 +37,7 @@ class Parameter:
         return False
 
     @property
-    def initial(self) -> Any:
+    def initial(self) -> object:
         """Value that a node added by hand has, and that a control goes back to."""
         return self.default
 
@@ -46,7 +46,7 @@ class Parameter:
         """Description of the allowed values."""
         raise AssertionError(f"{type(self).__name__} says nothing of what it allows")
 
-    def check(self, value: object) -> Any:
+    def check(self, value: object) -> Any:  # noqa: ANN401 - of the parameter's kind
         """Return the value as the program uses it, or raise `BadValue`."""
         raise AssertionError(f"{type(self).__name__} checks nothing")
 

@@ -146,6 +146,17 @@ def test_a_name_that_is_not_there_is_refused_as_the_class_is_declared(function, 
         node("bad", "Tests")(type("Bad", (), body))
 
 
+def test_a_node_that_does_not_say_what_it_does_is_refused():
+    with pytest.raises(BadValue, match=r"^docstring of node mute is None; allowed: what the node does"):
+
+        @node("mute", "Tests")
+        class Mute:
+            out = Output()
+
+            def run(out):
+                out[:] = 0.0
+
+
 def test_a_name_that_means_two_things_is_refused():
     with pytest.raises(BadValue, match=r"name of a port or parameter of Bad is 'rate'"):
 

@@ -60,7 +60,7 @@ class ParameterEditor(QWidget):
         self.grid.addWidget(self.reset_button, 0, 1)
         self.setToolTip(help_text(parameter))
 
-    def value(self) -> Any:
+    def value(self) -> Any:  # noqa: ANN401 - of the parameter's kind
         """Return the value, as checked by the parameter."""
         return self._value
 
@@ -240,13 +240,13 @@ class ElidedButton(QPushButton):
         self.setText(literal(metrics.elidedText(self._text, Qt.TextElideMode.ElideRight, room) + self._tail))
 
 
-def value_text(parameter: Parameter, value: Any) -> str:
+def value_text(parameter: Parameter, value: object) -> str:
     """Return a short text of a parameter's value.
 
     >>> value_text(Number(0.82e-3, 0.0, 1.0, unit="m"), 0.82e-3)
     '820 µm'
     """
-    if isinstance(parameter, Number | Count):
+    if isinstance(parameter, Number | Count) and isinstance(value, float | int):
         return quantity(value, parameter.unit, 4)
     if isinstance(value, str):
         return value or "an empty text"

@@ -1,9 +1,7 @@
 """Controls made from the declaration of a parameter alone; each edits a value, independent of its use."""
 
-from collections.abc import Sequence
 from functools import singledispatch
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QWheelEvent
@@ -63,18 +61,18 @@ class TextEditor(ParameterEditor):
         self._place_control(self.field)
         self.set_value(parameter.default)
 
-    def _as_text(self, value: Any) -> str:
-        return str(value)
+    def _as_text(self) -> str:
+        return str(self._value)
 
-    def _from_text(self, text: str) -> Any:
+    def _from_text(self, text: str) -> object:
         return text
 
     def _show(self) -> None:
         if not self.field.hasFocus():
-            self.field.setText(self._as_text(self._value))
+            self.field.setText(self._as_text())
             self.field.setCursorPosition(0)  # show the beginning of a long text
         elif self.field.is_untouched:
-            self.field.show_text(self._as_text(self._value))
+            self.field.show_text(self._as_text())
 
     def _typed(self, text: str) -> None:
         try:
@@ -85,7 +83,7 @@ class TextEditor(ParameterEditor):
             self.field.show_error(str(error).removeprefix(f"{self.parameter.name} is "))
             return
         self._show_valid()
-        self.field.setText(self._as_text(self._value))
+        self.field.setText(self._as_text())
 
     def _drop_refused(self) -> None:
         """Show the value again when a refused text is left, as a number does."""
@@ -101,8 +99,8 @@ class TextEditor(ParameterEditor):
 class NumbersEditor(TextEditor):
     """A list of numbers in a text field, separated by spaces or commas."""
 
-    def _as_text(self, value: Sequence[float]) -> str:
-        return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in value)  # an edit of one keeps the others
+    def _as_text(self) -> str:
+        return ", ".join(f"{item:.{EXACT_DIGITS}g}" for item in self._value)  # an edit of one keeps the others
 
     def _from_text(self, text: str) -> list[float]:
         try:

@@ -1,14 +1,16 @@
 """Step of an undo history: the state before and after it. Consecutive steps of one kind, such as letters, are one."""
 
-from typing import Any
+from typing import Generic, TypeVar
 
 from PySide6.QtGui import QUndoCommand
 
+State = TypeVar("State")
 
-class UndoStep(QUndoCommand):
+
+class UndoStep(QUndoCommand, Generic[State]):
     """An edit named `text`; `undo` and `redo` are its subclass's. Steps with the same `merge` are one, "" with none."""
 
-    def __init__(self, text: str, before: Any, after: Any, merge: str) -> None:
+    def __init__(self, text: str, before: State, after: State, merge: str) -> None:
         super().__init__(text)
         self.before, self.after = before, after
         self._merge = merge

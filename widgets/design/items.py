@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -173,8 +172,8 @@ class NodeItem(QGraphicsItem):
         path.addRect(self.geometry.rect)
         return path
 
-    def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: Any) -> Any:
-        if change == _MOVES:
+    def itemChange(self, change: QGraphicsItem.GraphicsItemChange, value: object) -> object:
+        if change == _MOVES and isinstance(value, QPointF):
             return QPointF(*snapped(value.x(), value.y())) if self._is_dragged() else value
         if change == _MOVED:
             for wire in self.wires:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Signal
-from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from underfoot.models.modal.hunt_crossley import WallImpact, wall_impact
@@ -38,12 +38,12 @@ class NodePicture(HandlePad):
             self._values = dict(values)
             self._fit()
 
-    def mouseReleaseEvent(self, event: Any) -> None:
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         super().mouseReleaseEvent(event)
         self._fit()
 
-    def value(self, name: str) -> Any:
-        return self._values[name]
+    def value(self, name: str) -> float:
+        return float(self._values[name])
 
     def ends(self) -> tuple[float, float]:
         """Return the upper ends of both axes."""

@@ -56,7 +56,7 @@ def values_of(patch: Patch, registry: Registry, ids: Sequence[str], name: str) -
     return found
 
 
-def shown_value(parameter: Parameter, values: Sequence[Any]) -> Any:
+def shown_value(parameter: Parameter, values: Sequence[Any]) -> object:
     """Return the first of these values that all nodes allow."""
     for value in values:
         try:

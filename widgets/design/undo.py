@@ -127,7 +127,7 @@ class Document(QObject):
         (self.changed if slot == self.slot else self.other_changed).emit(patch)
 
 
-class _Edit(UndoStep):
+class _Edit(UndoStep[Patch]):
     def __init__(self, document: Document, slot: str, after: Patch, text: str, merge: str) -> None:
         super().__init__(text, document._patches[slot], after, merge)
         self._document, self._slot = document, slot

@@ -130,7 +130,7 @@ class AnswerForm(QWidget):
         for key, button in zip(self._keys, self.buttons, strict=True):
             button.setChecked(key == self._typed)
 
-    def _answer_to(self, question: Parameter) -> Any:
+    def _answer_to(self, question: Parameter) -> object:
         """Return the answer to a question; if it is missing, focus its field and raise `BadValue`."""
         field = self.fields.get(question.name)
         if field is None:

@@ -51,9 +51,11 @@ class DraftHistory(QObject):
         steps = [self.stack.command(k) for k in range(first, min(index + MAX_SAVED_STEPS, count))]
         return {"at": index - first, "steps": [(step.before, step.after) for step in steps if isinstance(step, _Step)]}
 
-    def restore(self, saved: Any) -> None:
+    def restore(self, saved: object) -> None:
         """Restore steps, if they lead to the present state; others are discarded, because they contain no work."""
         now = self._now
+        if not isinstance(saved, dict):
+            return
         try:
             at, steps = int(saved["at"]), [(str(before), str(after)) for before, after in saved["steps"]]
             edits = [edit_between(json.loads(before), json.loads(after)) for before, after in steps]
@@ -77,7 +79,7 @@ class DraftHistory(QObject):
             self.restored.emit(json.loads(text), edit)
 
 
-class _Step(UndoStep):
+class _Step(UndoStep[str]):
     def __init__(
         self, history: DraftHistory, before: str, after: str, edit: DraftEdit, *, can_grow: bool = True
     ) -> None:

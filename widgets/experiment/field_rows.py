@@ -130,7 +130,7 @@ class FieldRows(QWidget):
         return box
 
 
-def parsed_value(parameter: Parameter, typed: str) -> Any:
+def parsed_value(parameter: Parameter, typed: str) -> object:
     """Return the value of typed text, or the text itself if it is not a valid value.
 
     >>> parsed_value(Count(1, 1, 9), "4"), parsed_value(Count(1, 1, 9), "many")

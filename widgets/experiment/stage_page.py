@@ -1,5 +1,6 @@
 """The page of stages in the protocol editor, with the parameters that their methods declare."""
 
+import copy
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -86,7 +87,7 @@ class StagePage(ItemList):
 
     def _copy(self, index: int) -> None:
         if 0 <= index < len(self._stages):
-            self._insert(index + 1, {**_deep_copy(self._stages[index]), "next": ""})
+            self._insert(index + 1, {**copy.deepcopy(self._stages[index]), "next": ""})
 
     def _insert(self, index: int, stage: dict[str, Any]) -> None:
         taken = {stage.get("id") for stage in self._stages}
@@ -247,9 +248,3 @@ def _words(stage: dict[str, Any]) -> str:
     method = (stage.get("method") or {}).get("kind", "")
     what = METHODS[method].name if method in METHODS else stage.get("kind", "")
     return f"{stage.get('id', '')}  ·  {what}" + (f"  →  {stage['next']}" if stage.get("next") else "")
-
-
-def _deep_copy(value: object) -> Any:
-    if isinstance(value, dict):
-        return {key: _deep_copy(item) for key, item in value.items()}
-    return [_deep_copy(item) for item in value] if isinstance(value, list | tuple) else value

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from underfoot.models.signals.random import stream_key
 from underfoot.models.stick_slip import distribution
 
 RATE = 48_000
+
+Times = TypeVar("Times", float, NDArray[np.float64])
 
 
 @dataclass(frozen=True)
@@ -204,7 +206,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
     strikes[::4800] = 1.0
     counts = (10, 64, 200)
 
-    def after_strikes(count: float) -> Any:
+    def after_strikes(count: float) -> NDArray[np.float64]:
         return sum(
             a * _poles_to(f, b, last - at).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -212,7 +214,7 @@ def modal_banks(quick: bool) -> Iterable[Task]:
             if at < last[0]
         )
 
-    def after_a_step(count: float) -> Any:
+    def after_a_step(count: float) -> NDArray[np.float64]:
         return sum(
             a * ((1.0 - _poles_to(f, b, last + 1)) / (1.0 - _poles_to(f, b, np.array([1])))).imag
             for f, b, a in zip(*modes(count), strict=True)
@@ -310,7 +312,7 @@ def bundles(quick: bool) -> Iterable[Task]:
     )
 
 
-def _slip_force(times: NDArray[np.float64] | float) -> Any:
+def _slip_force(times: Times) -> Times:
     return 1500.0 * np.sin(np.pi * times / 0.4) ** 2
 
 
@@ -325,7 +327,7 @@ def _slips_solved(times: NDArray[np.float64]) -> NDArray[np.float64]:
         def motion(t: float, y: NDArray[np.float64], place: float = place) -> list[float]:
             return [y[1], (_slip_force(t) - 400.0 * y[1] - 4e5 * y[0] - plastic * (y[0] - place)) / 0.5]
 
-        def reaches(t: float, y: NDArray[np.float64], place: float = place) -> Any:
+        def reaches(t: float, y: NDArray[np.float64], place: float = place) -> float:
             return plastic * (y[0] - place) - 100.0
 
         reaches.terminal, reaches.direction = True, 1.0  # type: ignore[attr-defined]
@@ -459,7 +461,7 @@ def strain_rates(quick: bool) -> Iterable[Task]:
     w0, mass = 2.0 * math.pi * envelopes.STRAIN_HZ, envelopes.STRAIN_MASS_KG
     times = np.arange(600) / 1000.0
 
-    def force(t: NDArray[np.float64] | float) -> Any:
+    def force(t: Times) -> Times:
         return 700.0 * np.sin(np.pi * t / 0.6) ** 2
 
     def motion(t: float, y: NDArray[np.float64]) -> list[float]:

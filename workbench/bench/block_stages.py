@@ -153,7 +153,7 @@ class _Stopwatch:
         call = getattr(owner, method)
 
         @wraps(call)
-        def watched(*given: object, **named: object) -> Any:
+        def watched(*given: object, **named: object) -> object:
             self._inner_s.append(0.0)
             began = time.perf_counter()
             result = call(*given, **named)

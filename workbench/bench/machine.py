@@ -7,9 +7,12 @@ the processor's widest vectors, which reaches what C reaches with intrinsics.
 
 import time
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 from underfoot.kernels import intrinsic, kernel, widest
+
+if TYPE_CHECKING:
+    from underfoot.emission import Emission, Type, TypingContext
 
 FLOOR_NS = 0.045
 """Time of two multiply-adds on the processor of the best times in `requirements`, in its usual state: three gigahertz
@@ -52,18 +55,20 @@ def _multiply_add(rounds: int) -> float:
 
 
 @intrinsic
-def _chains(context: Any, rounds: Any) -> Any:
+def _chains(context: "TypingContext", rounds: "Type") -> "Emission":
     """Run rounds of `x = 0.5 x + 0.1` in each lane of each chain; return the sum of the first lanes."""
     from llvmlite import ir
     from numba import types
 
+    from underfoot.emission import Arguments, BaseContext, Signature
+
     lanes, word = _lanes(), ir.IntType(64)
     vector = ir.VectorType(ir.DoubleType(), lanes)
 
-    def constant(value: float) -> Any:
+    def constant(value: float) -> ir.Constant:
         return ir.Constant(vector, [value] * lanes)
 
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    def code(context: BaseContext, builder: ir.IRBuilder, signature: Signature, args: Arguments) -> ir.Value:
         kind = ir.FunctionType(vector, [vector] * 3)
         fused = builder.module.declare_intrinsic(f"llvm.fmuladd.v{lanes}f64", fnty=kind)
         before = builder.block

@@ -344,7 +344,7 @@ def _values(type: str, registry: Registry, sound: str, rng: np.random.Generator)
     }
 
 
-def _value(parameter: Parameter, rng: np.random.Generator) -> Any:
+def _value(parameter: Parameter, rng: np.random.Generator) -> object:
     """Draw a value within the declaration; one in eight numbers is at an end of its range."""
     match parameter:
         case Number():

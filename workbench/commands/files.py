@@ -21,7 +21,7 @@ class FileOrPreset(click.Path):
         super().__init__(path_type=path_type)
         self._kind = kind
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401 - Click's
         named = super().convert(value, param, ctx)
         if os.path.splitext(named)[1] or os.path.exists(named):
             return named

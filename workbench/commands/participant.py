@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import count
@@ -15,12 +15,14 @@ from underfoot.devices.sound import require_card
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.questions import typed_answer
 from underfoot.files import make_folder
+from underfoot.parameters import Parameter
 
 if TYPE_CHECKING:
     from underfoot.commands.experiment_options import ExperimentOptions
     from underfoot.engine.session import Session
     from underfoot.experiments.protocol import Protocol
     from underfoot.experiments.store import SessionFile
+    from underfoot.experiments.study import Page
     from underfoot.studies.equipment import Equipment
     from underfoot.studies.runner import Runner
 
@@ -223,7 +225,7 @@ class _Terminal:
                 _say(hint)
 
 
-def answers_of(questions: Any, line: str) -> dict[str, Any]:
+def answers_of(questions: Sequence[Parameter], line: str) -> dict[str, Any]:
     """Return the answers in a line, separated by semicolons, one per question; an empty one is omitted.
 
     >>> from underfoot.experiments.questions import yes_or_no
@@ -236,7 +238,7 @@ def answers_of(questions: Any, line: str) -> dict[str, Any]:
     return {one.name: typed_answer(one, part) for one, part in zip(questions, parts, strict=False) if part}
 
 
-def _ask(questions: Any, kind: str) -> None:
+def _ask(questions: Sequence[Parameter], kind: str) -> None:
     if kind == "learn":
         _say("Type a number to feel it; it ends by itself.")
         return
@@ -246,7 +248,8 @@ def _ask(questions: Any, kind: str) -> None:
         _say("Press Enter to go on.")
 
 
-def _number(page: Any) -> str:
+def _number(page: "Page") -> str:
+    assert page.trial is not None
     return f"{page.trial.number}{' again' if page.attempt > 1 else ''}"
 
 

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -19,6 +19,9 @@ from underfoot.devices.transports.serial import port_reason
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
+
+if TYPE_CHECKING:
+    import serial
 
 MOVE_S = 4.0
 """Duration of every move in seconds (thesis 6.3.6)."""
@@ -198,7 +201,7 @@ def _number(text: str) -> float:
         return -1.0
 
 
-def _opened(port: str, clock: Callable[[], float]) -> Any:
+def _opened(port: str, clock: Callable[[], float]) -> "serial.Serial | SimulatedServo":
     import serial
 
     if port == SIMULATED:

@@ -61,7 +61,7 @@ def device_of(name: str) -> str | None:
     return name.removesuffix(EXCLUSIVE) or None
 
 
-def settings_of(name: str) -> Any:
+def settings_of(name: str) -> object:
     """Return PortAudio's settings for a card; None unless it is to be opened exclusively."""
     return portaudio().WasapiSettings(exclusive=True) if name.endswith(EXCLUSIVE) else None
 

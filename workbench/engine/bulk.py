@@ -10,7 +10,7 @@ import io
 import re
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -125,7 +125,7 @@ class Manifest:
         values = dict.fromkeys(name for item in items for name in item.values)
         self._columns = ["file", "patch", *values, "seed", "seconds", "rate_hz", "peak", "rms", "sha256", "error"]
 
-    def add(self, number: int, answer: Any) -> None:
+    def add(self, number: int, answer: UnderfootError | Mapping[str, object]) -> None:
         """Add the summary of a rendered file, or the error instead."""
         item = self._items[number]
         row: dict[str, Any] = {"patch": item.patch, **{name: _text(value) for name, value in item.values.items()}}

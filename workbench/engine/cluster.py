@@ -61,7 +61,7 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
             give()
 
 
-def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: object) -> Any:
+def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: object) -> object:
     """Run `work` on a worker, with the caller's custom nodes loaded."""
     run_received(nodes)
     return work(job)

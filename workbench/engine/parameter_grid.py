@@ -54,7 +54,7 @@ def _parts_of(values: str) -> list[str]:
     return parts
 
 
-def _value(text: str) -> Any:
+def _value(text: str) -> object:
     """Parse a number, a list, or a word."""
     try:
         return json.loads(text)

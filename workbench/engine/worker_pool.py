@@ -111,7 +111,7 @@ def _started(work: Callable[[Any], Any]) -> ChildProcess:
     return child
 
 
-def _answer(work: Callable[[Any], Any], job: object) -> Any:
+def _answer(work: Callable[[Any], Any], job: object) -> object:
     try:
         return work(job)
     except UnderfootError as error:

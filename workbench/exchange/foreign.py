@@ -45,7 +45,7 @@ def scale_from_words(description: str, otherwise: float) -> float:
     return value if 0.0 < value <= 100.0 else otherwise
 
 
-def read_json(path: Path, deepest: int = 64, prefix: str = "") -> Any:
+def read_json(path: Path, deepest: int = 64, prefix: str = "") -> object:
     """Read the JSON in a file, after an optional `prefix`; raise `BadFile` also for numbers that are not finite."""
     data = read_file(path)
     head = data[: len(prefix) + 16].lstrip()

@@ -6,7 +6,7 @@ at the difference and the sum of their frequencies, which is exact; in other pro
 level.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -225,7 +225,7 @@ class Reading:
     def _curve_name(self, value: object) -> str:
         return self._type(field_of(value, "second", "m_ptr")).partition("Curves::")[2].rstrip(">")
 
-    def _type(self, pointer: Any) -> str:
+    def _type(self, pointer: Mapping[str, object]) -> str:
         number = pointer.get("polymorphic_id")
         name = self.names.get(number & _NUMBER) if isinstance(number, int) else None
         if name is None:
@@ -369,13 +369,14 @@ def _bezier(points: list[Any]) -> tuple[Curve, float]:
 # --- fields ---
 
 
-def field_of(raw: object, *names: str) -> Any:
+def field_of(raw: object, *names: str) -> dict[str, Any]:
     """Return a nested field; raise `BadValue` if it is missing, or not an object."""
+    found: Any = raw
     for name in names:
-        if not isinstance(raw, dict) or not isinstance(raw.get(name), dict):
+        found = found.get(name) if isinstance(found, dict) else None
+        if not isinstance(found, dict):
             raise BadValue(f"{name} is missing or no object")
-        raw = raw[name]
-    return raw
+    return found
 
 
 def list_in(raw: object, name: str) -> list[Any]:

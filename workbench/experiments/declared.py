@@ -25,7 +25,7 @@ class BooleanField(Parameter):
     def allowed(self) -> str:
         return "true or false"
 
-    def check(self, value: Any) -> bool:
+    def check(self, value: object) -> bool:
         if not isinstance(value, bool):
             raise self.refuse(value)
         return value
@@ -42,9 +42,10 @@ class TextLine(Parameter):
     def allowed(self) -> str:
         return "texts, each once"
 
-    def check(self, value: Any) -> tuple[str, ...]:
-        good = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(v, str) for v in value)
-        if not good or len(set(value)) != len(value):
+    def check(self, value: object) -> tuple[str, ...]:
+        if not isinstance(value, Sequence) or isinstance(value, str) or not all(isinstance(v, str) for v in value):
+            raise self.refuse(value)
+        if len(set(value)) != len(value):
             raise self.refuse(value)
         return tuple(value)
 
@@ -60,7 +61,7 @@ class NamedChoice(Parameter):
     def allowed(self) -> str:
         return ", ".join(self.values)
 
-    def check(self, value: Any) -> str:
+    def check(self, value: object) -> str:
         if value not in self.values.values():
             raise self.refuse(value)
         return str(value)
@@ -110,7 +111,7 @@ def shown_name(name: str, parameter: Parameter | None) -> str:
     return caption(name)[0]
 
 
-def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:
+def _parameter(name: str, kind: inspect.Type, default: Any) -> Parameter | None:  # noqa: ANN401 - of that type
     label, unit = caption(name)
     doc = ""
     if isinstance(kind, inspect.Metadata):

@@ -79,31 +79,34 @@ def _edit_of_list(
     return DraftEdit(f"Change {place}", part, index, _merge(steps, one, other, f"{part}.{index}."))
 
 
-def _first_difference(before: Any, after: Any) -> tuple[str | int, ...]:
+def _first_difference(before: object, after: object) -> tuple[str | int, ...]:
     """Return the keys to the innermost value that contains all of the first difference."""
     if isinstance(before, Mapping) and isinstance(after, Mapping):
         for key in {**before, **after}:
             if before.get(key) != after.get(key):
                 return (key, *(() if key in _TYPED_WHOLE else _first_difference(before.get(key), after.get(key))))
-    if _are_lists_of_items(before, after) and len(before) == len(after):
-        for at, (one, other) in enumerate(zip(before, after, strict=True)):
+    old, new = _objects(before), _objects(after)
+    if old is not None and new is not None and len(old) == len(new):
+        for at, (one, other) in enumerate(zip(old, new, strict=True)):
             if one != other:
                 return at, *_first_difference(one, other)
     return ()
 
 
-def _are_lists_of_items(before: Any, after: Any) -> bool:
-    return all(isinstance(value, list) and all(isinstance(one, Mapping) for one in value) for value in (before, after))
+def _objects(value: object) -> list[Mapping[str, Any]] | None:
+    """Return a list of objects; None for any other value."""
+    return value if isinstance(value, list) and all(isinstance(one, Mapping) for one in value) else None
 
 
-def _merge(steps: tuple[str | int, ...], before: Any, after: Any, head: str = "") -> str:
+def _merge(steps: tuple[str | int, ...], before: object, after: object, head: str = "") -> str:
     """Return the place of a value that is typed letter by letter; "" for a choice, or items that come and go."""
+    ends: list[Any] = [before, after]
     for step in steps:
-        before, after = (value.get(step) if isinstance(value, Mapping) else value[step] for value in (before, after))
-    is_choice = any(isinstance(value, bool) for value in (before, after))
-    is_item = any(isinstance(value, Mapping) for value in (before, after)) and steps[-1:] != _TYPED_WHOLE
-    items = _are_lists_of_items(before, after) and (before or after)
-    return "" if is_choice or is_item or items else head + ".".join(map(str, steps))
+        ends = [value.get(step) if isinstance(value, Mapping) else value[step] for value in ends]
+    is_choice = any(isinstance(value, bool) for value in ends)
+    is_item = any(isinstance(value, Mapping) for value in ends) and steps[-1:] != _TYPED_WHOLE
+    are_items = all(_objects(value) is not None for value in ends) and any(ends)
+    return "" if is_choice or is_item or are_items else head + ".".join(map(str, steps))
 
 
 def _place(steps: Sequence[str | int], after: Mapping[str, Any]) -> str:

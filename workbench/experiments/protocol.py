@@ -314,7 +314,7 @@ def _without_defaults(document: msgspec.Struct) -> dict[str, Any]:
     return found
 
 
-def _without_empty(value: object) -> Any:
+def _without_empty(value: object) -> object:
     if isinstance(value, msgspec.Struct):
         return _without_defaults(value)
     if isinstance(value, Mapping):

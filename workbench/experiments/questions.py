@@ -54,7 +54,7 @@ def unanswered(question: Parameter) -> BadValue:
     return BadValue(f"Please answer: {question.doc or question.label} ({question.allowed})")
 
 
-def typed_answer(question: Parameter, text: str) -> Any:
+def typed_answer(question: Parameter, text: str) -> object:
     """Return the value of a typed answer: a number with or without unit, or a choice by number or first letters.
 
     Raises `BadValue` in the question's words, for the participant.

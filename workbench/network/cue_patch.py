@@ -59,7 +59,7 @@ def with_cues(patch: Patch, cued: CuedChanges, tiles: tuple[str, ...], registry:
     return patch
 
 
-def require_settable(patch: Patch, node: str, parameter: str, value: object, registry: Registry) -> Any:
+def require_settable(patch: Patch, node: str, parameter: str, value: object, registry: Registry) -> object:
     """Return the checked value of a parameter; `BadValue` for one that a cue may not set."""
     parameters = registry[patch.node(node).type].parameters
     allowed = [name for name, one in parameters.items() if one.kind in SETTABLE]

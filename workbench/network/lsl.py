@@ -1,7 +1,7 @@
 """Contacts, steps and forces as streams of the Lab Streaming Layer (`pip install "underfoot[lsl]"`)."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
 from underfoot.network.live_contacts import LiveContact
 from underfoot.studies.markers import lsl_library
+
+if TYPE_CHECKING:
+    from pylsl import StreamOutlet
 
 SIDES = {"left": -1.0, "unknown": 0.0, "right": 1.0}
 
@@ -70,7 +73,7 @@ class LslStreams:
         """End all streams."""
         del self._force, self._contacts, self._steps, self._marks
 
-    def _outlet(self, name: str, kind: str, rate_hz: float, format: str, channels: Sequence[Channel]) -> Any:
+    def _outlet(self, name: str, kind: str, rate_hz: float, format: str, channels: Sequence[Channel]) -> "StreamOutlet":
         info = self._lsl.StreamInfo(
             f"Underfoot live {name}", kind, len(channels), rate_hz, format, f"underfoot-live-{name}"
         )

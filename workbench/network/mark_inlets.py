@@ -7,11 +7,14 @@ problem, or "".
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from underfoot.devices.transports.serial import port_reason
 from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
+
+if TYPE_CHECKING:
+    import serial
 
 Take = Callable[[str, float], None]
 """Receives the text of a mark, and its time by `time.monotonic`."""
@@ -87,7 +90,7 @@ class SerialMarks:
         self._end.set()
         self._thread.join()
 
-    def _opened(self) -> Any:
+    def _opened(self) -> "serial.Serial":
         import serial
 
         try:

@@ -324,7 +324,7 @@ class Builder:
         return max((int(sum(node[kind] for kind in kinds)) for node in self.nodes), default=0)
 
 
-def _number(parameter: Parameter, value: Any) -> float:
+def _number(parameter: Parameter, value: float | str) -> float:
     """Return a control as the kernel reads it: a choice is its index among the options."""
     return float(parameter.options.index(value)) if parameter.kind == "choice" else float(value)  # type: ignore[attr-defined]
 

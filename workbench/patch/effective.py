@@ -11,7 +11,6 @@ Asked errors of the nodes are multiplied by the patch's error factor: the result
 
 from collections import defaultdict
 from functools import cache
-from typing import Any
 
 import msgspec
 
@@ -53,7 +52,7 @@ def without_missing(patch: Patch, registry: Registry) -> "Patch":
     return patch.remove(gone) if gone else patch
 
 
-def scaled_error(parameter: Parameter, value: Any, scale: float) -> Any:
+def scaled_error(parameter: Parameter, value: float | str, scale: float) -> float | str:
     """Return a requested error times the patch's factor; of a choice, the largest option that is not above it.
 
     >>> scaled_error(Number(1e-3, 1e-7, 0.1), 1e-3, 1000.0), scaled_error(Choice("1", options=("1", "0.3")), "1", 0.5)

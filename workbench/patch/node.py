@@ -29,6 +29,7 @@ state set to zero, and keeps its coefficients. The output of `run` may depend on
 split into stretches.
 """
 
+import builtins
 import inspect
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -40,6 +41,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
+from underfoot.errors import require
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
@@ -195,7 +197,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     `error`; and `distributions(values)`, which draws distributions. `BadValue` for a function with an unknown argument.
     """
 
-    def declare(cls: Any) -> NodeType:
+    def declare(cls: builtins.type) -> NodeType:
+        require(bool(cls.__doc__), f"docstring of node {type}", cls.__doc__, "what the node does, for its help")
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
@@ -219,7 +222,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
             type=type,
             label=label or type.replace("-", " ").capitalize(),
             family=family,
-            doc=inspect.cleandoc(cls.__doc__),
+            doc=inspect.cleandoc(cls.__doc__ or ""),
             inputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in inputs.items()),
             outputs=tuple(Port(name, p.kind, p.unit, p.doc) for name, p in outputs.items()),
             engine_signals=_of("signal", from_engine),

@@ -210,7 +210,7 @@ class Program:
         found = self._events(self._lists[scope])
         return np.column_stack([found.time, found.strength, found.duration])[: len(found)]
 
-    def value(self, id: str, name: str) -> Any:
+    def value(self, id: str, name: str) -> object:
         """Return the last value set for a parameter."""
         return self._values[self.index[id]][name]
 

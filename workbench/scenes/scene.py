@@ -102,7 +102,7 @@ def values_of(kind: type[Scene], texts: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def _parsed(parameter: Parameter, text: str) -> Any:
+def _parsed(parameter: Parameter, text: str) -> object:
     match parameter.kind:
         case "number":
             return float(text)

@@ -4,7 +4,8 @@ LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of t
 trigger sends one byte for each marker.
 """
 
-from typing import TYPE_CHECKING, Any, Protocol
+from types import ModuleType
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +107,7 @@ class SerialTrigger:
         self._port.close()
 
 
-def lsl_library() -> Any:
+def lsl_library() -> ModuleType:
     """Return the package pylsl; raise `BadValue` if it is not installed."""
     try:
         import pylsl

@@ -1,6 +1,7 @@
 """Figures 3.5 to 3.7 and 6.2, from the presets: rhythms and waveforms of tactons, vibrations under a step."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -190,7 +191,7 @@ def _missed(centres: dict[str, float]) -> str:
     )
 
 
-def _notes(notes: Any, row: int) -> list[Series]:
+def _notes(notes: Iterable[tuple[float, float, float]], row: int) -> list[Series]:
     """Draw a rhythm on its row: each note with its length, and its amplitude as height."""
     x: list[float] = []
     y: list[float] = []

@@ -185,7 +185,7 @@ def _preset(files: dict[str, Path], name: str) -> Callable[[Path], object]:
     return lambda path: path.write_bytes(files[name].read_bytes())
 
 
-def _again(document: Any) -> None:
+def _again(document: Patch | Floor | TileParameters | Protocol) -> None:
     """Check that a document that was read can be written."""
     document.dumps()
 

@@ -102,7 +102,7 @@ _MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
 class _TrialRow(dict[str, Any]):
     """A row of trials for an analysis; reading a missing cell raises an error that names the trial."""
 
-    def __missing__(self, name: str) -> Any:
+    def __missing__(self, name: str) -> object:
         place = f"trial {self.get('trial')} of {self.get('participant')}"
         raise BadValue(f"{place} has no {name}; allowed: a {name} wherever the other trials have one")
 

@@ -5,6 +5,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -175,7 +176,7 @@ def _require_groups(name: str, values: Sequence[Any], least: int) -> None:
         raise BadMeasurement(f"{name}: a test needs {least} or more conditions, with two or more values in each")
 
 
-def _pandas() -> Any:
+def _pandas() -> ModuleType:
     statsmodels("api")  # a requirement; reports in one line if it is missing
     import pandas
 

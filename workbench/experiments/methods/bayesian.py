@@ -16,6 +16,8 @@ from underfoot.experiments.trials import NOTHING, Answers, Presentation, Trial
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Text
 
 if TYPE_CHECKING:
+    from questplus import QuestPlus
+
     from underfoot.experiments.stimuli import Stimulus
 
 _SD_DB = tuple(0.5 * 2.0 ** (k / 3.0) for k in range(13))
@@ -109,7 +111,7 @@ class Bayesian(Method):
         return Trial(self._number, 1, there + nothing if first else nothing + there, FIRST if first else SECOND, facts)
 
 
-def quest_of(given: Mapping[str, Any]) -> Any:
+def quest_of(given: Mapping[str, Any]) -> "QuestPlus":
     """Return QUEST+ with these parameters, before any answer; raise `BadValue` if the package is not installed."""
     try:
         from questplus import QuestPlus
