@@ -46,6 +46,7 @@ LEVELS = (
         "options",
         "plugins",
         "quantities",
+        "version",
     },
     {"parameters"},
     {"floor", "patch"},
@@ -142,6 +143,11 @@ def test_imports_run_down():
         assert names <= SOURCES.keys(), module
     above = {module: [name for name in names if level(name) > level(module)] for module, names in ours.items()}
     assert not {module: names for module, names in above.items() if names}
+
+
+def test_only_the_about_dialog_imports_the_package_s_own_file():
+    """Which names what scripts use, of all levels; the dialog says where it lies."""
+    assert [module for module in SOURCES if "underfoot" in imported(module)] == ["underfoot.widgets.dialogs.about"]
 
 
 def test_every_part_of_the_widgets_has_its_level():

@@ -9,6 +9,8 @@ nothing.
 
 from typing import TYPE_CHECKING
 
+from underfoot.version import __version__
+
 if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.drawing.picture import Picture as Picture
     from underfoot.engine.offline import render as render
@@ -27,8 +29,6 @@ if TYPE_CHECKING:  # for editors and type checkers; same as `_PLACES`
     from underfoot.records.forces import walk as walk
     from underfoot.records.recording import Recording as Recording
     from underfoot.records.tables import Table as Table
-
-__version__ = "0.1.0"
 
 _PLACES = {
     "BlockOnBelt": "models.stick_slip.oscillator",

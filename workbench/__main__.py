@@ -17,11 +17,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import click
 
-from underfoot import __version__
 from underfoot.commands import CommandGroup
 from underfoot.commands.files import FLOOR, PATCH
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, UnderfootError
+from underfoot.version import __version__
 
 if TYPE_CHECKING:
     from underfoot.engine.target import Target

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from platformdirs import user_cache_dir
 
-from underfoot import __version__
 from underfoot.errors import BadFile, require
+from underfoot.version import __version__
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:

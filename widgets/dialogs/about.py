@@ -9,8 +9,8 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QApplication, QDialog, QDialogButtonBox, QLabel, QVBoxLayout, QWidget
 
 import underfoot
-from underfoot import __version__
 from underfoot.files import cache_folder
+from underfoot.version import __version__
 from underfoot.widgets import theme
 
 LIBRARIES = ("PySide6-Essentials", "numpy", "scipy", "numba", "sounddevice", "soundfile", "pyserial", "msgspec")

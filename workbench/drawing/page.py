@@ -8,8 +8,8 @@ import html
 from collections.abc import Iterable, Sequence
 from datetime import date
 
-from underfoot import __version__
 from underfoot.drawing.look import palette
+from underfoot.version import __version__
 
 
 def page(title: str, body: Sequence[str]) -> str:

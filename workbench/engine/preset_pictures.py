@@ -9,7 +9,6 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot import __version__
 from underfoot.array_cache import ArrayCache
 from underfoot.clock import RATE_HZ
 from underfoot.engine.levels import Level
@@ -19,6 +18,7 @@ from underfoot.engine.simulated_step import STEP_S
 from underfoot.files import read_file
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.version import __version__
 
 BINS = 96
 SECONDS = 1.2

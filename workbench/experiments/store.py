@@ -23,7 +23,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot import __version__
 from underfoot.documents import parse, placed
 from underfoot.errors import BadFile
 from underfoot.experiments.protocol import FORMAT, Protocol
@@ -33,6 +32,7 @@ from underfoot.experiments.study import Entry, Study, method_of, require_id
 from underfoot.files import make_folder, replaced, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
+from underfoot.version import __version__
 
 APPLICATION_ID = 0x55464558  # "UFEX"
 VERSION = 1

@@ -15,7 +15,6 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from underfoot import __version__
 from underfoot.documents import read_document, write_document
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
@@ -27,6 +26,7 @@ from underfoot.floor.layout import LOADS, Floor
 from underfoot.models.filtering import cascade
 from underfoot.models.tile.fsr_hysteresis import STATE
 from underfoot.parameters import IDENTIFIER
+from underfoot.version import __version__
 
 FORMAT = "underfoot-profile"
 VERSION = 1

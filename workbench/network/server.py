@@ -20,7 +20,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot import __version__
 from underfoot.engine.reports import Health
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.contacts import OngoingContact
@@ -35,6 +34,7 @@ from underfoot.network.osc import Argument, Double, Long, Message, message, read
 from underfoot.network.plan import NetworkPlan
 from underfoot.network.tuio import contact_messages, cursor_frame, pointer_frame
 from underfoot.patch import preset_files
+from underfoot.version import __version__
 
 NAME = "underfoot"
 FRAME_HZ, IDLE_S = 60.0, 1.0

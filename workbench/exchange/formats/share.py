@@ -6,7 +6,6 @@ import zipfile
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from underfoot import __version__
 from underfoot.errors import BadFile
 from underfoot.exchange.format import Export, Format
 from underfoot.exchange.losses import KEPT
@@ -14,6 +13,7 @@ from underfoot.files import make_folder, read_file, replaced, write_file, writte
 from underfoot.floor.profile import profiles_of
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import files_of
+from underfoot.version import __version__
 
 PATCH, FLOOR, README = "patch.json", "floor.json", "README.txt"
 FILES, PROFILES = "files", "profiles"
