@@ -3,7 +3,7 @@
 from design_samples import REGISTRY
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QApplication, QLabel, QMenu
 from windows import quiet_window
 
 NAME = "Heel & toe <b>hard</b>"
@@ -54,6 +54,6 @@ def test_a_name_has_its_ampersand_on_buttons(workspace):
 def test_a_recent_file_has_the_ampersand_of_its_path(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     window.settings.recent = ["/sounds/ice & snow.json"]
-    recent = next(action.menu() for action in window.menu.actions() if action.text() == "Open recent")
+    recent = next(menu for menu in window.menu.findChildren(QMenu) if menu.title() == "Open recent")
     recent.aboutToShow.emit()
     assert [action.text() for action in recent.actions()] == ["/sounds/ice && snow.json"]
