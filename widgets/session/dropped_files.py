@@ -79,6 +79,6 @@ def _kind(path: Path, handlers: Handlers) -> str:
         return suffix
 
 
-def local_files(data: QMimeData) -> list[Path]:
-    """Return the local files that are dragged, or were copied in a file manager."""
-    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+def local_files(data: QMimeData | None) -> list[Path]:
+    """Return the local files that are dragged, or were copied in a file manager; an empty clipboard has no data."""
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()] if data is not None else []

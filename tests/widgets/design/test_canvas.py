@@ -249,6 +249,10 @@ def test_text_that_is_no_patch_is_not_pasted(workspace):
     QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert workspace.patch() == before
     assert "the clipboard holds no patch, but other text" in workspace.canvas.message
+    QApplication.clipboard().clear()
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
+    assert workspace.patch() == before
+    assert "the clipboard holds no text" in workspace.canvas.message
 
 
 @pytest.mark.parametrize("side", ["left", "right", "top", "bottom", "across", "down"])
