@@ -95,7 +95,11 @@ class PresetBrowsing(QObject):
         except UnderfootError as error:
             self._side.presets.notified.emit(str(error))
             return
-        self.inserted.emit(as_sub_patch(patch, path.stem), patch.title or path.stem)
+        title = patch.title or path.stem
+        if patch.canvas_items():
+            self.inserted.emit(as_sub_patch(patch, title), title)
+        else:
+            self._side.presets.notified.emit(f"“{title}” is an empty patch: there is nothing to insert")
 
     def _save(self, patch: Patch) -> None:
         path = file_of(patch.title, self.folder)
@@ -120,12 +124,12 @@ class PresetBrowsing(QObject):
 
 
 def as_sub_patch(patch: Patch, title: str) -> Patch:
-    """Return the patch with all nodes in a collapsed group, named after the patch, or else `title`."""
+    """Return the patch, which is not empty, with all nodes in a collapsed group of this title."""
     items = patch.canvas_items()
     taken = {item.id for item in (*items, *patch.groups)}
     id = next(name for name in ("preset", *(f"preset{k}" for k in range(len(taken)))) if name not in taken)
     at = min(item.at[0] for item in items), min(item.at[1] for item in items)
-    whole = Group(id, tuple(item.id for item in items), patch.title or title, collapsed=True, at=at)
+    whole = Group(id, tuple(item.id for item in items), title, collapsed=True, at=at)
     return msgspec.structs.replace(patch, groups=(whole, *patch.groups))
 
 

@@ -145,6 +145,19 @@ def test_the_keys_of_presets_stand_in_the_sheet_of_shortcuts(design):
     assert told["Save as preset"] == "Ctrl+Alt+S"
 
 
+def keep(design, patch):
+    """Write a preset of the user's, as another window would."""
+    design.browsing.folder.mkdir(parents=True, exist_ok=True)
+    patch.save(design.browsing.folder / "own.json")
+
+
+def put_in(design, qtbot, words):
+    """Find a preset by these words, and put it into the patch."""
+    qtbot.keyClick(design.canvas, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    qtbot.keyClicks(design.side.presets.field, words)
+    qtbot.keyClick(design.side.presets.field, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
+
+
 @pytest.mark.parametrize("on_list", [False, True])
 def test_a_preset_is_put_into_the_patch_as_a_sub_patch_and_taken_out_again(window, design, qtbot, on_list):
     before, ice = design.patch(), Patch.load(preset_files.patches()["material-ice"], REGISTRY)
@@ -164,6 +177,14 @@ def test_a_preset_is_put_into_the_patch_as_a_sub_patch_and_taken_out_again(windo
     assert window.open_patch.path is not None
     design.undo_action.trigger()
     assert design.patch() == before
+
+
+def test_an_empty_preset_is_not_put_in_and_the_line_says_why(window, design, qtbot):
+    before = design.patch()
+    keep(design, Patch(title="Nothing yet"))
+    put_in(design, qtbot, "nothing yet")
+    assert design.patch() == before
+    assert window.status.message == "“Nothing yet” is an empty patch: there is nothing to insert"
 
 
 def test_what_undo_brings_back_is_in_view(design, qtbot):
