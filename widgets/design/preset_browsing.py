@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFormLayout, QLineEdit,
 from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.patch.file_paths import with_files_kept
-from underfoot.patch.groups import Group
+from underfoot.patch.groups import LONGEST_LABEL, Group
 from underfoot.patch.patch import Patch
 from underfoot.patch.preset_files import Preset, file_of
 from underfoot.widgets import theme
@@ -124,12 +124,12 @@ class PresetBrowsing(QObject):
 
 
 def as_sub_patch(patch: Patch, title: str) -> Patch:
-    """Return the patch, which is not empty, with all nodes in a collapsed group of this title."""
+    """Return the patch, which is not empty, with all nodes in a collapsed group of this title, cut if too long."""
     items = patch.canvas_items()
     taken = {item.id for item in (*items, *patch.groups)}
     id = next(name for name in ("preset", *(f"preset{k}" for k in range(len(taken)))) if name not in taken)
     at = min(item.at[0] for item in items), min(item.at[1] for item in items)
-    whole = Group(id, tuple(item.id for item in items), title, collapsed=True, at=at)
+    whole = Group(id, tuple(item.id for item in items), title[:LONGEST_LABEL], collapsed=True, at=at)
     return msgspec.structs.replace(patch, groups=(whole, *patch.groups))
 
 
