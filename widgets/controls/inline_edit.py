@@ -28,7 +28,10 @@ class InlineEdit(QPlainTextEdit):
         self.hide()
 
     def open(self, over: QRect, text: str, on_done: Callable[[str], object], *, one_line: bool = True) -> None:
-        """Open over a rectangle of the parent; `on_done` receives the text if it is committed."""
+        """Open over a rectangle of the parent; `on_done` receives the text if it is committed.
+
+        If it returns False, the text is not allowed, and stays there to be changed if it was committed by a key.
+        """
         self._on_done, self._is_line = on_done, one_line
         min_height = HEIGHT if one_line else NOTE_HEIGHT
         room = self._parent_widget.rect()
@@ -51,10 +54,11 @@ class InlineEdit(QPlainTextEdit):
         if on_done is None:
             return
         had_focus = self.hasFocus()
-        self.hide()
         text = " ".join(self.toPlainText().split()) if self._is_line else self.toPlainText().strip()
-        if commit:
-            on_done(text)
+        if commit and on_done(text) is False and had_focus:
+            self._on_done = on_done
+            return
+        self.hide()
         if had_focus:
             self._parent_widget.setFocus()
 

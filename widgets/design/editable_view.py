@@ -274,7 +274,8 @@ class EditableView(PatchView):
         over = self.mapFromScene(place).boundingRect()
         self.inline.open(over, now, lambda text: self._set_title(id, text))
 
-    def _set_title(self, id: str, text: str) -> None:
+    def _set_title(self, id: str, text: str) -> bool:
+        """Name a node or group; return whether the name is allowed."""
         patch = self.document.patch
         try:
             if any(group.id == id for group in patch.groups):
@@ -283,7 +284,13 @@ class EditableView(PatchView):
                 own = self.registry[patch.node(id).type].label
                 self.document.edit(patch.name(id, "" if text == own else text), f"Rename {self._name(id)}")
         except BadValue as error:
-            self.show_message(str(error))
+            return self._refuse_text(error)
+        return True
+
+    def _refuse_text(self, error: BadValue) -> bool:
+        """Show why a typed text is not allowed, without its place in the file; return False."""
+        self.show_message(str(error).partition(" is ")[2])
+        return False
 
     def edit_note(self, id: str) -> None:
         """Open a field for the text of a note."""
@@ -291,13 +298,15 @@ class EditableView(PatchView):
         over = self.mapFromScene(item.sceneBoundingRect()).boundingRect()
         self.inline.open(over, item.note.text, lambda text: self._set_note(id, text), one_line=False)
 
-    def _set_note(self, id: str, text: str) -> None:
+    def _set_note(self, id: str, text: str) -> bool:
+        """Set the text of a note; return whether it is allowed."""
         patch = self.document.patch
         notes = tuple(msgspec.structs.replace(n, text=text) if n.id == id else n for n in patch.notes)
         try:
             self.document.edit(msgspec.structs.replace(patch, notes=notes).check(self.registry), "Edit a note")
         except BadValue as error:
-            self.show_message(str(error))
+            return self._refuse_text(error)
+        return True
 
     def group(self) -> None:
         """Put the selected items into a group, and ask for its title."""

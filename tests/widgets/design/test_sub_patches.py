@@ -97,6 +97,30 @@ def test_a_note_is_written_moved_edited_and_deleted(workspace):
     assert workspace.patch().notes == ()
 
 
+@pytest.mark.parametrize("key", [Qt.Key.Key_F2, Qt.Key.Key_T, Qt.Key.Key_G])
+def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, key):
+    """A name of a node, a note, and a title of a group."""
+    canvas, field = workspace.canvas, workspace.canvas.inline
+    most, ending = (4000, CONTROL) if key == Qt.Key.Key_T else (80, NONE)
+    canvas.patch_scene.select(["hum"])
+    QTest.keyClick(canvas, key, CONTROL if key == Qt.Key.Key_G else NONE)
+    before = workspace.patch()
+    field.insertPlainText("x" * (most + 1))
+    QTest.keyClick(field, Qt.Key.Key_Return, ending)
+    assert field.hasFocus()
+    assert field.toPlainText() == "x" * (most + 1)
+    assert canvas.message.startswith("'xxx")
+    assert canvas.message.endswith(f"of at most {most} characters")
+    assert workspace.patch() == before
+    QTest.keyClick(field, Qt.Key.Key_Backspace)
+    QTest.keyClick(field, Qt.Key.Key_Return, ending)
+    assert field.isHidden()
+    assert canvas.hasFocus()
+    patch = workspace.patch()
+    texts = [patch.node("hum").label, *(g.title for g in patch.groups), *(n.text for n in patch.notes)]
+    assert "x" * most in texts
+
+
 # --- groups ---
 
 
