@@ -316,8 +316,9 @@ class EditableView(PatchView):
             return
         try:
             after = grouped(self.document.patch, members)
-        except BadValue as error:
-            self.show_message(str(error))
+        except BadValue:
+            cut = next(group for group in self.document.patch.groups if _is_cut(group.members, members))
+            self.show_message(f"It would hold a part of the group “{cut.title or 'Group'}”; take all of it, or nothing")
             return
         new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
         self.document.edit(after, f"Group {self._count_text(members)}")
@@ -406,3 +407,13 @@ class EditableView(PatchView):
         if len(nodes) == 1:
             return nodes[0].label or self.registry[nodes[0].type].label
         return counted(len(nodes), "node") if nodes else counted(len(ids), "note")
+
+
+def _is_cut(group: Sequence[str], members: Sequence[str]) -> bool:
+    """Return whether these members are a part of a group together with others.
+
+    >>> [_is_cut("ab", members) for members in ("bc", "abc", "a", "c")]
+    [True, False, False, False]
+    """
+    inside, outside = set(group) & set(members), set(members) - set(group)
+    return bool(inside and outside) and len(inside) < len(group)
