@@ -49,7 +49,7 @@ class NodeSearch(QFrame):
         column.addWidget(self.list)
         self.field.textChanged.connect(self.list.filter_by)
         self.field.stepped.connect(self.list.step)
-        self.field.return_pressed.connect(lambda: self._done(self.list.current()))
+        self.field.return_pressed.connect(self._take_current)
         self.field.escaped.connect(lambda: self._done(""))
         self.hide()
 
@@ -108,6 +108,11 @@ class NodeSearch(QFrame):
         self.show()
         self.raise_()
         self.field.setFocus()
+
+    def _take_current(self) -> None:
+        """Use the current type. Words that none has stay, with what the list says of them, to be corrected."""
+        if self.list.current() or not self.field.text().strip():
+            self._done(self.list.current())
 
     def _done(self, type: str) -> None:
         if self.isHidden():

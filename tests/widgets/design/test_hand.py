@@ -219,6 +219,11 @@ def test_the_list_says_why_what_was_typed_is_not_in_it(line):
         field.setText(words)
         assert [rows.item(i).text() for i in range(rows.count())] == [said]
         assert rows.current() == ""
+        QTest.keyClick(field, Qt.Key.Key_Return)
+        assert (field.isVisible(), field.text()) == (True, words)
+    field.clear()
+    choose(line, "thr")
+    assert ("hum.out", "through1.signal") in line.patch().wires
 
 
 def test_the_list_is_no_higher_than_the_canvas(line):
