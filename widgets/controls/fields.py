@@ -110,6 +110,8 @@ class Field(QLineEdit):
 
     committed = Signal(str)
     focus_lost = Signal()
+    refused = Signal(str)
+    """Why the text is not allowed with which the field was left; the old value is shown again."""
     focus_gained = Signal()
     stepped = Signal(object)
     """The `QKeyEvent` of an arrow up or down in a field of the role "value"."""
@@ -142,7 +144,10 @@ class Field(QLineEdit):
         if event.reason() != Qt.FocusReason.PopupFocusReason:
             self._commit_text()
             self.setCursorPosition(0)
+            reason = self.property("reason")
             self.focus_lost.emit()
+            if reason and not self.property("reason"):
+                self.refused.emit(reason)
 
     @property
     def is_untouched(self) -> bool:

@@ -20,7 +20,7 @@ from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
 from underfoot.widgets.controls.curve_editor import CurveEditor, is_curve
-from underfoot.widgets.controls.fields import ParameterEditor, value_text
+from underfoot.widgets.controls.fields import Field, ParameterEditor, value_text
 from underfoot.widgets.controls.list_editors import TilesEditor
 from underfoot.widgets.controls.modes_editor import ModesEditor, is_modes
 from underfoot.widgets.controls.number_editor import NumberEditor
@@ -72,6 +72,9 @@ class Inspector(QScrollArea):
 
     disconnect_requested = Signal(str)
     """An input ("node.port") whose wire is to be removed."""
+
+    refused = Signal(str)
+    """Why a typed value was not taken, for a line of text."""
 
     errors_toggled = Signal()
     """The measurement of the node's run time over error was switched on or off."""
@@ -340,6 +343,8 @@ class Inspector(QScrollArea):
         if isinstance(editor, FileEditor):
             editor.set_folder(self._folder)
         editor.edit_began.connect(self._begin)
+        for field in editor.findChildren(Field):
+            field.refused.connect(lambda why: self.refused.emit(f"{editor.parameter.label}: {why}"))
         self.editors[name] = editor
         column.addWidget(editor)
 

@@ -45,6 +45,21 @@ def test_what_is_out_of_range_is_not_taken_and_says_why(workspace):
     assert "30 N" in field.text()
 
 
+@pytest.mark.parametrize("leave", ["tab", "click"])
+def test_what_is_refused_when_its_field_is_left_is_said_on_the_canvas(workspace, leave):
+    workspace.canvas.patch_scene.select(["step"])
+    field = workspace.inspector.editors["threshold"].field
+    QTest.mouseClick(field, Qt.MouseButton.LeftButton)
+    QTest.keyClicks(field, "3000")
+    if leave == "tab":
+        QTest.keyClick(field, Qt.Key.Key_Tab)
+        assert field.text() == "30 N"
+    else:
+        QTest.mouseClick(workspace.canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(5, 5))
+    assert workspace.canvas.message == "Threshold: 3000.0; allowed: 1 to 1000 N"
+    assert workspace.document.stack.count() == 0
+
+
 def test_undo_in_the_field_of_a_number_is_of_the_patch_unless_something_is_being_typed(workspace):
     control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
     workspace.canvas.patch_scene.select(["step"])
