@@ -60,7 +60,7 @@ class DroppedFiles(QObject):
         except UnderfootError as error:
             self._refuse(known[0], str(error))
         if len(paths) > 1:
-            self._notify(f"One file at a time: {known[0].name} is opened, {len(paths) - 1} more not")
+            self._notify(f"One file at a time: {known[0].name} is taken, {len(paths) - 1} more not")
 
     def _known(self, paths: Sequence[Path]) -> list[Path]:
         handlers = self._handlers() if paths else {}

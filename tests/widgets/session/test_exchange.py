@@ -63,7 +63,18 @@ def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_say
     (tmp_path / "notes.txt").write_text("x")
     assert drop(window, tmp_path / "notes.txt", tmp_path / "b.json", tmp_path / "a.json")
     assert window.open_patch.path == tmp_path / "b.json"
-    assert window.status.message == "One file at a time: b.json is opened, 2 more not"
+    assert window.status.message == "One file at a time: b.json is taken, 2 more not"
+
+
+def test_of_several_dropped_files_none_is_said_to_be_open_before_the_question_about_unsaved_work(window, tmp_path):
+    for name in ("a", "b"):
+        noise_patch(name).save(tmp_path / f"{name}.json")
+    work = noise_patch("All")
+    design(window).document.edit(work, "All")
+    assert drop(window, tmp_path / "b.json", tmp_path / "a.json")
+    assert "open" not in window.status.message
+    dialog_of(window, QMessageBox).reject()
+    assert design(window).patch() == work
 
 
 def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
