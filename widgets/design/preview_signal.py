@@ -147,14 +147,14 @@ def summary_text(now: PreviewSignal, other: PreviewSignal | None, other_slot: st
 def difference_text(now: PreviewSignal, other: PreviewSignal, other_slot: str) -> str:
     """Return the difference of two signals' RMS levels in dB, as text.
 
-    >>> loud, soft = (PreviewSignal(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0))
-    >>> difference_text(soft, loud, "B")
-    '−6.0 dB re B'
+    >>> loud, soft, near = (PreviewSignal(np.full(8, level), np.zeros(8), 48000.0) for level in (2.0, 1.0, 0.999))
+    >>> difference_text(soft, loud, "B"), difference_text(near, soft, "B")
+    ('−6.0 dB re B', '+0.0 dB re B')
     """
     rms, before = peak_and_rms(now.values)[1], peak_and_rms(other.values)[1]
     if not (rms > 0.0 and before > 0.0):
         return f"{other_slot} is {'silent' if before == 0.0 else 'not'}"
-    return f"{20.0 * math.log10(rms / before):+.1f} dB re {other_slot}".replace("-", "−")
+    return f"{20.0 * math.log10(rms / before):+z.1f} dB re {other_slot}".replace("-", "−")
 
 
 def felt_text(measured_m_s2: Array, rate_hz: float) -> str:

@@ -239,4 +239,4 @@ def gain_text(listening: Listening, slot: str) -> str:
     if listening.level(slot) is None:
         return ""
     db = 20.0 * math.log10(max(listening.gain(slot), 1e-6))
-    return f"{db:.1f} dB".replace("-", "−")
+    return f"{db:z.1f} dB".replace("-", "−")

@@ -94,3 +94,11 @@ def test_a_copy_names_the_files_that_its_original_named(qtbot, tmp_path):
     QTest.keyClick(design(window).canvas, X)
     assert design(window).patch().node("wav-player").parameters["file"] == str(tmp_path / "step.wav")
     assert window.open_patch.is_saved
+
+
+def test_slots_that_differ_by_less_than_is_shown_are_equally_loud(two):
+    two.listening.set_level("A", 1.0)
+    two.listening.set_level("B", 1.004)
+    assert design(two).listen_bar.state.full_text == "equally loud"
+    two.listening.set_level("B", 1.04)
+    assert design(two).listen_bar.state.full_text == "B −0.3 dB"
