@@ -52,6 +52,13 @@ class EditableView(PatchView):
         """Return the selected nodes and notes, including those in collapsed groups."""
         return self.patch_scene.members(self.patch_scene.selected())
 
+    def _members_for(self, what: str) -> list[str]:
+        """Return the selected nodes and notes; without any, ask for some to `what`, such as "copy"."""
+        members = self._members()
+        if not members:
+            self.show_message(f"Select what to {what}")
+        return members
+
     # --- adding ---
 
     def add(
@@ -136,17 +143,18 @@ class EditableView(PatchView):
     def delete(self) -> None:
         """Delete the selected items and the selected wire; wires through a deleted node are bridged."""
         wires = self.patch_scene.chosen_wires()
-        patch = self.document.patch.disconnect(wires)
-        self._remove_selected(patch, "Delete", "Disconnect" if wires else "Delete")
+        if wires or self._members_for("delete"):
+            self._remove_selected(self.document.patch.disconnect(wires), "Delete", "Disconnect")
 
     def copy(self) -> None:
         """Copy the selected items, with the wires between them, to the clipboard."""
-        if self._members():
-            QApplication.clipboard().setText(copied(self.document.patch, self._members()))
+        members = self._members_for("copy")
+        if members:
+            QApplication.clipboard().setText(copied(self.document.patch, members))
 
     def cut(self) -> None:
         """Copy the selected items, and delete them."""
-        if self._members():
+        if self._members_for("cut"):
             self.copy()
             self._remove_selected(self.document.patch, "Cut", "Cut")
 
@@ -168,8 +176,9 @@ class EditableView(PatchView):
 
     def duplicate(self) -> None:
         """Add a copy of the selected items beside them."""
-        if self._members():
-            self._paste(copied(self.document.patch, self._members()), None, "Duplicate")
+        members = self._members_for("duplicate")
+        if members:
+            self._paste(copied(self.document.patch, members), None, "Duplicate")
 
     def put_in(self, patch: Patch, title: str) -> None:
         """Add all of another patch, called `title`, in a free place."""
@@ -213,6 +222,9 @@ class EditableView(PatchView):
         """Align the selected items: "left", "right", "top", "bottom", or distribute them "across" or "down"."""
         scene = self.patch_scene
         places = {id: (item.pos().x(), item.pos().y()) for id, item in scene.movable().items() if item.isSelected()}
+        if len(places) < 2:
+            self.show_message("Select several nodes to align")
+            return
         moved = aligned(places, side, scene.sizes())
         self.document.edit(self.document.patch.move(moved), f"Align {counted(len(places), 'node')}")
 
@@ -310,9 +322,8 @@ class EditableView(PatchView):
 
     def group(self) -> None:
         """Put the selected items into a group, and ask for its title."""
-        members = self._members()
+        members = self._members_for("group")
         if not members:
-            self.show_message("Select what to group")
             return
         try:
             after = grouped(self.document.patch, members)

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
-from PySide6.QtGui import QDropEvent, QNativeGestureEvent, QPointingDevice, QWheelEvent
+from PySide6.QtGui import QDropEvent, QKeySequence, QNativeGestureEvent, QPointingDevice, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -253,6 +253,26 @@ def test_text_that_is_no_patch_is_not_pasted(workspace):
     QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert workspace.patch() == before
     assert "the clipboard holds no text" in workspace.canvas.message
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("Del", "Select what to delete"),
+        ("Ctrl+C", "Select what to copy"),
+        ("Ctrl+X", "Select what to cut"),
+        ("Ctrl+D", "Select what to duplicate"),
+        ("Ctrl+G", "Select what to group"),
+        ("Ctrl+Shift+Left", "Select several nodes to align"),
+    ],
+)
+def test_a_key_that_needs_a_selection_asks_for_one(workspace, keys, said):
+    before = workspace.patch()
+    QApplication.clipboard().setText("kept")
+    QTest.keySequence(workspace.canvas, QKeySequence(keys))
+    assert workspace.canvas.message == said
+    assert workspace.patch() == before
+    assert QApplication.clipboard().text() == "kept"
 
 
 @pytest.mark.parametrize("side", ["left", "right", "top", "bottom", "across", "down"])
