@@ -51,6 +51,9 @@ class WireDrag:
             end = node.port_place(port.side, port.name)
             self.target = node.end(port)
             self.reason = self._verdict()
+        elif over is not None and over is not self.item:
+            lacks = "input that takes" if self.placed.side == "out" else "output that gives"
+            self.reason = f"{over.description.title} has no {lacks} {self.placed.port.kind}s"
         self._line.refused = bool(self.reason)
         self._line.set_ends(*((start, end) if self.placed.side == "out" else (end, start)))
         self._line.update()

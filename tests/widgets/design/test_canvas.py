@@ -107,6 +107,17 @@ def test_a_wire_that_cannot_be_is_refused_with_the_reason(workspace, qtbot, sour
     assert all(word in workspace.canvas.message for word in words), workspace.canvas.message
 
 
+def test_a_wire_on_a_node_without_a_port_for_it_is_refused_with_the_reason(workspace):
+    before = workspace.patch()
+    for start, end, said in (
+        (port(workspace, "hum", "out", "out"), middle(workspace, "push"), "Push has no input that takes signals"),
+        (port(workspace, "step", "out", "onset"), middle(workspace, "hum"), "Hum has no input that takes events"),
+    ):
+        drag(workspace, start, end)
+        assert workspace.canvas.message == said
+        assert workspace.patch() == before
+
+
 def test_a_wire_that_would_close_a_circle_is_refused(workspace):
     patch = Patch().add("through", REGISTRY).add("through", REGISTRY, (240.0, 0.0))
     workspace.set_patch(patch.connect("through.out", "through1.signal", REGISTRY))
