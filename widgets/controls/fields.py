@@ -33,6 +33,8 @@ class ParameterEditor(QWidget):
 
     value_changed = Signal(object)
     edit_began = Signal()
+    refused = Signal(str)
+    """Why a typed value was not taken, in a control that does not keep it to be corrected."""
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -13,9 +13,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, require
 from underfoot.parameters import Rows, Tiles
-from underfoot.quantities import parse_quantity, pretty_unit
+from underfoot.quantities import number, parse_quantity, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 
@@ -75,12 +75,15 @@ class RowsEditor(ParameterEditor):
 
     def _typed(self, item: QTableWidgetItem) -> None:
         rows = [list(row) for row in self._value]
+        name, low, high = self._columns[item.column()]
         try:
-            rows[item.row()][item.column()] = parse_quantity(item.text())
+            value = parse_quantity(item.text())
+            require(low <= value <= high, name, item.text(), f"{number(low)} to {number(high)}")
+            rows[item.row()][item.column()] = value
             self.edit_began.emit()
             self._commit(rows)
         except BadValue as error:
-            self.table.setToolTip(str(error))
+            self.refused.emit(str(error))
         self._show()
 
     def _add(self) -> None:

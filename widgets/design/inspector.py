@@ -343,8 +343,9 @@ class Inspector(QScrollArea):
         if isinstance(editor, FileEditor):
             editor.set_folder(self._folder)
         editor.edit_began.connect(self._begin)
-        for field in editor.findChildren(Field):
-            field.refused.connect(lambda why: self.refused.emit(f"{editor.parameter.label}: {why}"))
+        controls: list[ParameterEditor | Field] = [editor, *editor.findChildren(Field)]
+        for control in controls:
+            control.refused.connect(lambda why: self.refused.emit(f"{editor.parameter.label}: {why}"))
         self.editors[name] = editor
         column.addWidget(editor)
 

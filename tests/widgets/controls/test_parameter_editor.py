@@ -106,7 +106,9 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert editor.value() == ((1.0, 2.0), (1.0, 2.0))
     editor.table.setItem(1, 0, QTableWidgetItem("7"))
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
-    editor.table.setItem(1, 0, QTableWidgetItem("11"))
+    with qtbot.waitSignal(editor.refused) as refused:
+        editor.table.setItem(1, 0, QTableWidgetItem("11"))
+    assert refused.args == ["x is '11'; allowed: 0 to 10"]
     assert editor.value() == ((1.0, 2.0), (7.0, 2.0))
     assert editor.table.item(1, 0).text() == "7"
     editor.table.setCurrentCell(0, 0)

@@ -60,6 +60,16 @@ def test_what_is_refused_when_its_field_is_left_is_said_on_the_canvas(workspace,
     assert workspace.document.stack.count() == 0
 
 
+def test_what_a_table_refuses_is_said_on_the_canvas(qtbot):
+    workspace = DesignWorkspace(nodes.REGISTRY)
+    qtbot.addWidget(workspace)
+    workspace.set_patch(Patch().add("breakpoints", nodes.REGISTRY))
+    workspace.canvas.patch_scene.select(["breakpoints"])
+    workspace.inspector.editors["points"].table.item(0, 0).setText("soon")
+    assert workspace.canvas.message.startswith("Points: 'soon' is not a number")
+    assert workspace.document.stack.count() == 0
+
+
 def test_undo_in_the_field_of_a_number_is_of_the_patch_unless_something_is_being_typed(workspace):
     control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
     workspace.canvas.patch_scene.select(["step"])
