@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 
 from underfoot.errors import BadValue, require
 from underfoot.parameters import Rows, Tiles
-from underfoot.quantities import number, parse_quantity, pretty_unit
+from underfoot.quantities import number, parse_quantity, pretty_unit, worked_out
 from underfoot.widgets import theme
 from underfoot.widgets.controls.fields import Field, ParameterEditor
 
@@ -77,7 +77,7 @@ class RowsEditor(ParameterEditor):
         rows = [list(row) for row in self._value]
         name, low, high = self._columns[item.column()]
         try:
-            value = parse_quantity(item.text())
+            value = parse_quantity(worked_out(item.text()), _name_and_unit(name)[1])
             require(low <= value <= high, name, item.text(), f"{number(low)} to {number(high)}")
             rows[item.row()][item.column()] = value
             self.edit_began.emit()
@@ -107,8 +107,13 @@ def heading(name: str) -> str:
     >>> heading("decay 1/s"), heading("attack")
     ('decay\\n1/s', 'attack\\n')
     """
-    what, _, unit = name.replace("_", " ").rpartition(" ")
-    return f"{what}\n{pretty_unit(unit)}" if what else f"{name}\n"
+    what, unit = _name_and_unit(name)
+    return f"{what}\n{pretty_unit(unit)}"
+
+
+def _name_and_unit(column: str) -> tuple[str, str]:
+    what, _, unit = column.replace("_", " ").rpartition(" ")
+    return (what, unit) if what else (column, "")
 
 
 class TilesEditor(ParameterEditor):

@@ -116,6 +116,17 @@ def test_rows_are_added_changed_and_taken_away(qtbot):
     assert editor.value() == ((7.0, 2.0),)
 
 
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [("2k", (2000.0, 0.0)), ("3*440 hz", (1320.0, 0.0)), ("0,5 m/s²", (50.0, 0.5)), ("500 mm/s^2", (50.0, 0.5))],
+)
+def test_a_number_in_a_table_is_typed_as_in_a_field(qtbot, typed, value):
+    editor = editor_for(Rows(((50.0, 0.0),), (("frequency Hz", 1.0, 20_000.0), ("level m/s^2", 0.0, 1.0)), most=2))
+    qtbot.addWidget(editor)
+    editor.table.item(0, 1 if "m/s" in typed else 0).setText(typed)
+    assert editor.value() == (value,)
+
+
 def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     editor = editor_for(FilePath(""))
     qtbot.addWidget(editor)
