@@ -163,10 +163,20 @@ class NumberEditor(ParameterEditor):
         self.field.show_error("")
 
     def _step(self, event: QKeyEvent) -> None:
-        """Move the value by an arrow key in its field as on its slider, from what is typed."""
+        """Move the value by an arrow key in its field as on its slider, from what is typed. A whole number without a
+        slider, such as a seed, goes to the next.
+        """
         self.field.commit()
-        if self.slider.isVisible() and self.field.property("role") != "bad":
+        if self.field.property("role") == "bad":
+            return
+        if self.slider.isVisible():
             self.slider.keyPressEvent(event)
+        elif isinstance(self.parameter, Count):
+            if not event.isAutoRepeat():
+                self.edit_began.emit()
+            moved = self._value + (1 if event.key() == Qt.Key.Key_Up else -1)
+            self._commit(min(max(moved, self.parameter.low), self.parameter.high))
+            self._rewrite()
 
     def _value_text(self, digits: int) -> str:
         return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)

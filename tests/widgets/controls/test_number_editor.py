@@ -192,3 +192,17 @@ def test_arrows_up_and_down_in_the_field_move_the_number_as_on_its_slider(qtbot,
     qtbot.keyClick(editor.field, Qt.Key.Key_Up)
     assert editor.field.property("role") == "bad"
     assert editor.field.text() == "loud"
+
+
+def test_arrows_move_a_whole_number_that_has_no_slider_to_the_next(qtbot):
+    """Such as a seed, of which one wants to hear some."""
+    editor = NumberEditor(Count(0, 0, 2**31 - 1, label="Seed"))
+    qtbot.addWidget(editor)
+    show(qtbot, editor)
+    editor.field.setFocus()
+    values = []
+    editor.value_changed.connect(values.append)
+    for key in (Qt.Key.Key_Up, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Down, Qt.Key.Key_Down):
+        qtbot.keyClick(editor.field, key)
+    assert values == [1, 2, 1, 0]
+    assert editor.field.text() == "0"
