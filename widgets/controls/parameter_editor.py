@@ -4,7 +4,7 @@ from functools import singledispatch
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWheelEvent
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.errors import BadValue
@@ -110,11 +110,13 @@ class NumbersEditor(TextEditor):
 
 
 class FileEditor(TextEditor):
-    """The path of a file, typed or chosen in a dialog."""
+    """The path of a file: typed, chosen in a dialog, or that of a file that is dropped here."""
 
     def __init__(self, parameter: FilePath, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
         self._folder: Path | None = None
+        self.setAcceptDrops(True)
+        self.field.setAcceptDrops(False)  # it would take the file's address as text
         look = QToolButton(self)
         look.setText("…")
         look.setAccessibleName("Look for a file")
@@ -128,6 +130,14 @@ class FileEditor(TextEditor):
     def set_folder(self, folder: Path | None) -> None:
         """Set the folder to which paths below it are shown relative, so that the folder can be moved."""
         self._folder = folder
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        event.acceptProposedAction()
+        self.choose(next(url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()))
 
     def _look(self) -> None:
         dialog = file_dialog(self.window(), self.parameter.label, str(self._folder or ""))

@@ -10,6 +10,7 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMessageBox
 from windows import design, dialog_of, noise_patch, quiet_window
 
+from underfoot.nodes import REGISTRY
 from underfoot.widgets.dialogs.export_dialog import ExportDialog
 from underfoot.widgets.dialogs.file_error_dialog import FileErrorDialog
 
@@ -26,16 +27,16 @@ def files(*paths):
     return mime
 
 
-def drop(window, *paths):
-    """Drag files onto the window and let them go; whether they were taken."""
+def drop(onto, *paths):
+    """Drag files onto the window, or a part of it, and let them go; whether they were taken."""
     mime = files(*paths)
     copy, button, none = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     entered = QDragEnterEvent(QPoint(50, 50), copy, mime, button, none)
     entered.ignore()
-    QApplication.sendEvent(window, entered)
+    QApplication.sendEvent(onto, entered)
     if not entered.isAccepted():
         return False
-    QApplication.sendEvent(window, QDropEvent(QPointF(50, 50), copy, mime, button, none))
+    QApplication.sendEvent(onto, QDropEvent(QPointF(50, 50), copy, mime, button, none))
     return True
 
 
@@ -75,6 +76,20 @@ def test_of_several_dropped_files_none_is_said_to_be_open_before_the_question_ab
     assert "open" not in window.status.message
     dialog_of(window, QMessageBox).reject()
     assert design(window).patch() == work
+
+
+def test_a_file_dropped_on_the_field_of_a_file_is_put_there_and_not_opened(window, tmp_path):
+    path = made.put(tmp_path, "wav")
+    workspace = design(window)
+    workspace.document.edit(workspace.patch().add("wav-player", REGISTRY), "Add")
+    workspace.canvas.patch_scene.select(["wav-player"])
+    editor = workspace.inspector.editors["file"]
+    assert drop(editor.field, path)
+    assert workspace.patch().node("wav-player").parameters["file"] == str(path)
+    assert editor.field.text() == str(path)
+    assert not window.findChildren(QMessageBox)
+    workspace.undo_action.trigger()
+    assert editor.field.text() == ""
 
 
 def test_dropped_forces_are_what_the_floor_reads(window, tmp_path):
