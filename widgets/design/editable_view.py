@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.patch.grouping import grouped, put_into, ungrouped
-from underfoot.patch.groups import Note
+from underfoot.patch.groups import Note, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.quantities import counted
@@ -150,7 +150,7 @@ class EditableView(PatchView):
         """Copy the selected items, with the wires between them, to the clipboard."""
         members = self._members_for("copy")
         if members:
-            QApplication.clipboard().setText(copied(self.document.patch, members))
+            QApplication.clipboard().setText(self._copied(members))
 
     def cut(self) -> None:
         """Copy the selected items, and delete them."""
@@ -178,7 +178,12 @@ class EditableView(PatchView):
         """Add a copy of the selected items beside them."""
         members = self._members_for("duplicate")
         if members:
-            self._paste(copied(self.document.patch, members), None, "Duplicate")
+            self._paste(self._copied(members), None, "Duplicate")
+
+    def _copied(self, members: Sequence[str]) -> str:
+        """Return these items as text, without the sub-patch that is open, also if they are all of it."""
+        patch = self.document.patch
+        return copied(ungrouped(patch, chain(patch.groups, self.inside)), members)
 
     def put_in(self, patch: Patch, title: str) -> None:
         """Add all of another patch, called `title`, in a free place."""

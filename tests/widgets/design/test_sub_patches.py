@@ -174,6 +174,17 @@ def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(
     assert set(row.canvas.patch_scene.selected()) == {"through", "through1"}
 
 
+@pytest.mark.parametrize("keys", [(Qt.Key.Key_D,), (Qt.Key.Key_C, Qt.Key.Key_V)])
+def test_a_copy_of_all_that_is_in_the_open_sub_patch_is_nodes_beside_them(row, keys):
+    collapse(row, "through", "through1")
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    for key in (Qt.Key.Key_A, *keys):
+        QTest.keyClick(row.canvas, key, CONTROL)
+    assert row.canvas.patch_scene.selected() == ["through2", "through3"]
+    assert [group.members for group in row.patch().groups] == [("through", "through1", "through2", "through3")]
+    assert ("through2.out", "through3.signal") in row.patch().wires
+
+
 def test_wires_are_drawn_to_a_sub_patch_and_pulled_off_it(row):
     block = collapse(row, "through", "through1")
     start = in_view(row, block.wire_place("in", "through.signal"))
