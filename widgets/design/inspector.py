@@ -291,6 +291,7 @@ class Inspector(QScrollArea):
             editor = editor_for(self._declared(id, name))
             self._add_editor(column, end, editor)
             editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
+            editor.label.setWordWrap(True)
             editor.value_changed.connect(
                 lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._edit_number}")
             )

@@ -7,6 +7,7 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
+from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -303,3 +304,14 @@ def test_only_a_sub_patch_can_be_looked_into(row):
     assert look not in menu_texts(row, middle(row, "through"))
     item = collapse(row, "through", "through1")
     assert look in menu_texts(row, in_view(row, item.sceneBoundingRect().center()))
+
+
+def test_a_shown_parameter_of_a_node_with_a_long_name_can_be_read(row):
+    row.document.edit(row.patch().name("hum", "What the heel feels of the motor below"), "Rename")
+    collapse(row, "hum", "through")
+    row.document.edit(published(row.patch(), "hum.frequency", True), "Show")
+    label = row.inspector.editors["hum.frequency"].label
+    assert label.text() == "What the heel feels of the motor below: frequency"
+    QApplication.processEvents()
+    assert label.width() >= label.minimumSizeHint().width()
+    assert label.height() >= label.heightForWidth(label.width())
