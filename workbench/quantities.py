@@ -176,6 +176,8 @@ def parse_gain(text: str) -> float:
 
     >>> round(parse_gain("-6 dB"), 3), parse_gain("0"), parse_gain("x2.5"), parse_gain("−∞"), parse_gain("0 dB ø")
     (0.501, 1.0, 2.5, 0.0, -1.0)
+    >>> parse_gain("x1/4")
+    0.25
     """
     compact = _without_spaces(text).lower()
     if compact.endswith(INVERTED):
@@ -184,7 +186,7 @@ def parse_gain(text: str) -> float:
         return 0.0
     factor = re.fullmatch(r"[x×](.+)|(.+)[x×]", compact)
     if factor:
-        return parse_quantity(factor[1] or factor[2])
+        return parse_quantity(worked_out(factor[1] or factor[2]))
     decibels = parse_quantity(compact, "db" if compact.endswith("db") else "")
     try:
         return float(10.0 ** (decibels / 20.0))
