@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _TICK_S = 0.005
 FILM_HZ = 12.5
 MOST_FILM_S = 60.0
+_UNMEASURED = ("target", "floor", "profiles", "sound", "seed", "record", "film", "picture", "width")
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,8 @@ def scene(options: SceneOptions) -> None:
     kind = discover()[options.name]
     given = values_of(kind, options.settings)
     _check(options)
+    if options.measure:
+        _check_measuring()
     with report_compiling():
         if options.measure:
             from underfoot.bench.scene_latency import measured
@@ -106,6 +110,14 @@ def _check(options: SceneOptions) -> None:
         if path is not None and path.suffix.lower() != suffix:
             raise BadValue(f"{option} is {path}; allowed: a name that ends in {suffix}")
     require_outputs_writable(options.record, options.film, options.picture, inputs=(options.floor,))
+
+
+def _check_measuring() -> None:
+    """Refuse options that `--measure` would leave unused: what it reports is of the simulated floor, without sound."""
+    context = click.get_current_context()
+    given = [f"--{one}" for one in _UNMEASURED if context.get_parameter_source(one) == ParameterSource.COMMANDLINE]
+    if given:
+        raise BadValue(f"--measure is given with {given[0]}; allowed: --seconds and --set; it presses simulated tiles")
 
 
 @dataclass
