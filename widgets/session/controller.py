@@ -122,10 +122,15 @@ class SessionController(QObject):
         return self._is_lent
 
     def set_target(self, target: Target) -> None:
-        """Close the session and open one on another target, without waiting for the old one to end."""
+        """Close the session and open one on another target, without waiting for the old one to end.
+
+        A session that is lent stays until it is taken back: whoever has it would wait for it forever.
+        """
         self.target = self._with_profiles(target)
-        if self.session is not None:
-            self._is_changing = True
+        self._is_changing = self.session is not None
+        if self._is_lent:
+            self.notified.emit("The target changes when the study or the scene has ended.")
+        elif self.session is not None:
             self.notified.emit("Changing the target…")
             self._drop(self.session)
 
@@ -181,6 +186,8 @@ class SessionController(QObject):
             self.edit(self._patch, self._patch_folder)
             if was_level_lent:
                 (self.session.play if self.is_playing else self.session.stop)()
+            if self._is_changing:
+                self.set_target(self.target)
 
     def use_profile(self, profile: Profile, kind: str, folder: Path) -> None:
         """Have the engine use part `kind` of a profile that was just written."""

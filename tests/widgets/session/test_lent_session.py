@@ -1,0 +1,74 @@
+"""A session that a study or a scene has is not changed under it, but afterwards."""
+
+import pytest
+from long_recording import write_recording
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication
+from study_bench import SLOW_MS, Bench
+from windows import quiet_window, wait_until_playing
+
+from underfoot.floor.layout import default_floor
+from underfoot.patch import preset_files
+from underfoot.studies import floor_watch
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+def drop(window, path):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    copy, none = Qt.DropAction.CopyAction, Qt.KeyboardModifier.NoModifier
+    QApplication.sendEvent(window, QDragEnterEvent(QPoint(50, 50), copy, data, LEFT, none))
+    QApplication.sendEvent(window, QDropEvent(QPointF(50, 50), copy, data, LEFT, none))
+
+
+@pytest.fixture
+def window(qtbot, tmp_path, patch_folder):
+    """A window of the test's own, for whose session another will be opened."""
+    made = quiet_window(qtbot, tmp_path / "kept", patch_folder / "hiss.json")
+    made.workspaces.create_all()
+    made.start()
+    wait_until_playing(made)
+    return made
+
+
+def test_forces_that_are_dropped_wait_for_the_end_of_a_participants_session(window, qtbot, tmp_path, monkeypatch):
+    """The study waited forever for a session that was closed."""
+    monkeypatch.setattr(floor_watch, "SILENT_S", SLOW_MS / 1000.0)  # a busy machine may stall the engine for a second
+    controller, session = window.controller, window.controller.session
+    window.main_bar.tabs["Experiment"].click()
+    bench = Bench(window, qtbot, tmp_path)
+    bench.choose()
+    bench.rate(1)
+    drop(window, preset_files.walks()["corridor"])
+    assert window.status.message == "The target changes when the study or the scene has ended."
+    assert controller.session is session
+    bench.rate(1)
+    assert len(bench.entries()) == 2
+    with qtbot.waitSignal(controller.opened):
+        bench.workspace.running.leave()
+    assert controller.session.target.kind == "replay"
+
+
+def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_ended(window, qtbot, tmp_path):
+    controller = window.controller
+    recordings, scenes = window.workspaces["Recordings"], window.workspaces["Scenes"]
+    window.open_file(write_recording(tmp_path / "walk.underfoot", 1.0, default_floor(1, 2)))
+    qtbot.waitUntil(lambda: recordings.axis.content is not None and recordings.axis.content.overview is not None)
+    recordings.playback.looping.setChecked(True)
+    with qtbot.waitSignal(controller.opened):
+        qtbot.mouseClick(recordings.playback.button, LEFT)
+    wait_until_playing(window)
+    window.main_bar.tabs["Scenes"].click()
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    qtbot.waitUntil(lambda: scenes.stage is not None)
+    stage = scenes.stage
+    recordings.playback.looping.setChecked(False)
+    qtbot.waitUntil(lambda: not recordings.playback.player.is_playing)
+    assert scenes.stage is stage
+    assert controller.session is stage.session
+    with qtbot.waitSignal(controller.opened):
+        qtbot.mouseClick(scenes.panel.start, LEFT)
+    assert controller.session.target.kind == "simulator"
+    assert controller.session.patch.title == "Hiss"
