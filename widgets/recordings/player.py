@@ -43,7 +43,7 @@ class RecordingPlayer(QObject):
     def play(self, opened: OpenedRecording, begin_s: float, end_s: float, recorded_patch: bool) -> None:
         """Play from `begin_s` to `end_s`, through the recording's patch or the one in Design."""
         if self._controller.target_is_locked:
-            self.notified.emit("A study or a calibration has the floor: it ends before something else is played.")
+            self.notified.emit("A study, a scene or a calibration has the floor: end that first.")
             return
         most_s = MOST_BYTES / (32.0 * len(opened.floor.tiles) * float(opened.about["force_rate"]))
         self._stretch_s = (begin_s, min(end_s, begin_s + most_s))

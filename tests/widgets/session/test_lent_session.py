@@ -68,6 +68,10 @@ def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_end
     qtbot.waitUntil(lambda: not recordings.playback.player.is_playing)
     assert scenes.stage is stage
     assert controller.session is stage.session
+    window.main_bar.tabs["Recordings"].click()
+    qtbot.mouseClick(recordings.playback.button, LEFT)
+    assert window.status.message == "A study, a scene or a calibration has the floor: end that first."
+    window.main_bar.tabs["Scenes"].click()
     with qtbot.waitSignal(controller.opened):
         qtbot.mouseClick(scenes.panel.start, LEFT)
     assert controller.session.target.kind == "simulator"
