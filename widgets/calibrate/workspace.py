@@ -69,6 +69,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._target: Target | None = None
         self._measurement: Measurement | None = None
         self._is_automatic = self._is_waiting = False
+        self._refuses_lent: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
         self._stack = QStackedWidget(self)
@@ -87,6 +88,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
     def attach(self, context: WorkspaceContext) -> None:
         controller = context.controller
+        self._refuses_lent = controller.refuses_lent
         self.set_target(controller.target)
         controller.opened.connect(self.set_target)
         controller.released.connect(self.begin_released)
@@ -212,6 +214,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def begin(self, automatic: bool) -> None:
         """Begin the chosen calibration of the chosen tile; if `automatic`, the simulator runs all of its pages."""
         if self._target is None or self.is_measuring or why_not(self._target):
+            return
+        if by_hand(self._target) and self._refuses_lent():
             return
         self._is_automatic = automatic
         if by_hand(self._target):

@@ -1,16 +1,20 @@
 """A session that a study or a scene has is not changed under it, but afterwards."""
 
 import pytest
+from free_ports import free_port
 from long_recording import write_recording
+from on_screen import show
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 from study_bench import SLOW_MS, Bench
 from windows import quiet_window, wait_until_playing
 
+from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.patch import preset_files
 from underfoot.studies import floor_watch
+from underfoot.widgets.window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -76,3 +80,23 @@ def test_a_recording_that_ends_while_a_scene_plays_stays_until_the_scene_has_end
         qtbot.mouseClick(scenes.panel.start, LEFT)
     assert controller.session.target.kind == "simulator"
     assert controller.session.patch.title == "Hiss"
+
+
+def test_tiles_that_a_scene_has_are_not_calibrated(qtbot, tmp_path):
+    """The session was closed for that, and with it what a study had it for."""
+    target = Target(default_floor(1, 1), kind="udp", source=f"127.0.0.1:{free_port()}")
+    window = MainWindow(tmp_path / "kept", target)
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    show(qtbot, window)
+    window.workspaces.create_all()
+    window.start()
+    wait_until_playing(window)
+    scenes, overview = window.workspaces["Scenes"], window.workspaces["Calibrate"].overview
+    window.main_bar.tabs["Scenes"].click()
+    qtbot.mouseClick(scenes.panel.start, LEFT)
+    qtbot.waitUntil(lambda: scenes.stage is not None)
+    window.main_bar.tabs["Calibrate"].click()
+    qtbot.mouseClick(overview.begin, LEFT)
+    assert window.status.message == "A study or a scene has the session; end that first."
+    assert scenes.stage is not None
+    assert window.controller.session is scenes.stage.session
