@@ -86,6 +86,15 @@ def test_c3d_holds_every_sample_at_any_rate(tmp_path, rate_hz):
     np.testing.assert_array_equal(forces.force_n, force_n)
 
 
+def test_a_foot_that_stands_at_the_end_of_a_recording_stands_to_the_end_of_its_c3d_file(tmp_path):
+    """The last frame was filled up with zeros: read again, a foot went off there, and a short step was counted."""
+    force_n = np.full((506, 2, 4), 200.0, np.float32)
+    forces, _ = read_force_file(export(recording_of(tmp_path / "cut.underfoot", 48.0 * np.arange(506), force_n, 1000.0),
+                                       tmp_path / "cut.c3d"))  # fmt: skip
+    assert forces.force_n.shape == (510, 2, 4)
+    assert (forces.force_n == 200.0).all()
+
+
 def test_the_rate_is_that_of_the_samples_where_the_named_one_would_slip(tmp_path):
     force_n = np.random.default_rng(3).uniform(0.0, 500.0, (4000, 2, 4)).astype(np.float32)
     stamps = np.arange(4000) * 48.0 * 1000.0 / 995.0

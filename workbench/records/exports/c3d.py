@@ -89,7 +89,8 @@ def _write(export: ExportSource, path: Path) -> None:
 def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float, float, int]:
     """Corner forces at even times (n, tiles, 4), the time of the first, samples a second, and samples in a frame.
 
-    The last samples of a stretch that fill no frame are left out: zeros would be a foot off.
+    The last samples of a stretch that fill no frame are left out; otherwise the last sample is held to the end of its
+    frame. Zeros would be a foot off.
     """
     forces = export.forces
     pieces = list(export.pieces("Reading forces"))
@@ -104,6 +105,7 @@ def _even(export: ExportSource, path: Path) -> tuple[NDArray[np.float32], float,
         most_s = MOST_FRAMES // channels * MOST_FRAMES / rate_hz
         raise BadFile(f"{path} would have {count / rate_hz:.0f} s; allowed: {most_s:.0f} s; export it as .h5")
     corners = even_forces(time_s, np.concatenate([force_n for _, force_n in pieces]), rate_hz, in_frame)
+    corners[count:] = corners[count - 1]
     if export.stretch_s is not None and count >= in_frame:
         corners = corners[: count // in_frame * in_frame]
     return corners, float(time_s[0]), rate_hz, in_frame
