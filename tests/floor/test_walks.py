@@ -68,6 +68,20 @@ def test_a_step_that_was_not_seen_leaves_what_is_between_its_neighbours_unknown(
     assert found.step_length_mm == pytest.approx(300.0, abs=15.0)
 
 
+def test_what_a_cut_step_leaves_unknown_of_the_next():
+    """The recording begins 0.2 s after the first foot came down: it stood there, and nobody saw since when."""
+    contacts = [contact_at(step, 0.55 * step, 0.3 + 0.5 * step, MIDDLE_M) for step in range(5)]
+    seen = contacts[0].time_s >= 0.2
+    curve = {name: getattr(contacts[0], name)[seen] for name in ("time_s", "force_n", "x_m", "y_m")}
+    cut = msgspec.structs.replace(contacts[0], start_s=0.2, cut=True, **curve)
+    _, steps = persons_of([cut, *contacts[1:]])
+    assert [step.contact for step in steps] == [1, 2, 3, 4]
+    for name in ("cadence_per_min", "step_length_mm", "step_width_mm"):
+        assert math.isnan(getattr(steps[0], name))
+    assert steps[0].double_support_ms == pytest.approx(1e3 * (cut.end_s - contacts[1].start_s))
+    assert [step.cadence_per_min for step in steps[1:]] == [pytest.approx(60.0 / 0.55)] * 3
+
+
 def test_who_limps_is_asymmetric():
     walker = gait.Walker(step_length_m=0.6, variation=0.0)
     made = gait.footfalls(walker, [(0.3, MIDDLE_M), (7.0, MIDDLE_M)], 30.0)

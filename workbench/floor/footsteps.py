@@ -39,8 +39,9 @@ class Step(Struct, frozen=True):
     `person` numbers the walkers from 1. From the person's last step to this one are `cadence_per_min`,
     `step_length_mm` (between the centres, in the direction of walking), `step_width_mm` (across it) and
     `double_support_ms`, with both feet down; negative if neither is. `swing_ms` is this foot's time in the air before.
-    All these are NaN if a foot between was not seen. `heading_deg` is the direction of the foot, counter-clockwise from
-    the floor's x axis, with the standard error `heading_error_deg`.
+    All these are NaN if a foot between was not seen, and the first three if the last one was not seen as a whole.
+    `heading_deg` is the direction of the foot, counter-clockwise from the floor's x axis, with the standard error
+    `heading_error_deg`.
     """
 
     step: int

@@ -378,6 +378,8 @@ class _Walk(Struct, eq=False):
             self.votes_m = SIDE_VOTE_DECAY * self.votes_m + (told_m if footfall.number % 2 == 0 else -told_m)
         if not _is_next(footfall, last):
             return
+        if not last.is_whole:  # when it came down, and where it stood on the whole, was not seen
+            later_s = length_m = aside_m = math.nan
         swing_s, same = math.nan, self.steps[-2] if len(self.steps) > 1 else last
         if same.number == footfall.number - 2 and _is_next(last, same):
             swing_s = footfall.start_s - same.end_s
