@@ -80,6 +80,10 @@ class SessionController(QObject):
         """The patch to play for the window's patch: with the requests of other programs."""
         self._opening_target = self.target
         """As requested; the session's own target may have values of its profiles in addition."""
+        self._last_target: tuple[Target, tuple[str, str, str]] | None = None
+        """Of the last session that was opened, with kind, source and simulation in the settings."""
+        self._failure = ""
+        """Why the target that was wanted cannot be used, until another one is."""
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
@@ -241,28 +245,33 @@ class SessionController(QObject):
         if self._opening_target != self.target or self._is_released:
             self._opener.end(session)
             return
-        if self._is_changing:
-            self._is_changing = False
+        changed, self._is_changing = self._is_changing, False
+        if changed and not self._failure:
             self.notified.emit(f"The target is now: {target_text(self.target)}")
-        self.session = session
+        kept = self._settings
+        self.session, self._last_target = session, (self.target, (kept.kind, kept.source, kept.simulation))
         if not self.is_playing:
             session.stop()
         session.send(Level(self._settings.level_db))
         if session.patch != self._patch:
             self.edit(self._patch, self._patch_folder)
         self.opened.emit(self.target)
+        if self._failure:  # last, so that it stays to be read
+            self.notified.emit(self._failure)
+            self._failure = ""
         self.bridge.attach(session, self.target.floor, self.target.rate)
 
     def _fall_back(self, why: str) -> None:
-        """Report that the target cannot be used, and return to one that can."""
-        self.notified.emit(why)
+        """Report that the target cannot be used, and return to the last one, or else to one that can."""
+        self._failure, kept = why, self._settings
         if self.target.profiles:
             self.target = replace(self.target, profiles="")
-            self._open()
-            return
-        self.target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
-        self._settings.kind = "simulator"
-        self._settings.source = self._settings.simulation = ""
+        elif self._last_target is not None:
+            self.target, (kept.kind, kept.source, kept.simulation) = self._last_target
+            self._last_target = None  # that one may fail, too
+        else:
+            self.target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
+            kept.kind, kept.source, kept.simulation = "simulator", "", ""
         self._open()
 
     def _drop(self, session: "Session") -> None:

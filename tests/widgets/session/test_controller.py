@@ -13,6 +13,7 @@ from underfoot.nodes import REGISTRY
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.session.profile_folder import profile_folder
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.target_selection import TargetSelection
 
 
 @pytest.fixture
@@ -86,6 +87,27 @@ def test_a_round_trip_in_a_profile_does_not_open_the_session_for_ever(controller
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.set_target(Target(floor))
     assert controller.session.target.round_trip_frames == 0, "on the simulator it is that of the simulated tile"
+
+
+def test_forces_that_cannot_be_read_leave_the_floor_and_the_reason_to_be_read(qtbot, tmp_path):
+    """The four tiles of a first start came instead, and "The target is now" took the reason away at once."""
+    settings, floor = Settings(), default_floor(1, 3)
+    path = tmp_path / "walk.csv"
+    default_floor(1, 1).save(tmp_path / "walk.floor.json")
+    path.write_text("time_s,t1.1,t1.2,t1.3,t1.4\n0,0,0,0,0\n0.001,0,,0,0\n")
+    controller = SessionController(REGISTRY, settings, Target(floor), tmp_path)
+    said = []
+    controller.notified.connect(said.append)
+    try:
+        with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+            controller.start()
+        with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+            TargetSelection(controller, settings).use_forces(path)
+        assert controller.session.target == controller.target == Target(floor)
+        assert said[-1] == f"{path}: line 3, column t1.2 is ''; allowed: a number, -1e+12 to 1e+12"
+        assert (settings.kind, settings.source) == ("simulator", "")
+    finally:
+        controller.close()
 
 
 def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):
