@@ -24,7 +24,7 @@ from underfoot.floor.step_finder import Detections, find_steps
 from underfoot.records import envelopes
 from underfoot.records.recording import Recording
 
-FORMAT = 3
+FORMAT = 4
 """Of the files in the cache; others are made anew."""
 STANCE = 101
 """Points of a curve of stance: 0, 1, ... 100 % of the contact."""
