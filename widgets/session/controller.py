@@ -131,7 +131,7 @@ class SessionController(QObject):
         A session that is lent stays until it is taken back: whoever has it would wait for it forever.
         """
         self.target = self._with_profiles(target)
-        self._is_changing = self.session is not None
+        self._is_changing |= self.session is not None
         if self._is_lent:
             self.notified.emit("The target changes when the study or the scene has ended.")
         elif self.session is not None:
