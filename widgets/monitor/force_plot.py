@@ -17,8 +17,7 @@ MAX_LETTERS = 32
 """Most letters of a mark's text; the recording has all of it."""
 BELOW_ZERO = 0.1
 """Extent of the axis below zero, as a share of its top: forces of real corners can be negative."""
-MARGINS = Margins(bottom=8.0)
-"""The times are written under the spectrogram below."""
+_WITHOUT_TIMES = Margins(bottom=8.0)
 
 CORNERS = ("corner 1", "corner 2", "corner 3", "corner 4")
 """Names of the corners' colours, in the order of the sensors."""
@@ -32,7 +31,7 @@ class ForcePlot(Plot):
     for as long as the plot is wide."""
 
     def __init__(self) -> None:
-        super().__init__("Force of the chosen tile", MARGINS)
+        super().__init__("Force of the chosen tile", _WITHOUT_TIMES)
         self._seconds = 8.0
         self._top_n = 1000.0
         self._large_until = -math.inf
@@ -42,6 +41,10 @@ class ForcePlot(Plot):
         """Show this many seconds before now."""
         self._seconds = seconds
         self.clear_forces()
+
+    def write_times(self, on: bool) -> None:
+        """Write the times below, or leave that to the spectrogram under this plot."""
+        self.set_margins(Margins() if on else _WITHOUT_TIMES)
 
     def show_forces(
         self,

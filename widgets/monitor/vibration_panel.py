@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QShortcut
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
@@ -21,6 +22,9 @@ from underfoot.widgets.monitor.vibration_history import VibrationHistory
 
 class VibrationPanel(QWidget):
     """Keeps the vibration of all tiles, commanded and measured, and shows that of one."""
+
+    levels_chosen = Signal(bool)
+    """Levels are shown, and no times; or the spectrogram, with them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -77,6 +81,7 @@ class VibrationPanel(QWidget):
         for widget in (self._felt_key, self.level_key):
             widget.setVisible(not levels)
         self._levels_line.setVisible(levels)
+        self.levels_chosen.emit(levels)
         self.show_levels()
 
     def _head(self) -> list[QWidget | None]:

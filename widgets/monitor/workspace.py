@@ -251,6 +251,7 @@ class MonitorWorkspace(Workspace):
         self.floor.commanded.connect(self.commanded)
         self.force.duration_chosen.connect(self.set_duration)
         self.force.pause_toggled.connect(self._toggle_pause)
+        self.vibration.levels_chosen.connect(self.force.plot.write_times)
         self.steps.notified.connect(self.notified)
         self.steps.cleared.connect(self.force.clear_steps)
         for plot in (self.force.plot, self.vibration.spectrogram):

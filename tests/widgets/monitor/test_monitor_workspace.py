@@ -8,6 +8,7 @@ from on_screen import place_on, show
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel
 
+from underfoot.drawing.shapes import Text
 from underfoot.engine.commands import PressTile, Tare, Walk
 from underfoot.floor.contacts import OngoingContact
 from underfoot.floor.layout import default_floor
@@ -256,3 +257,17 @@ def test_who_stood_on_a_floor_that_is_unplugged_is_not_shown_any_more(monitor):
     monitor.empty_floor(True)
     monitor.draw()
     assert monitor.map.grab().toImage() == nobody
+
+
+def test_the_times_are_written_under_the_lowest_plot_of_them(qtbot, monitor):
+    """Under the spectrogram; with levels in its place, which are over frequency, under the forces."""
+
+    def times_of(plot):
+        return [shape.text for shape in plot.frame.shapes if isinstance(shape, Text) and shape.text.endswith(" s")]
+
+    assert (times_of(monitor.force.plot), times_of(monitor.vibration.spectrogram)) == ([], ["0 s"])
+    qtbot.keyClick(monitor, Qt.Key.Key_L)
+    assert monitor.vibration.levels.isVisible()
+    assert times_of(monitor.force.plot) == ["0 s"]
+    qtbot.keyClick(monitor, Qt.Key.Key_L)
+    assert times_of(monitor.force.plot) == []
