@@ -75,11 +75,12 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     references = _references(rows)
     over = []
     for name in dict.fromkeys(one.name for _, one in lines):
-        values = [one.value for _, one in lines if one.name == name]
-        over.append(("dB", mean_interval(name, values, "dB")))
-        reference = references.get(name.removeprefix("threshold "))
-        if reference:
-            over.append(("m/s^2", mean_interval(name, [reference * 10.0 ** (v / 20.0) for v in values], "m/s^2")))
+        values = {person: one.value for person, one in lines if one.name == name}
+        over.append(("dB", mean_interval(name, list(values.values()), "dB")))
+        at_0_db = {person: references.get((person, name.removeprefix("threshold "))) for person in values}
+        levels = [level * 10.0 ** (values[person] / 20.0) for person, level in at_0_db.items() if level]
+        if levels:
+            over.append(("m/s^2", mean_interval(name, levels, "m/s^2")))
     found.tables.append(estimates_table("Thresholds over people", "in", over, _THESIS))
     alarms = [(str(person), *_false_alarms(part)) for (person,), part in people.items()]
     if any(row[2] for row in alarms):
@@ -99,12 +100,12 @@ _THESIS = (
 )
 
 
-def _references(rows: Sequence[Row]) -> dict[str, float]:
-    """Return the level of each stimulus in m/s^2, at 0 dB."""
+def _references(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
+    """Return each person's level of each stimulus in m/s^2, at 0 dB; a level that a participant set is in it."""
     return {
-        str(row["comparison"]): float(row["level_m_s2"]) / 10.0 ** (float(row["gain_db"]) / 20.0)
+        (str(row["participant"]), str(row["comparison"])): float(row["level_m_s2"]) / 10.0 ** (row["level_db"] / 20.0)
         for row in rows
-        if row.get("staircase") and row.get("level_m_s2") not in (None, "") and row.get("gain_db") not in (None, "")
+        if row.get("staircase") and row.get("level_m_s2") not in (None, "")
     }
 
 

@@ -1,0 +1,39 @@
+"""Participants who set a level of their own get lower levels than the protocol's, and the analysis knows which."""
+
+import pytest
+from made_studies import TD, protocol_text
+
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
+from underfoot.nodes import REGISTRY
+
+pytest.importorskip("statsmodels")
+SETS_A_LEVEL = {"id": "level", "kind": "level", "stimulus": "TD"}
+SET_DB = {"P1": -12.0, "P2": -6.0}
+
+
+def tables_of(kind, parameters, answer, stimuli=None):
+    """Return the tables of a study in which everybody sets a level first; `answer(trial, gain_db)` answers a trial."""
+    main = {"id": "main", "kind": "trials", "method": {"kind": kind, "parameters": parameters}}
+    text = protocol_text(stages=[SETS_A_LEVEL, main], stimuli={"TD": TD, **(stimuli or {})})
+    protocol, rows = Protocol.loads(text, REGISTRY), []
+    for person, gain_db in SET_DB.items():
+        study = Study(protocol, person)
+        study.answer({"gain_db": gain_db})
+        while not study.is_done:
+            study.answer(answer(study.page.trial, gain_db))
+        rows += rows_of(protocol, person, study.entries)
+    return {table.title: table for table in analysed(rows, protocol, Settings(bootstrap=0))[0].tables}
+
+
+def test_a_threshold_in_m_s2_is_of_what_was_presented():
+    def feels_above_0_2(trial, gain_db):
+        peak = TD["level_m_s2"] * 10.0 ** ((trial.intervals[0].gain_db + gain_db) / 20.0)
+        return {"felt": "yes" if peak > 0.2 else "no"}
+
+    tables = tables_of("staircases", {"followed": ["TD"], "pairs": 3, "highest_db": 20.0}, feels_above_0_2)
+    (_, _, mean, *_, unit) = tables["Thresholds over people"].rows[1]
+    assert (mean, unit) == (pytest.approx(0.2, rel=0.15), "m/s^2")
