@@ -37,3 +37,27 @@ def test_a_threshold_in_m_s2_is_of_what_was_presented():
     tables = tables_of("staircases", {"followed": ["TD"], "pairs": 3, "highest_db": 20.0}, feels_above_0_2)
     (_, _, mean, *_, unit) = tables["Thresholds over people"].rows[1]
     assert (mean, unit) == (pytest.approx(0.2, rel=0.15), "m/s^2")
+
+
+def test_curves_are_over_the_stiffness_and_a_condition_is_the_same_for_all():
+    stiffness, levels = (52, 64, 76, 90), (0.2, 0.43)
+    stimuli = {
+        f"s{n}-{level * 100:.0f}": {**TD, "level_m_s2": level, "factors": {"stiffness_n_mm": n}}
+        for n in stiffness
+        for level in levels
+    }
+
+    def stiffer_than_the_standard(trial, gain_db):
+        is_more = int(str(trial.facts["comparison"])[1:3]) + 8.0 * (trial.block % 4) > 82.0
+        return {"interval": trial.facts["comparison_at"] if is_more else _other(trial.facts["comparison_at"])}
+
+    parameters = {"comparisons": list(stimuli), "standard": "TD", "blocks": 8}
+    tables = tables_of("constant-stimuli", parameters, stiffer_than_the_standard, stimuli)
+    points = {row[:2]: row[2] for row in tables["Curves of each person"].rows if row[1].startswith("pse")}
+    assert list(points) == [(person, f"pse {level}") for person in SET_DB for level in levels]
+    assert list(points.values()) == [pytest.approx(70.0, abs=3.0)] * 4
+    assert tables["Share judged more"].columns == ("stiffness_n_mm", "level_m_s2 0.2", "level_m_s2 0.43")
+
+
+def _other(interval):
+    return {"first": "second", "second": "first"}[interval]

@@ -19,6 +19,7 @@ from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
+_LEVEL = "level_m_s2"
 _LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
 _QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
@@ -47,6 +48,33 @@ def axis_and_condition(rows: Sequence[Row]) -> tuple[str, str]:
     return axis, next((name for name in values if name != axis), "")
 
 
+def _prepared(rows: Sequence[Row]) -> tuple[Sequence[Row], str, str]:
+    """Return the rows, the axis and the condition of the curves.
+
+    Who set a level of their own gets other levels than the next. Levels are a condition of all people only as in the
+    protocol; as an axis, they are what each person got.
+    """
+    alike = _at_protocol_levels(rows)
+    axis, condition = axis_and_condition(alike)
+    return (rows if axis == _LEVEL else alike), axis, condition
+
+
+def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows with the levels that the stimuli have where nobody set one.
+
+    >>> _at_protocol_levels([{"gain_db": -6.0, "level_m_s2": 0.215511}])[0]["level_m_s2"]
+    0.43
+    """
+    if not any(row.get("gain_db") for row in rows):
+        return rows
+    return [
+        {**row, _LEVEL: float(f"{row[_LEVEL] / 10.0 ** (row['gain_db'] / 20.0):.4g}")}
+        if _LEVEL in row and "gain_db" in row
+        else row
+        for row in rows
+    ]
+
+
 def axis_label(factor: str) -> str:
     """Return the axis label of this factor.
 
@@ -71,7 +99,7 @@ def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     Without a numeric factor, estimate the share of each stimulus.
     """
     try:
-        axis, condition = axis_and_condition(rows)
+        rows, axis, condition = _prepared(rows)
     except BadMeasurement:
         return share_estimates(_counted(rows))
     return _curves(rows, axis, condition, settings)
@@ -98,7 +126,7 @@ def _half_name(rows: Sequence[Row]) -> str:
 def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     """Report over people: shares by level, curves, and tests of PSE, slope and intercept between conditions."""
     try:
-        axis, condition = axis_and_condition(rows)
+        rows, axis, condition = _prepared(rows)
     except BadMeasurement as error:
         plain = preferences(_counted(rows))
         plain.remarks.append(f"No psychometric curve: {error}.")
