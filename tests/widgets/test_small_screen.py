@@ -44,3 +44,15 @@ def test_another_page_begins_at_its_left(made):
     assert area.horizontalScrollBar().value() == 50
     made.click(made.workspace.library.new)
     assert area.horizontalScrollBar().value() == 0
+
+
+def test_a_page_is_no_wider_than_the_window_where_a_title_or_a_message_is_long(made, qtbot):
+    workspace, words = made.workspace, "what somebody feels underfoot, " * 12
+    area = workspace.stack.parentWidget().parentWidget()
+    workspace.resize(1280, 740)
+    for label in (workspace.overview.title, workspace.overview.state, workspace.experimenter.title):
+        label.setText(words)
+    for page in (workspace.overview, workspace.experimenter):
+        workspace.stack.setCurrentWidget(page)
+        qtbot.waitUntil(lambda page=page: page.isVisible() and area.viewport().width() > 900)
+        qtbot.waitUntil(lambda: area.widget().width() == area.viewport().width())

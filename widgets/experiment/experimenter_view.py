@@ -54,7 +54,7 @@ class ExperimenterView(QWidget):
         super().__init__()
         self.title, self.state = theme.label("", "title"), theme.label("", "muted")
         self.page, self.live, self.news = theme.label(), theme.label("", "force"), theme.label("", "alarm")
-        for label in (self.state, self.page, self.news):
+        for label in (self.title, self.state, self.page, self.news):
             label.setWordWrap(True)
         self.progress = QProgressBar()
         self.progress.setRange(0, 1000)

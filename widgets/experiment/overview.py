@@ -25,9 +25,9 @@ class StudyOverview(QWidget):
     def __init__(self, start: SessionStart, findings: StudyFindings) -> None:
         super().__init__()
         self.title, self.about, self.facts = theme.label("", "title"), theme.label("", "muted"), theme.label()
-        for label in (self.about, self.facts):
-            label.setWordWrap(True)
         self.state = theme.label("", "muted")
+        for label in (self.title, self.about, self.facts, self.state):
+            label.setWordWrap(True)  # a long line would make the page wider than the window
         self._findings = findings
         column = QVBoxLayout(self)
         column.setContentsMargins(*[2 * theme.GRID] * 4)
