@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -237,7 +238,7 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
     """Draw shares with the curve of all people together, beside the thesis's shares if the levels are the same."""
     drawn: list[Series] = []
     parts = _by_condition(rows, condition)
-    for colour, (value, part) in zip(_COLOURS, parts, strict=False):
+    for colour, (value, part) in zip(cycle(_COLOURS), parts, strict=False):
         x, yes, of = counts(part, axis)
         name = f"{value} {axis_label(condition).partition(', ')[2] or condition}" if condition else "judged more"
         drawn.append(series(name, x, np.array(yes) / np.array(of), "dots", colour))

@@ -1,6 +1,7 @@
 """Absolute identification: rates, learning, confusions and information (thesis figures 3.8 to 3.11)."""
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,7 @@ def _confusion_drawn(title: str, counts: NDArray[np.int64]) -> Drawing:
 
 def _learning_drawn(sets: dict[tuple[str, ...], list[Row]], chance: float) -> Drawing:
     lines = []
-    for colour, ((name,), part) in zip(("vibration", "force", "muted"), sets.items(), strict=False):
+    for colour, ((name,), part) in zip(cycle(("vibration", "force", "muted")), sets.items(), strict=False):
         blocks, means, ends = [], [], []
         for (block,), session in grouped(part, "block").items():
             one = mean_interval("", [_rate("", p).value for p in grouped(session, "participant").values()])

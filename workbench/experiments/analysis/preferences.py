@@ -64,10 +64,13 @@ def _chance_p(rows: Sequence[Row]) -> float:
 
 
 def _drawn(rows: Sequence[Row]) -> Drawing:
-    """Draw the share of each stimulus over all people, as a function of the number of answers."""
-    lines = []
-    for colour, ((name,), part) in zip(_COLOURS, sorted(grouped(rows, "stimulus").items()), strict=False):
+    """Draw the share of each stimulus over all people, as a function of the number of answers; say how many are not."""
+    lines, parts = [], sorted(grouped(rows, "stimulus").items())
+    for colour, ((name,), part) in zip(_COLOURS, parts, strict=False):
         so_far = np.cumsum([bool(row[_COUNTED]) for row in part]) / np.arange(1, len(part) + 1)
         lines.append(series(str(name), np.arange(1, len(part) + 1), so_far, colour=colour))
     half = (ReferenceLine("y", 0.5, dashed=True),)
-    return Drawing("Judged more, so far", "answers", "share", tuple(lines), y_range=(0.0, 1.0), lines=half)
+    title = "Judged more, so far"
+    if len(parts) > len(lines):
+        title += f" ({len(lines)} of {len(parts)} stimuli)"
+    return Drawing(title, "answers", "share", tuple(lines), y_range=(0.0, 1.0), lines=half)
