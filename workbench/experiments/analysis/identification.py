@@ -57,13 +57,21 @@ _THESIS = (
 
 
 def confusion(rows: Sequence[Row], settings: Settings) -> tuple[list[str], list[str], NDArray[np.int64]]:
-    """Return stimuli, answers, and counts of [presented, answered]: both from number 1 on, or answers as words."""
+    """Return stimuli, answers, and counts of [presented, answered]: both from number 1 on, or answers as words.
+
+    With words, stimuli are in the order of their right answers, so that right answers lie on the diagonal.
+    """
     if any("answer" in row for row in rows):
         words = list(map(str, settings.given.get("answers") or sorted({str(row["answer"]) for row in rows})))
-        parts = grouped(rows, "stimulus")
-        table = [[sum(str(row["answer"]) == word for row in part) for word in words] for part in parts.values()]
-        return [str(name) for (name,) in parts], words, np.array(table, np.int64)
-    names = {int(row["correct"]): str(row.get("stimulus", row["correct"])) for row in rows}
+        places = {word: place for place, word in enumerate(words)}
+        parts = sorted(
+            grouped(rows, "stimulus").items(),
+            key=lambda part: (places.get(str(part[1][0]["correct"]), len(words)), str(part[0][0])),
+        )
+        table = [[sum(str(row["answer"]) == word for row in part) for word in words] for _, part in parts]
+        return [str(name) for (name,), _ in parts], words, np.array(table, np.int64)
+    names = dict(enumerate(map(str, settings.given.get("identified", ())), 1))  # also of what was not presented yet
+    names |= {int(row["correct"]): str(row.get("stimulus", row["correct"])) for row in rows}
     most = max([*names, *(int(row["number"]) for row in rows)])
     counts = np.zeros((most, most), np.int64)
     for row in rows:

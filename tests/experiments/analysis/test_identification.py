@@ -1,0 +1,44 @@
+"""Confusions of stimuli that were told apart, by number or by word."""
+
+import pytest
+from made_studies import TD, made_protocol
+
+from underfoot.experiments.analysis.analyses import analysed
+from underfoot.experiments.analysis.settings import Settings
+from underfoot.experiments.study import Study
+from underfoot.experiments.table import rows_of
+
+pytest.importorskip("statsmodels")
+
+
+def findings_of(stimuli, parameters, answer, trials):
+    """Return the findings of so many first trials, each answered by `answer(trial)`."""
+    protocol = made_protocol("absolute-identification", parameters, stimuli)
+    study = Study(protocol, "P1")
+    for _ in range(trials):
+        study.answer(answer(study.page.trial))
+    return analysed(rows_of(protocol, "P1", study.entries), protocol, Settings(bootstrap=0))[0]
+
+
+def confusions(findings):
+    return next(table for table in findings.tables if "answers to each stimulus" in table.title)
+
+
+def test_after_the_first_answers_all_stimuli_have_their_names_and_chance_is_of_all():
+    names = tuple("abcdefgh")
+    found = findings_of(dict.fromkeys(names, TD), {}, lambda trial: {"number": 1}, trials=4)
+    table = confusions(found)
+    assert table.columns == ("stimulus", *names)
+    assert [row[0] for row in table.rows] == list(names)
+    assert found.drawings[0].lines[0].at == 1 / 8
+
+
+def test_right_answers_in_words_are_on_the_diagonal_whatever_the_order_of_trials():
+    words = ("sand", "snow", "ice", "wood", "leaf")
+    stimuli = {f"s{place}": {**TD, "correct": word} for place, word in enumerate(reversed(words))}
+    parameters = {"answers": words, "sessions": 1, "repeats": 2}
+    table = confusions(findings_of(stimuli, parameters, lambda trial: {"answer": trial.correct}, trials=10))
+    assert table.columns == ("stimulus", *words)
+    assert table.rows == tuple(
+        (f"s{4 - place}", *(2 if k == place else 0 for k in range(5))) for place in range(5)
+    )  # the last stimulus is of the first word
