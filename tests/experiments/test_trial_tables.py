@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from made_studies import first_answers, preset_protocol, protocol_text, walked
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.analysis.analyses import ANALYSES, analysed
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
@@ -121,6 +121,14 @@ def test_a_trial_that_two_files_have_counts_once(tmp_path):
         results_of(paths)
     paths[1].write_text(text.replace("S1,", "S2,"))
     assert len(results_of(paths).rows) == 2 * len(results_of(paths[:1]).rows)
+
+
+@pytest.mark.parametrize("damaged", [b"", b"not a database"])
+def test_a_damaged_session_is_not_told_as_a_bad_table(damaged, tmp_path):
+    path = tmp_path / "P1.session"
+    path.write_bytes(damaged)
+    with pytest.raises(BadFile, match=f"^{re.escape(str(path))} is not a session of a study"):
+        results_of([path])
 
 
 def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_it_comes_last(tmp_path):

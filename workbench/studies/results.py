@@ -19,6 +19,8 @@ from underfoot.records.recording import is_recording
 
 FORMS = ("CSV", "BIDS", "report")
 """Formats in which trials of sessions can be written."""
+SUFFIX = ".session"
+"""The suffix of a session; a damaged one is told as such, and not as a bad table."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def results_of(paths: Sequence[Path], protocol: Protocol | None = None) -> Resul
     sessions, left_out = list[Path](), list[Path]()
     shared, text = protocol, "" if protocol is None else protocol.dumps().decode()
     for path in paths:
-        if not is_recording(path):
+        if path.suffix != SUFFIX and not is_recording(path):
             rows += _required_new(path, read_csv(path), rows)
             continue
         file = SessionFile.open(path)
