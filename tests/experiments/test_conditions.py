@@ -63,7 +63,7 @@ def test_a_patch_beside_the_table_is_copied_beside_the_draft(tmp_path):
     tables, own = tmp_path / "tables", tmp_path / "own"
     tables.mkdir()
     (tables / "mine.json").write_bytes(preset_files.patches()["stimulus-td"].read_bytes())
-    draft = Draft.of(preset_protocol("detection-threshold"), REGISTRY, own)
+    draft = Draft.of(preset_protocol("compliance-rating"), REGISTRY, own)
     draft.take_conditions(read_conditions(table(tables, "stimulus,patch\na,mine.json\n"), draft))
     assert draft.checked().stimuli["a"].patch == "patches/mine.json"
     assert (own / "patches" / "mine.json").read_bytes() == (tables / "mine.json").read_bytes()

@@ -63,6 +63,18 @@ BAD = {
         protocol_text(stages=[trials("staircases", followed=["TD"], highest_db=40.0)]),
         "reaches 43 m/s^2 with TD; allowed: up to limit_m_s2, 20",
     ),
+    "a staircase of nothing": (
+        protocol_text(stages=[trials("staircases")]),
+        "$.stages[0].method.parameters.followed is 'X'; allowed: stimuli with a level above 0, and with scaled_by",
+    ),
+    "a level that QUEST+ cannot move": (
+        protocol_text(stages=[trials("bayesian")], stimuli={"TD": {"patch": "stimulus-td", "level_m_s2": 0.4}}),
+        "$.stages[0].method.parameters.followed is 'TD'; allowed: stimuli with a level above 0, and with scaled_by",
+    ),
+    "a level that nobody can set": (
+        protocol_text(stages=[stage(kind="level", stimulus="X")]),
+        "$.stages[0].stimulus is 'X'; allowed: stimuli with a level above 0, and with scaled_by",
+    ),
     "negative level": (protocol_text(stimuli={"TD": {**TD, "level_m_s2": -1}}), "level_m_s2 is -1; allowed: a"),
     "NaN": (protocol_text(limit_m_s2=float("nan")), "$.limit_m_s2 is NaN; allowed: a number"),
     "missing patch": (

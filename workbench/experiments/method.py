@@ -109,6 +109,11 @@ class Method(ABC):
         return found
 
     @classmethod
+    def moved(cls, given: Mapping[str, Any]) -> Sequence[str]:
+        """Return the stimuli whose level the method moves; these need one."""
+        return ()
+
+    @classmethod
     @abstractmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
         """Return the questions of each trial, for these checked parameters."""

@@ -200,6 +200,7 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if stage.kind == "level":
             have = ", ".join(self.stimuli) or "none"
             require(stage.stimulus in self.stimuli, f"{place}.stimulus", stage.stimulus, f"the stimuli: {have}")
+            self._require_level_moves(f"{place}.stimulus", stage.stimulus)
         if stage.kind == "learn":
             require(bool(self.stimuli), f"{place}.kind", stage.kind, "learn only where there are stimuli")
         if stage.kind != "trials":
@@ -214,6 +215,8 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             given = METHODS[kind].checked(stage.method.parameters, self.stimuli)
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
+        for name in METHODS[kind].moved(given):
+            self._require_level_moves(f"{place}.method.parameters.followed", name)
         right = METHODS[kind].right_answers(given)
         for name, gain_db in METHODS[kind].peak_gains_db(given).items():
             correct = self.stimuli[name].correct
@@ -230,6 +233,12 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", METHODS[kind].questions_for(given))
+
+    def _require_level_moves(self, place: str, name: str) -> None:
+        """Raise `BadValue` for a stimulus of which every level would be presented alike."""
+        stimulus = self.stimuli[name]
+        can_move = bool(stimulus.scaled_by) and stimulus.level_m_s2 > 0.0
+        require(can_move, place, name, "stimuli with a level above 0, and with scaled_by, which the level moves")
 
     # --- files ---
 

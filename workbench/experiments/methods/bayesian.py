@@ -3,7 +3,7 @@
 The package questplus, which PsychoPy uses as well, computes it: `pip install "underfoot[adaptive]"`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,6 +66,10 @@ class Bayesian(Method):
     @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return {given["followed"]: given["range_db"][1]}
+
+    @classmethod
+    def moved(cls, given: Mapping[str, Any]) -> Sequence[str]:
+        return (given["followed"],)
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:

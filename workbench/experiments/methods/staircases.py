@@ -4,7 +4,7 @@ Levitt, Transformed up-down methods in psychoacoustics, J. Acoust. Soc. Am. 49 (
 the thesis, after Lecluyse and Meddis (2009).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -85,6 +85,10 @@ class Staircases(Method):
     @classmethod
     def peak_gains_db(cls, given: Mapping[str, Any]) -> dict[str, float]:
         return super().peak_gains_db(given) | dict.fromkeys(given["followed"], given["highest_db"])
+
+    @classmethod
+    def moved(cls, given: Mapping[str, Any]) -> Sequence[str]:
+        return tuple(given["followed"])
 
     @classmethod
     def questions_for(cls, given: Mapping[str, Any]) -> tuple[Parameter, ...]:
