@@ -115,6 +115,26 @@ def test_a_truth_that_is_set_is_what_is_found():
     assert last.mean == pytest.approx(last.truth, abs=0.8)
 
 
+def summary_of_staircases(people, parameters, **truth):
+    made = made_protocol("staircases", {"followed": ["TD"], **parameters})
+    jobs = jobs_of(made, Path(), people, SimulationSettings(truth=tuple(truth.items())))
+    found = summaries(one for job in jobs for one in simulate(job))
+    return next(one for one in found if one.share == 1.0)
+
+
+def test_two_down_one_up_is_held_against_the_level_that_is_felt_in_71_of_100():
+    found = summary_of_staircases(40, {"pairs": 3, "down_after": 2, "steps_db": [2.0]})
+    at_half = 20.0 * math.log10(0.46 / TD["level_m_s2"])
+    assert found.truth == pytest.approx(at_half + 2.0 * 0.58, abs=0.05)  # 0.719 of what is no guess or lapse
+    assert abs(found.bias) < 0.4
+
+
+@pytest.mark.parametrize("truth", [{"guesses": 0.5}, {"lapses": 0.5}, {"guesses": 0.5, "lapses": 0.5}])
+def test_staircases_that_tend_to_no_level_have_no_truth(truth):
+    found = summary_of_staircases(2, {"pairs": 1}, **truth)
+    assert (math.isnan(found.truth), math.isnan(found.covered)) == (True, True)
+
+
 def test_a_truth_that_cannot_be_is_refused():
     protocol = preset_protocol("detection-threshold")
     with pytest.raises(BadValue, match="truth is 'first_rate'; allowed: threshold_m_s2, spread_db"):

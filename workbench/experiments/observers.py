@@ -135,10 +135,11 @@ class Detector(Observer):
         return {"interval": FIRST if yes == comparison_first else SECOND}
 
     def truths(self) -> dict[str, float]:
-        # Unequal rates of guesses and lapses shift the level at which half of the answers are yes.
+        # Guesses, lapses and rules such as two down, one up shift the level to which a staircase tends.
         guesses, lapses = self.truth["guesses"], self.truth["lapses"]
-        share = (0.5 - guesses) / (1.0 - guesses - lapses)
-        shift = self._spread_db * _normal_inverse(share)
+        share = balanced_share(self.given.get("down_after", 1), self.given.get("up_after", 1)) - guesses
+        felt = share / (1.0 - guesses - lapses) if guesses + lapses < 1.0 else math.nan
+        shift = self._spread_db * _normal_inverse(felt) if 0.0 < felt < 1.0 else math.nan  # it tends to no level
         return {f"threshold {name}": self._middle_of(name) + shift for name in self.given["followed"]}
 
     @property
@@ -152,6 +153,21 @@ class Detector(Observer):
         if self.given.get("standard"):
             return float(self.truth["equal_db"])
         return 20.0 * math.log10(self.truth["threshold_m_s2"] / self.protocol.stimuli[stimulus].level_m_s2)
+
+
+def balanced_share(down_after: int, up_after: int) -> float:
+    """Return the share of yes at which a staircase is as likely to go down as up: a run of so many yes, or of no.
+
+    >>> balanced_share(1, 1), round(balanced_share(2, 1), 4), round(balanced_share(3, 1), 4)
+    (0.5, 0.7071, 0.7937)
+    """
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        yes = 0.5 * (low + high)
+        down = yes ** (down_after - 1) * (1.0 - (1.0 - yes) ** up_after)
+        up = (1.0 - yes) ** (up_after - 1) * (1.0 - yes**down_after)
+        low, high = (yes, high) if down < up else (low, yes)
+    return round(0.5 * (low + high), 12)
 
 
 class SlopedDetector(Detector):

@@ -146,7 +146,7 @@ def _summary(name: str, share: float, several: Sequence[EstimateRow]) -> Summary
     if not there.any():
         return Summary(name, share, truth, math.nan, math.nan, math.nan, math.nan, math.nan, 1.0)
     kept, errors = values[there], (values - truths)[there]
-    judged = there & ~np.isnan(lows) & ~np.isnan(highs)
+    judged = there & ~np.isnan(lows) & ~np.isnan(highs) & ~np.isnan(truths)
     covered = float(((lows <= truths) & (truths <= highs))[judged].mean()) if judged.any() else math.nan
     spread, differ = (float(of.std(ddof=1)) if len(kept) > 1 else math.nan for of in (errors, truths))
     return Summary(
