@@ -143,6 +143,13 @@ def test_a_truth_that_cannot_be_is_refused():
         truths_of(protocol, {"guesses": 2.0})
 
 
+def test_where_all_trials_are_practice_it_is_said_that_nothing_is_estimated():
+    made = made_protocol("rating", {"blocks": 1}, practice=True)
+    found = power_of(summaries(simulate(jobs_of(made, Path(), 1, SimulationSettings())[0])), 1)
+    assert found.title == "1 simulated participant"
+    assert found.remarks == ["Nothing is estimated: there are no trials, or all are practice."]
+
+
 def test_what_is_true_of_the_people_stands_beside_the_estimates():
     protocol = preset_protocol("free-labels")
     summed = summaries(found_of("free-labels", 2))

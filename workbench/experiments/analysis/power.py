@@ -9,6 +9,7 @@ from underfoot.drawing import Drawing, ReferenceLine, series
 from underfoot.experiments.analysis.findings import Cell, Findings, Table
 from underfoot.experiments.simulation import Summary
 from underfoot.parameters import Parameter
+from underfoot.quantities import counted
 
 GROUPS = (10, 20, 40)
 """Numbers of people for which the standard error of the mean is given."""
@@ -23,7 +24,7 @@ def power_of(
 
     The plots are of spread against trials, and of standard error against people.
     """
-    found = Findings(f"{people} simulated participants")
+    found = Findings(counted(people, "simulated participant"))
     whole = [summary for summary in summaries if summary.share == 1.0]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (one.name, one.truth, one.mean, one.bias, one.spread, *(one.spread_of(n) for n in GROUPS), one.covered)
@@ -42,6 +43,8 @@ def power_of(
         of_kind = [one for one in whole if one.name.split(" ")[0] == name][:_MOST_LINES]
         found.drawings.append(_against_trials([one.name for one in of_kind], summaries))
         found.drawings.append(_against_people(of_kind))
+    if not whole:
+        found.remarks.append("Nothing is estimated: there are no trials, or all are practice.")
     missing = [one for one in whole if one.missing > 0.0]
     found.remarks += [f"{one.name}: {one.missing:.1%} of the people have no estimate." for one in missing]
     return found
