@@ -276,6 +276,14 @@ def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
     assert made.protocols() == ["my-study-2.json"]
 
 
+def test_a_title_of_any_length_is_saved(made):
+    made.click(made.workspace.library.new)
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Ice " * 100)
+    made.keep()
+    assert made.protocols() == ["-".join(["ice"] * 20) + ".json"]
+    assert made.workspace.library.study.title == "Ice " * 100
+
+
 def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     made.click(made.workspace.library.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")

@@ -20,6 +20,8 @@ from underfoot.patch.patch import Patch
 
 PATCHES = "patches"
 """The folder beside a person's own protocols in which the patches lie that they present."""
+_LONGEST_NAME = 80
+"""Longest name of a file that is made of a title; file systems refuse more than 255 bytes."""
 _NEW: Mapping[str, Any] = {
     "format": FORMAT,
     "version": VERSION,
@@ -153,7 +155,7 @@ def unused_path(title: str, folder: Path, sessions: Path) -> Path:
     >>> unused_path("Thin ice?", Path("nowhere"), Path("nowhere")).as_posix()
     'nowhere/thin-ice.json'
     """
-    stem = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "study"
+    stem = re.sub(r"[^a-z0-9]+", "-", title.lower())[:_LONGEST_NAME].strip("-") or "study"
     presets = preset_files.protocols()
     names = [stem, *(f"{stem}-{k}" for k in range(2, 1000))]
     free = (n for n in names if n not in presets and not (folder / f"{n}.json").exists())
