@@ -131,6 +131,14 @@ def test_a_damaged_session_is_not_told_as_a_bad_table(damaged, tmp_path):
         results_of([path])
 
 
+def test_bids_of_a_long_title_is_written_and_an_id_of_signs_only_is_refused(tmp_path):
+    row = {"participant": "P1", "method": "rating", "trial": 1, "rating": 5}
+    paths = write_bids(tmp_path / "long", [row], "Ice " * 100)
+    assert all(path.is_file() for path in paths)
+    with pytest.raises(BadFile, match="id has signs only"):
+        write_bids(tmp_path / "signs", [{**row, "participant": "_"}], "Ice")
+
+
 def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_it_comes_last(tmp_path):
     likert = {"name": "real", "text": "It felt real.", "kind": "choice", "options": ["disagree", "agree"]}
     stages = [

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from underfoot.experiments.store import Excerpt, SessionFile
-from underfoot.experiments.trial_files import bids_label
+from underfoot.experiments.trial_files import bids_label, bids_task
 from underfoot.files import make_folder, write_file
 
 _KINDS = {
@@ -33,7 +33,7 @@ def write_physio(folder: str | Path, file: SessionFile, task: str) -> list[Path]
 
     `task` is the task name of the behavioural file. Times are in seconds of the session's clock, as its `onset_s`.
     """
-    label, name = bids_label(file.participant), bids_label(task) or "study"
+    label, name = bids_label(file.participant), bids_task(task)
     beh = make_folder(Path(folder) / f"sub-{label}" / "beh")
     written = []
     for number, entry in enumerate(file.entries(), 1):

@@ -125,12 +125,14 @@ def write_bids(folder: str | Path, rows: Sequence[Row], task: str, protocol: Pro
     Returns the paths of the files; raises `BadFile` if they cannot be written.
     """
     folder = Path(folder)
-    name = bids_label(task) or "study"
+    name = bids_task(task)
     written = []
     description = {"Name": task, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     written.append(_json(make_folder(folder) / "dataset_description.json", description))
     people = list(dict.fromkeys(str(row["participant"]) for row in rows))
     labels = {person: bids_label(person) for person in people}
+    if "" in labels.values():
+        raise BadFile("a participant's id has signs only; BIDS allows letters and digits only")
     if len({label.casefold() for label in labels.values()}) < len(people):
         raise BadFile(
             "two participants have the same id without signs and letter case; BIDS allows letters and digits only, and "
@@ -168,6 +170,15 @@ def bids_label(text: str) -> str:
     'P01'
     """
     return re.sub(r"[^A-Za-z0-9]", "", text)
+
+
+def bids_task(title: str) -> str:
+    """Return the label of a study's task in names of files, which cannot be longer than 255 letters.
+
+    >>> bids_task("Thin ice?"), bids_task("氷"), len(bids_task("ice " * 100))
+    ('Thinice', 'study', 80)
+    """
+    return bids_label(title)[:80] or "study"
 
 
 def _bids_row(row: Row) -> dict[str, Any]:
