@@ -15,10 +15,10 @@ import msgspec
 
 from underfoot.documents import placed
 from underfoot.errors import BadFile, BadValue
+from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
-from underfoot.experiments.table import NOT_FACTORS
 from underfoot.experiments.trial_files import cells_of, value_of
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch import preset_files

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from typing import Any
 
+from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.method import ListedMethod
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import MethodUse, Protocol, Stage
 from underfoot.experiments.study import Entry, method_of, require_id
-from underfoot.experiments.table import NOT_FACTORS, rows_of
+from underfoot.experiments.table import rows_of
 from underfoot.experiments.trials import NOTHING, Presentation, Trial
 
 COLUMNS = ("stage", "block", "trial", "condition", "stimulus", "level_m_s2", "correct")

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from underfoot.errors import BadValue
+from underfoot.experiments.columns import FIRST_COLUMNS, NOT_FACTORS
 from underfoot.experiments.protocol import Protocol, Stage
 from underfoot.experiments.study import PARTICIPANT, Entry
 from underfoot.experiments.trials import NOTHING, Presentation, is_right
@@ -13,7 +14,6 @@ Row = Mapping[str, Any]
 
 OF_PERSON = "participant."
 """Prefix of the columns with participants' answers about themselves."""
-FIRST_COLUMNS = ("participant", "stage", "method", "practice", "trial", "block", "attempt", "spoiled")
 
 
 def rows_of(protocol: Protocol, participant: str, entries: Iterable[Entry]) -> list[dict[str, Any]]:
@@ -125,31 +125,6 @@ def _judged(intervals: Sequence[Presentation], comparison: object) -> tuple[Pres
         return intervals[0], None
     first, second = intervals[0], intervals[1]
     return (second, first) if second.stimulus == comparison and first.stimulus != comparison else (first, second)
-
-
-NOT_FACTORS = frozenset(
-    (
-        *FIRST_COLUMNS,
-        *(
-            "entry",
-            "correct",
-            "right",
-            "stimulus",
-            "other",
-            "gain_db",
-            "comparison",
-            "comparison_at",
-            "judged_more",
-            "staircase",
-            "run",
-        ),
-        *("level_db", "catch", "announced", "width_m", "distance_m", "bearing_rad", "x_m", "y_m"),
-        *("number", "answer", "interval", "felt", "rating", "label", "sort", "selected", "time_s"),
-        *("started_at", "onset_s", "onset_after_step_s", "shown_s", "response_s", "plays", "frames", "commanded_m_s2"),
-        *("most_force_n", "latency_s", "software", "measured_m_s2", "answered_by", "foot_after_s"),
-    )
-)
-"""Columns that are not factors of stimuli: identification, answers and measurements of a trial."""
 
 
 def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
