@@ -112,6 +112,12 @@ def test_words_that_look_like_numbers_stay_words(tmp_path):
     assert found.tables[0].rows == (("7", "12, twelve"), ("hum", "12"))
 
 
+def test_a_pair_of_numbers_is_no_number(tmp_path):
+    path = tmp_path / "trials.csv"
+    path.write_text(f"{HEADER},stimulus,pair,rating\nP1,rating,1,a,1_2,5\nP1,rating,2,b,12,7\n")
+    assert [row["pair"] for row in read_csv(path)] == ["1_2", 12]
+
+
 def test_a_trial_that_two_files_have_counts_once(tmp_path):
     text = csv_text(simulated_rows(preset_protocol("identification-impact"), 0, 1, {})[0])
     paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
