@@ -10,7 +10,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from made_studies import first_answers, made_protocol, preset_protocol, protocol_text, walked
+from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.experiments.protocol import Protocol
@@ -142,6 +142,19 @@ def test_a_session_goes_on_with_the_protocol_and_the_patches_that_it_was_begun_w
         assert file.study(protocol).page.stage == "main"
     file.close()
     assert not folder.exists()
+
+
+def test_a_session_is_read_though_its_protocol_would_not_be_begun_any_more(tmp_path):
+    """It was measured with a factor that has a column's name, and a staircase of what has no level."""
+    staircases = {"kind": "staircases", "parameters": {"followed": ["X"]}}
+    stage = {"id": "main", "kind": "trials", "method": staircases}
+    text = protocol_text(stages=[stage], stimuli={"TD": TD, "X": {"factors": {"block": 1.0}}})
+    with pytest.raises(BadFile, match=r"X\.factors is 'block'"):
+        Protocol.loads(text, REGISTRY)
+    measured = Protocol.loads(text, REGISTRY, of_session=True)
+    SessionFile.create(tmp_path / "p.session", measured, "P1", tmp_path).close()
+    with closing(SessionFile.open(tmp_path / "p.session")) as file:
+        assert file.as_begun(REGISTRY)[0] == measured
 
 
 def test_a_session_whose_patch_would_lie_elsewhere_writes_nothing_there(tmp_path):

@@ -12,6 +12,7 @@ import msgspec
 
 from underfoot.documents import parse, placed, refusals
 from underfoot.errors import BadFile, BadValue, require
+from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.experiments.foot import FootAnswer
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.questions import Question
@@ -200,7 +201,6 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         if stage.kind == "level":
             have = ", ".join(self.stimuli) or "none"
             require(stage.stimulus in self.stimuli, f"{place}.stimulus", stage.stimulus, f"the stimuli: {have}")
-            self._require_level_moves(f"{place}.stimulus", stage.stimulus)
         if stage.kind == "learn":
             require(bool(self.stimuli), f"{place}.kind", stage.kind, "learn only where there are stimuli")
         if stage.kind != "trials":
@@ -215,8 +215,6 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
             given = METHODS[kind].checked(stage.method.parameters, self.stimuli)
         except BadValue as error:
             raise BadValue(f"{place}.method.parameters.{error}") from None
-        for name in METHODS[kind].moved(given):
-            self._require_level_moves(f"{place}.method.parameters.followed", name)
         right = METHODS[kind].right_answers(given)
         for name, gain_db in METHODS[kind].peak_gains_db(given).items():
             correct = self.stimuli[name].correct
@@ -233,6 +231,23 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
                 raise BadValue(f"{where}; allowed: up to limit_m_s2, {self.limit_m_s2:g}: {lower}")
         if stage.foot is not None:
             stage.foot.check(f"{place}.foot", METHODS[kind].questions_for(given))
+
+    def _require_meaning(self) -> None:
+        """Raise `BadValue` where answers would say nothing, or the table of trials could not hold them.
+
+        Sessions that were measured so before this was refused are read all the same.
+        """
+        for name, stimulus in self.stimuli.items():
+            for factor in stimulus.factors:
+                allowed = "names that are not columns of the table of trials already"
+                require(factor not in NOT_FACTORS, f"stimuli.{name}.factors", factor, allowed)
+        for i, stage in enumerate(self.stages):
+            if stage.kind == "level":
+                self._require_level_moves(f"stages[{i}].stimulus", stage.stimulus)
+            elif stage.method is not None:
+                method = METHODS[stage.method.kind]
+                for name in method.moved(method.checked(stage.method.parameters, self.stimuli)):
+                    self._require_level_moves(f"stages[{i}].method.parameters.followed", name)
 
     def _require_level_moves(self, place: str, name: str) -> None:
         """Raise `BadValue` for a stimulus of which every level would be presented alike."""
@@ -251,16 +266,24 @@ class Protocol(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
 
     @staticmethod
     def loads(
-        text: bytes | str, registry: Registry, source: str = "protocol", folder: Path | None = None
+        text: bytes | str,
+        registry: Registry,
+        source: str = "protocol",
+        folder: Path | None = None,
+        *,
+        of_session: bool = False,
     ) -> "Protocol":
-        """Return the protocol in `text`.
+        """Return the protocol in `text`; that `of_session` was measured, and is read also if its answers say little.
 
         Raises `BadFile` with `source`, the place of the mistake, the value and what is allowed.
         """
         raw = parse(text, source, FORMAT, VERSION)
         with refusals(source, raw):
             _check_types_of_stimuli(raw, source)
-            return msgspec.convert(raw, Protocol).check(registry, folder)
+            found = msgspec.convert(raw, Protocol).check(registry, folder)
+            if not of_session:
+                found._require_meaning()
+            return found
 
     @staticmethod
     def load(path: str | Path, registry: Registry) -> "Protocol":

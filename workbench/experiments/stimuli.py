@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import msgspec
 
 from underfoot.errors import BadFile, BadValue, require
-from underfoot.experiments.columns import NOT_FACTORS
 from underfoot.parameters import Number, Parameter
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
@@ -75,8 +74,6 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         for name, value in self.factors.items():
             good = not isinstance(value, float) or math.isfinite(value)
             require(good and bool(name), f"{place}.factors.{name}", value, "text or finite numbers")
-            is_free = name not in NOT_FACTORS
-            require(is_free, f"{place}.factors", name, "names that are not columns of the table of trials already")
         if not self.patch:
             plain = not self.settings and not self.scaled_by and self.level_m_s2 == 0.0
             require(plain, f"{place}.patch", "", "a patch, for a stimulus with settings or a level")

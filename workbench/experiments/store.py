@@ -219,7 +219,9 @@ class SessionFile:
                 path = path_beside(name, folder)
                 make_folder(path.parent)
                 write_file(path, body)
-        return Protocol.loads(self.about["protocol"], registry, f"{self.path}, protocol", folder), folder
+        return Protocol.loads(
+            self.about["protocol"], registry, f"{self.path}, protocol", folder, of_session=True
+        ), folder
 
     def study(self, protocol: Protocol) -> Study:
         """Return the study in its current state; raise `BadFile` if the session belongs to another protocol."""
