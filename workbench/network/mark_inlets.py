@@ -7,6 +7,7 @@ problem, or "".
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from underfoot.devices.transports.serial import port_reason
@@ -37,8 +38,8 @@ class LslMarks:
         """Raise `BadValue` if the package pylsl is not installed."""
         self._lsl, self._take = lsl_library(), take
         self.problem = ""
-        self.streams: dict[str, Any] = {}
-        """The inlets by the streams' own numbers."""
+        self.streams: dict[tuple[str, ...], Any] = {}
+        """The inlets by what stays when a stream's sender is started again."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="marks by LSL", daemon=True)
         self._thread.start()
@@ -56,21 +57,41 @@ class LslMarks:
             if now_s - searched_s >= _SEARCH_S:
                 searched_s = now_s
                 self._open(resolver.results())
-            for inlet in self.streams.values():
-                samples, at_s = inlet.pull_chunk(timeout=0.0)
+            for source, inlet in list(self.streams.items()):
+                try:
+                    samples, at_s = inlet.pull_chunk(timeout=0.0)
+                except RuntimeError:  # it ended without a source id, or before its clock was known
+                    del self.streams[source]
+                    continue
                 ahead_s = time.monotonic() - self._lsl.local_clock()
                 for sample, lsl_s in zip(samples, at_s, strict=True):
                     self._take(str(sample[0]), lsl_s + ahead_s)
         self.streams.clear()
 
     def _open(self, found: list[Any]) -> None:
-        """Open new streams. Their times are converted to this computer's clock."""
+        """Open new streams. Their times are converted to this computer's clock.
+
+        An inlet finds its stream again by the source id: another inlet for a sender that was started again would take
+        each mark twice.
+        """
         for info in found:
-            known = info.uid() in self.streams or info.source_id().startswith(OURS)
-            if not known and len(self.streams) < MOST_STREAMS:
+            source = _source(info)
+            if source in self.streams or info.source_id().startswith(OURS):
+                continue
+            if len(self.streams) >= MOST_STREAMS:
+                there = {_source(other) for other in found}
+                self.streams = {source: inlet for source, inlet in self.streams.items() if source in there}
+            if len(self.streams) < MOST_STREAMS:
                 inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
-                inlet.open_stream(timeout=_AGAIN_S)
-                self.streams[info.uid()] = inlet
+                with suppress(RuntimeError):  # it has ended since
+                    inlet.open_stream(timeout=_AGAIN_S)
+                    self.streams[source] = inlet
+
+
+def _source(info: Any) -> tuple[str, ...]:  # noqa: ANN401 - pylsl has no types
+    """Return what stays when a stream's sender is started again; without a source id its own number, which does not."""
+    id = info.source_id()
+    return (id, info.name(), info.hostname()) if id else (info.uid(),)
 
 
 class SerialMarks:

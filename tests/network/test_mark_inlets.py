@@ -1,0 +1,62 @@
+"""Marks of LSL streams whose senders end or are started again, over real streams."""
+
+import os
+from contextlib import closing
+
+import pytest
+
+from underfoot.network.mark_inlets import MOST_STREAMS, LslMarks
+
+lsl = pytest.importorskip("pylsl")
+
+
+@pytest.fixture
+def marks():
+    """An inlet of all streams, and the texts that it took."""
+    heard = []
+    with closing(LslMarks(lambda text, at_s: heard.append(text))) as made:
+        yield made, heard
+
+
+def markers(name, source=""):
+    """A stream of markers, with the source id `source`, unique to this process."""
+    return lsl.StreamOutlet(lsl.StreamInfo(name, "Markers", 1, 0.0, "string", source and f"{source} {os.getpid()}"))
+
+
+def say(outlet, text, heard, until):
+    """Send a mark, and wait until it is taken."""
+    assert outlet.wait_for_consumers(120.0)
+    outlet.push_sample([text])
+    until(lambda: text in heard, text)
+
+
+def test_each_mark_of_a_sender_that_was_started_again_is_taken_once(marks, until):
+    inlet, heard = marks
+    first = markers("triggers", "restarted")
+    say(first, "before", heard, until)
+    del first
+    second = markers("triggers", "restarted")
+    say(second, "again", heard, until)
+    say(markers("other triggers", "restarted"), "of a later stream", heard, until)
+    assert sum(source[0] == f"restarted {os.getpid()}" for source in inlet.streams) == 2
+    say(second, "once more", heard, until)
+    assert (heard.count("before"), heard.count("again"), heard.count("once more")) == (1, 1, 1)
+
+
+def test_a_stream_that_ends_for_good_ends_no_other(marks, until):
+    inlet, heard = marks
+    with_no_source = markers("triggers")
+    say(with_no_source, "begin", heard, until)
+    gone = (with_no_source.get_info().uid(),)
+    assert gone in inlet.streams
+    del with_no_source
+    until(lambda: gone not in inlet.streams, "its inlet is closed")
+    say(markers("triggers", "later"), "of another", heard, until)
+
+
+def test_streams_that_ended_take_no_place(marks, until):
+    inlet, heard = marks
+    ended = [markers("triggers", f"run {k}") for k in range(MOST_STREAMS)]
+    until(lambda: len(inlet.streams) == MOST_STREAMS, "all are open")
+    ended.clear()
+    say(markers("triggers", "the next run"), "of the next run", heard, until)
