@@ -83,6 +83,8 @@ FORGED = {
     "letters in the padding": b"/a\0x,\0\0\0",
     "text that is not UTF-8": b"/a\0\0,s\0\0\xff\xfe\0\0",
     "a control character": b"/a\0\0,s\0\0\x07ab\0",
+    "an end of a line": message("/a", "two\nlines"),
+    "another end of a line": message("/a", "two\u2028lines"),
     "a type that there is not": b"/a\0\0,q\0\0\0\0\0\0",
     "a blob of 2 GB": b"/a\0\0,b\0\0\x7f\xff\xff\xff",
     "an array": b"/a\0\0,[i]\0\0\0\0\0\0\0\1",

@@ -182,6 +182,15 @@ def test_what_is_osc_but_no_cue_is_refused_with_a_reason(serve, end, until):
     assert not server.cues()
 
 
+@pytest.mark.parametrize("text", ["12\u00a0kg", "今日\u3000開始", "\N{WOMAN}\u200d\N{PERSONAL COMPUTER}"])
+def test_text_of_a_cue_may_have_spaces_and_joiners_of_all_scripts(serve, end, until, text):
+    port, address = listening()
+    server = serve(listen=address)
+    end.send_message(port, "/underfoot/mark", text, 6)
+    until(lambda: server.counts.received + server.counts.refused, "it is read")
+    assert [one.cue for one in server.cues()] == [MarkCue(text, 6)]
+
+
 def malformed(rng):
     """A datagram that no server may accept."""
     good = bytearray(build_msg("/underfoot/play", ["gravel", "t1", -6.0]).dgram)

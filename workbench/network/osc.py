@@ -4,6 +4,7 @@ Input is decoded strictly: a datagram that deviates from the specification is re
 one with deeper nesting than `MOST_DEPTH`, or with more than `MOST_MESSAGES`.
 """
 
+import re
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -19,6 +20,7 @@ IMMEDIATELY = 1
 """The time tag for now."""
 
 _BUNDLE = b"#bundle\0"
+_CONTROL = re.compile("[\0-\x1f\x7f-\x9f\u2028\u2029]")  # and ends of lines; a space of any width is text
 _NTP_1970_S = 2_208_988_800  # seconds from 1900, where OSC's time begins, to 1970
 
 Argument = int | float | str | bool
@@ -164,6 +166,6 @@ def _read_text(packet: bytes, at: int) -> tuple[str, int]:
         text = packet[at:end].decode()
     except UnicodeDecodeError:
         raise BadValue("a text in an OSC message is not UTF-8") from None
-    if not text.isprintable():
-        raise BadValue("a text in an OSC message has characters that cannot be printed")
+    if _CONTROL.search(text):
+        raise BadValue("a text in an OSC message has control characters")
     return text, behind
