@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ from wired import EVERY_TRANSPORT, ends
 from underfoot.devices.conversion import nominal_readings
 from underfoot.devices.emulation.emulator import Emulator, TileClock
 from underfoot.devices.framing.parser import Parser
+from underfoot.devices.framing.wire_format import REST
 from underfoot.devices.replay import Replay
 from underfoot.floor.forces import read_forces
 from underfoot.floor.layout import default_floor
@@ -193,6 +195,23 @@ def test_hardware_of_which_nothing_comes_is_said_and_ends_when_it_is_told_to(und
     said = underfoot("monitor", f"udp:127.0.0.1:{port}", "--seconds", 0.7)
     assert said.status == 0
     assert f"udp:127.0.0.1:{port}: nothing comes" in said.error
+
+
+def test_an_accelerometer_is_reported_before_anything_plays(underfoot, walk):
+    floor = default_floor(1, 2)
+    sender, transport = ends("udp")
+    shaken = np.full((400, 2), REST)
+    shaken[:, 0] += np.rint(3276.8 * np.sin(np.arange(400) * np.pi / 4.0)).astype(int)  # a tenth of full scale
+    emulator = Emulator(sender, Replay(read_forces(walk, floor), floor, RATE, repeats=True), acceleration=shaken)
+    emulator.start()
+    try:
+        accelerometers = ["--accelerometers", "t1:link:98.1 t2:link:98.1"]
+        said = underfoot("monitor", transport.name, "--floor", "walk.floor.json", "--seconds", 3, *accelerometers)
+    finally:
+        emulator.close()
+    assert said.status == 0
+    (line,) = (line for line in said.error.splitlines() if "asked" in line)
+    assert re.fullmatch(r"underfoot: tile t1: asked nothing, done \d[.\d]* m/s\^2 RMS, peak \d[.\d]*", line)
 
 
 @pytest.mark.parametrize(

@@ -132,13 +132,15 @@ class ResponseTotals:
             np.maximum(self._peaks[of], np.abs(one).max(axis=0, initial=0.0), out=self._peaks[of])
 
     def lines(self, floor: Floor) -> Iterator[str]:
-        """Return one line for each tile that was driven."""
+        """Return one line for each tile that was driven, or that moved: one can be looked at before anything plays."""
         for tile, squares, (peak, reached) in zip(floor.tiles, self._squares.T, self._peaks.T, strict=True):
             commanded_rms, measured_rms = (math.sqrt(square / max(self._frames, 1)) for square in squares)
             if peak >= LEAST_M_S2:
                 off_db = 20.0 * math.log10(max(measured_rms, 1e-9) / commanded_rms)
                 levels = f"asked {commanded_rms:.3g} m/s^2 RMS, done {measured_rms:.3g} ({off_db:+.1f} dB)"
                 yield f"tile {tile.id}: {levels}, peak {reached:.3g} for {peak:.3g}"
+            elif reached >= LEAST_M_S2:
+                yield f"tile {tile.id}: asked nothing, done {measured_rms:.3g} m/s^2 RMS, peak {reached:.3g}"
 
 
 def _spectra(signal: NDArray[np.float64], size: int) -> NDArray[np.complex128]:
