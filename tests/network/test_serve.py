@@ -111,3 +111,15 @@ def test_it_takes_presets_and_recordings_as_monitor_does(underfoot, folder):
         said = underfoot("serve", target, "--patch", "gravel", "--record", "there.underfoot", "--listen", "off")
         assert said.status == 1
         assert "there.underfoot is there already" in said.error.splitlines()[-1]  # told when all else was looked at
+
+
+def test_a_tile_that_is_loaded_from_the_first_sample_on_is_named_at_the_end(underfoot, folder):
+    """A plate that is not calibrated to 0 is one contact that never ends, and gives no steps."""
+    floor = default_floor(1, 1)
+    floor.save(folder / "leans.floor.json")
+    rows = (f"{k / 1000.0},50,50,50,50" for k in range(3000))
+    (folder / "leans.csv").write_text("\n".join(["time_s,t1.1,t1.2,t1.3,t1.4", *rows]))
+    off = ["--tuio", "off", "--send", "off", "--listen", "off"]
+    said = underfoot("serve", "leans.csv", "--seconds", 1.5, *off)
+    assert said.status == 0
+    assert "underfoot: untared, loaded from the first sample on: t1\n" in said.error

@@ -145,6 +145,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
             told_s = time.monotonic()
             server.send_health(health)
         time.sleep(_WAIT_S)
+    for line in finder.warnings():
+        _say(line)
     counts = server.counts
     _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused")
 
