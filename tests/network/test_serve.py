@@ -5,6 +5,7 @@ import io
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -123,3 +124,25 @@ def test_a_tile_that_is_loaded_from_the_first_sample_on_is_named_at_the_end(unde
     said = underfoot("serve", "leans.csv", "--seconds", 1.5, *off)
     assert said.status == 0
     assert "underfoot: untared, loaded from the first sample on: t1\n" in said.error
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(folder):
+    far, near = os.openpty()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hears:
+        hears.bind((LOOPBACK, 0))
+        hears.settimeout(400.0)
+        command = [
+            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--listen", "off",
+            "--send", f"{LOOPBACK}:{hears.getsockname()[1]}", "--serial-marks", os.ttyname(near), "--seconds", "20",
+        ]  # fmt: skip
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            while b"/underfoot/health" not in hears.recv(65536):
+                pass
+            os.close(near)
+            os.close(far)
+            said = next((line for line in process.stderr if "marks cannot be read from" in line), "")
+            process.send_signal(signal.SIGINT)
+            _, rest = process.communicate()
+    assert said.startswith("underfoot: marks cannot be read from /dev/")
+    assert process.returncode == 0, rest

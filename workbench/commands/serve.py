@@ -127,11 +127,14 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     session.send(Level(options.level))
     session.start()
     end_frame = math.inf if options.seconds is None else options.seconds * rate
-    told_s = -math.inf
+    told_s, problem = -math.inf, ""
     while session.health.frame < end_frame and not stopped:
         reports = session.poll()
         for line in (line for report in reports for line in messages_of(report, session.health.running)):
             _say(line)
+        if problem != server.problem:
+            problem = server.problem
+            _say(problem or "marks are taken again")
         player.tick(reports)
         frames, forces = session.force.read()
         health = session.health
