@@ -13,7 +13,7 @@ from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 from underfoot.network.addresses import Address
 from underfoot.network.cue_patch import CuedChanges, require_settable, with_cues
-from underfoot.network.cues import MarkCue, PlayCue, SetCue, StopCue, StrikeCue, cue_of
+from underfoot.network.cues import MarkCue, PanicCue, PlayCue, SetCue, StopCue, StrikeCue, cue_of
 from underfoot.network.osc import Message
 from underfoot.network.plan import NetworkPlan
 from underfoot.nodes import REGISTRY
@@ -55,9 +55,13 @@ BAD = (
     ("/underfoot/set", "tone", "frequency", -INFINITE),
     ("/underfoot/mark", ""),
     ("/underfoot/mark", "m" * 201),
-    ("/underfoot/panic", 1),
     ("/underfoot/hello", "you"),
 )
+
+
+@pytest.mark.parametrize("arguments", [(), (1.0,), (0,), (True, "now")])
+def test_a_panic_is_one_whatever_a_button_sends_with_it(arguments):
+    assert cue_of(Message("/underfoot/panic", arguments)) == PanicCue()
 
 
 @pytest.mark.parametrize("message", BAD, ids=lambda message: " ".join(str(part)[:12] for part in message))
