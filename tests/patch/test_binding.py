@@ -169,3 +169,16 @@ def test_a_name_that_means_two_things_is_refused():
 
             def run(out):
                 out[0] = math.nan
+
+
+def test_a_node_that_computes_nothing_is_refused():
+    with pytest.raises(BadValue, match=r"^Bad has no function run, which computes its outputs$"):
+
+        @node("bad", "Tests")
+        class Bad:
+            """Has its function under another name."""
+
+            out = Output()
+
+            def ran(out):
+                out[:] = 0.0

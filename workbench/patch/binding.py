@@ -145,6 +145,8 @@ class Binding:
             is_known = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
             allowed = "one that no function is given something else by"
             require(is_known, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
+        if port_names and "run" not in self.functions:
+            raise BadValue(f"{self.cls.__name__} has no function run, which computes its outputs")
         for name, function in self.functions.items():
             known = self._expressions(name)
             for taken in _taken(function):
