@@ -182,3 +182,21 @@ def test_a_node_that_computes_nothing_is_refused():
 
             def ran(out):
                 out[:] = 0.0
+
+
+@pytest.mark.parametrize("muting", [("sginal",), ("slow",), "signal"])
+def test_a_node_muted_by_what_is_no_signal_of_its_own_is_refused(muting):
+    with pytest.raises(BadValue, match=r"^muted_by of Bad is .*; allowed: a tuple of signal, gain$"):
+
+        @node("bad", "Tests")
+        class Bad:
+            """Would not sleep when it could."""
+
+            signal = Input()
+            gain = Number(1.0, 0.0, 2.0, wire="audio")
+            slow = Number(1.0, 0.0, 2.0)
+            out = Output()
+            muted_by = muting
+
+            def run(signal, gain, slow, out):
+                out[:] = signal * gain * slow

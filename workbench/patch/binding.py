@@ -145,6 +145,9 @@ class Binding:
             is_known = name not in ("controls", "state", "coefficients", *_CLOCK, *self.names.tables)
             allowed = "one that no function is given something else by"
             require(is_known, f"name of a port or parameter of {self.cls.__name__}", name, allowed)
+        muting, signals = getattr(self.cls, "muted_by", ()), self.names.signals_in
+        is_signals = isinstance(muting, tuple) and set(muting) <= set(signals)
+        require(is_signals, f"muted_by of {self.cls.__name__}", muting, f"a tuple of {', '.join(signals) or 'none'}")
         if port_names and "run" not in self.functions:
             raise BadValue(f"{self.cls.__name__} has no function run, which computes its outputs")
         for name, function in self.functions.items():
