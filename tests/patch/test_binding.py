@@ -200,3 +200,11 @@ def test_a_node_muted_by_what_is_no_signal_of_its_own_is_refused(muting):
 
             def run(signal, gain, slow, out):
                 out[:] = signal * gain * slow
+
+
+@pytest.mark.parametrize("line", ["raise ValueError('too loud')", "assert signal[0] < 1.0"])
+def test_a_function_that_raises_an_error_is_refused(line):
+    body = {"__doc__": "Bad.", "signal": Input(), "out": Output()}
+    exec(f"def run(signal, out):\n    {line}", {}, body)
+    with pytest.raises(BadValue, match=r"^run of Bad raises an error, which nothing could catch while it plays; "):
+        node("bad", "Tests")(type("Bad", (), body))

@@ -11,6 +11,7 @@ stretch's frames, numbers and memories, and calls `design` when a parameter that
     d      data of the instance: sizes, position and shape of each prepared table, the tables
 """
 
+import dis
 import inspect
 import math
 import sys
@@ -156,6 +157,9 @@ class Binding:
                 if taken not in known:
                     allowed = ", ".join(known)
                     raise BadValue(f"{name} of {self.cls.__name__} takes {taken!r}; allowed: {allowed}")
+            if any(step.opname == "RAISE_VARARGS" for step in dis.get_instructions(function)):
+                says = "raises an error, which nothing could catch while it plays; allowed: to write 0"
+                raise BadValue(f"{name} of {self.cls.__name__} {says}")
 
     def _expressions(self, function: str) -> dict[str, str]:
         """Return the expression for each name in the adapter of a function."""
