@@ -208,3 +208,26 @@ def test_a_function_that_raises_an_error_is_refused(line):
     exec(f"def run(signal, out):\n    {line}", {}, body)
     with pytest.raises(BadValue, match=r"^run of Bad raises an error, which nothing could catch while it plays; "):
         node("bad", "Tests")(type("Bad", (), body))
+
+
+@pytest.mark.parametrize(
+    ("parameter", "says"),
+    [
+        (Number(1.0, 2.0, 3.0, unit="N"), "knob is 1.0; allowed: 2 to 3 N"),
+        (Choice("fast", options=("slow", "quick")), "knob is 'fast'; allowed: slow, quick"),
+    ],
+)
+def test_a_default_outside_its_own_range_is_refused(parameter, says):
+    with pytest.raises(BadValue) as refusal:
+
+        @node("bad", "Tests")
+        class Bad:
+            """Would begin with a value that no file may have."""
+
+            knob = parameter
+            out = Output()
+
+            def run(knob, out):
+                out[:] = knob
+
+    assert str(refusal.value) == f"default of node bad: {says}"

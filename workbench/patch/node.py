@@ -41,7 +41,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
-from underfoot.errors import require
+from underfoot.errors import BadValue, require
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
@@ -202,6 +202,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
+        _check_defaults(type, parameters)
         tables = {name: value for name, value in body.items() if isinstance(value, Prepared)}
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
         from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
@@ -239,6 +240,14 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         )
 
     return declare
+
+
+def _check_defaults(type: str, parameters: Mapping[str, Parameter]) -> None:
+    for parameter in parameters.values():
+        try:
+            parameter.check(parameter.default)
+        except BadValue as error:
+            raise BadValue(f"default of node {type}: {error}") from None
 
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:
