@@ -121,3 +121,20 @@ def test_a_function_that_cannot_be_compiled_is_one_line(underfoot, folder, own_n
     assert said.error.count("\n") == 1
     assert said.error.startswith(f"underfoot: {own_node.file}")
     assert re.search(says, said.error.strip()), said.error
+
+
+@pytest.mark.parametrize(
+    ("made", "says"),
+    [
+        ("[1.0 / 0.0]", "table of Hum cannot be made: ZeroDivisionError: float division by zero"),
+        ("['loud']", "table of Hum cannot be made: ValueError: could not convert string to float: 'loud'"),
+        ("[[1.0, 2.0]]", "table of Hum has 2 dimensions; allowed: 1"),
+    ],
+)
+def test_a_table_that_cannot_be_made_is_one_line(underfoot, folder, own_node, made, says):
+    """One of another shape would be read from the wrong places of the memory."""
+    text = own_node.file.read_text().replace("import Output, node", "import Output, node, prepared")
+    table = f"    @prepared\n    def table(values, rate):\n        return {made}\n\n    def run(table, "
+    own_node.file.write_text(text.replace("    def run(", table))
+    said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
+    assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: {says}\n")

@@ -23,7 +23,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from underfoot.errors import BadValue, require
+from underfoot.errors import BadFile, BadValue, UnderfootError, require
 from underfoot.kernels import allocating, callback, intrinsic, part
 from underfoot.layouts import Layout
 from underfoot.memory import LINE, whole_lines
@@ -99,7 +99,7 @@ class Binding:
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data of an instance: its sizes and its prepared tables."""
-        tables = [one.table(values, rate) for one in self.prepared.values()]
+        tables = [self._table(name, values, rate) for name in self.prepared]
         sizes = self.sizes(values, rate)
         head = [float(sizes[symbol]) for symbol in self.symbols]
         at = whole_lines(len(head) + sum(1 + table.ndim for table in tables))
@@ -109,6 +109,24 @@ class Binding:
             parts.append(np.pad(table.ravel(), (0, -table.size % LINE)))
             at += parts[-1].size
         return np.concatenate([np.pad(head, (0, -len(head) % LINE)), *parts])
+
+    def _table(self, name: str, values: Values, rate: float) -> NDArray[np.float64]:
+        """Return a prepared table; `BadFile` names the node's file if it cannot be made."""
+        wanted = self.prepared[name].dimensions
+        try:
+            table = self.prepared[name].table(values, rate)
+        except UnderfootError:
+            raise
+        except Exception as error:  # a custom node's code can raise anything
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            raise BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}") from error
+        if table.ndim != wanted:
+            raise BadFile(f"{self._file}: {name} of {self.cls.__name__} has {table.ndim} dimensions; allowed: {wanted}")
+        return table
+
+    @property
+    def _file(self) -> str:
+        return sys.modules[self.cls.__module__].__file__ or "<node>"
 
     # --- the adapters ---
 
@@ -226,7 +244,7 @@ class Binding:
         for layout, key in ((self.state, "state_at"), (self.coefficients, "coefficients_at")):
             if layout is not None:
                 names[key] = layout.at
-        exec(compile(source, sys.modules[self.cls.__module__].__file__ or "<node>", "exec"), names)
+        exec(compile(source, self._file, "exec"), names)
         function = names[port_names]
         function.__module__ = self.cls.__module__
         return callback(signature, function)
