@@ -200,6 +200,8 @@ def test_values_from_arrays_are_values():
     for value in (np.float32(2e5), np.int64(200_000), np.linspace(1e5, 2e5, 3)[2]):
         assert patch.set("knock", "stiffness", value) == patch.set("knock", "stiffness", 2e5)
     assert uf.Patch().add("tone", frequency=np.int32(80)) == uf.Patch().add("tone", frequency=80)
+    modes = np.column_stack((100.0 * np.arange(1, 4), np.full(3, 20.0), np.ones(3), np.ones(3)))
+    assert patch.set("knock", "modes", modes) == patch.set("knock", "modes", modes.tolist())
 
 
 @pytest.mark.parametrize("name", ["knock.mp3", "knock.flac"])

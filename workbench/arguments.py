@@ -68,12 +68,12 @@ def numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def plain(value: object) -> object:
-    """Return a scalar of NumPy as Python's own number or text, and anything else as it is.
+    """Return a scalar or an array of NumPy as Python's own number, text or lists, and anything else as it is.
 
-    >>> plain(np.float32(0.5)), plain(np.int64(3)), plain([1, 2])
-    (0.5, 3, [1, 2])
+    >>> plain(np.float32(0.5)), plain(np.array([[1.0, 2.0]])), plain([1, 2])
+    (0.5, [[1.0, 2.0]], [1, 2])
     """
-    return value.item() if isinstance(value, np.generic) else value
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
 def seed_of(value: object) -> int:
