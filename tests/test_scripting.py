@@ -118,6 +118,8 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
 @pytest.mark.parametrize(("make", "said"), [
     (lambda patch: uf.render("gravel"), """patch is 'gravel'; allowed: a Patch, such as open_patch("gravel")"""),
     (lambda patch: uf.render(patch, "w"), """forces is 'w'; allowed: Forces, such as read_forces("walk.csv")"""),
+    (lambda patch: uf.render(patch, uf.Forces([], np.zeros((0, 1, 4)), 1000.0, uf.default_floor(1, 1))),
+     "forces is <Forces: 0 samples of 1 tile at 1000 Hz, 0 s>; allowed: one sample or more"),
     (lambda patch: uf.render(patch, floor=4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
     (lambda patch: uf.render(patch, plates="foot"), "plates is 'foot'; allowed: a tuple of accelerometer, foot"),
     (lambda patch: uf.render(patch, np.zeros((9, 9))),

@@ -96,6 +96,7 @@ def render(
     """
     require(isinstance(patch, Patch), "patch", patch, 'a Patch, such as open_patch("gravel")')
     require(forces is None or isinstance(forces, Forces), "forces", forces, 'Forces, such as read_forces("walk.csv")')
+    require(forces is None or len(forces) > 0, "forces", forces, "one sample or more")
     require(floor is None or isinstance(floor, Floor), "floor", floor, "a Floor, such as default_floor(1, 8)")
     require(
         set(plates) <= set(get_args(PlateOutput)), "plates", plates, f"a tuple of {', '.join(get_args(PlateOutput))}"
