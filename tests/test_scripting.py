@@ -115,6 +115,11 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
         uf.rendr  # noqa: B018
 
 
+def slips():
+    """The slips of the page's last example."""
+    return run(SCRIPTS[4])["slips"]
+
+
 @pytest.mark.parametrize(("make", "said"), [
     (lambda patch: uf.render("gravel"), """patch is 'gravel'; allowed: a Patch, such as open_patch("gravel")"""),
     (lambda patch: uf.render(patch, "w"), """forces is 'w'; allowed: Forces, such as read_forces("walk.csv")"""),
@@ -158,11 +163,13 @@ def test_the_names_of_the_page_are_the_names_that_there_are():
     (lambda patch: uf.walk("10"), "seconds is '10'; allowed: above 0, up to 600 s"),
     (lambda patch: uf.walk(2.0, seed="a"), "seed is 'a'; allowed: a whole number, -2^63 to 2^63 - 1"),
     (lambda patch: uf.SlipDistribution.solve(3, 20.0), "block is 3; allowed: a BlockOnBelt"),
+    (lambda patch: slips().duration.quantile([0.1, 0.9]), "probability is [0.1, 0.9]; allowed: a number, 0 to 1"),
+    (lambda patch: slips().distance.quantile(50.0), "probability is 50.0; allowed: a number, 0 to 1"),
     (lambda patch: uf.Profile(tile="t1").force("much"),
      "readings are no array of numbers; allowed: a last axis of 4, one for each sensor"),
     (lambda patch: uf.walk(2.0, 4), "floor is 4; allowed: a Floor, such as default_floor(1, 8)"),
 ])  # fmt: skip
-def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said):
+def test_an_argument_of_another_kind_is_said_with_what_to_give(make, said, folder):
     with pytest.raises(uf.UnderfootError) as error:
         make(uf.open_patch("tacton-impact"))
     assert str(error.value) == said

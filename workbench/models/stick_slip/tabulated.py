@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from underfoot.arguments import number
 from underfoot.drawing import Drawing, series
 from underfoot.drawing.picture import Picture
 
@@ -36,8 +37,9 @@ class Distribution:
         return f"<Distribution of {self.name}: median {half}, {self.points.size} points>"
 
     def quantile(self, probability: float) -> float:
-        """Return the value at this cumulative probability; NaN if it is never reached."""
-        reached = self.cdf.size > 0 and 0.0 <= probability <= self.cdf[-1]
+        """Return the value at this cumulative probability; NaN if it is never reached. `BadValue` beyond 0 to 1."""
+        number("probability", probability, 0.0, 1.0, "a number, 0 to 1")
+        reached = self.cdf.size > 0 and probability <= self.cdf[-1]
         return float(np.interp(probability, self.cdf, self.points)) if reached else float("nan")
 
     def plot(self) -> Picture:
