@@ -126,6 +126,8 @@ def test_csv_has_the_acceleration_of_each_tile(exports, tmp_path):
 def test_svg_is_a_picture_with_its_axes(exports, tmp_path):
     FORMATS["svg"].write(exports["gravel"], tmp_path / "a.svg")
     assert "acceleration, m/s" in (tmp_path / "a.svg").read_text()
+    lost = losses(exports["gravel"].patch, REGISTRY, FORMATS["svg"].carries)
+    assert not any("oscillation" in line or "frequencies" in line for line in lost)  # it is drawn sample by sample
 
 
 def test_a_shared_folder_opens_elsewhere_with_its_sound_floor_and_profiles(tmp_path):
