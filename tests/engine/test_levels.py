@@ -107,6 +107,16 @@ def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
     assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0
 
 
+def test_patches_of_one_name_in_two_folders_have_a_line_each(tmp_path):
+    """The second took the first's place."""
+    paths = [str(tmp_path / "a" / "hum.json"), str(tmp_path / "b" / "hum.json")]
+    for path in paths:
+        Path(path).parent.mkdir()
+        Patch().add("tile-output", REGISTRY).save(path)
+    said = CliRunner().invoke(cli, ["levels", "--json", *paths])
+    assert list(json.loads(said.stdout)) == paths
+
+
 @pytest.mark.parametrize(("names", "place"), [(("material-leaves", "stimulus-td", "tacton-it1"), 0), (("gravel",), 1)])
 def test_the_document_has_every_preset_and_its_levels(names, place, profile):
     tables = (Path(__file__).resolve().parents[2] / "docs/levels.md").read_text().split("```")[1::2]

@@ -30,7 +30,9 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
 
     of_tile = Profile.load(profile) if profile else None
     made_of = TileParameters.load(simulation) if simulation else None
-    files = {path.stem: path for path in patches} or preset_files.patches()
+    stems = [path.stem for path in patches]
+    files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
+    files = files or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
     with report_compiling():
         found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}
