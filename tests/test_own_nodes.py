@@ -138,3 +138,22 @@ def test_a_table_that_cannot_be_made_is_one_line(underfoot, folder, own_node, ma
     own_node.file.write_text(text.replace("    def run(", table))
     said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
     assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: {says}\n")
+
+
+@pytest.mark.parametrize(
+    ("sizes", "says"),
+    [
+        ("", "AttributeError: type object 'Hum' has no attribute 'sizes'"),
+        ("return {'m': 3}", "KeyError: 'n'"),
+        ("return {'n': values['strength']}", "TypeError: 'float' object cannot be interpreted as an integer"),
+    ],
+)
+def test_a_layout_whose_sizes_are_not_given_is_one_line(underfoot, folder, own_node, sizes, says):
+    text = own_node.file.read_text().replace(
+        "from underfoot.patch", "from underfoot.layouts import Layout\nfrom underfoot.patch"
+    )
+    body = "    state = Layout('hum', line=('n',))\n\n"
+    body += f"    def sizes(values, rate):\n        {sizes}\n\n" if sizes else ""
+    own_node.file.write_text(text.replace("    def run(", f"{body}    def run(state, "))
+    said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
+    assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: sizes of Hum cannot be made: {says}\n")

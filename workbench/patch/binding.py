@@ -14,6 +14,7 @@ stretch's frames, numbers and memories, and calls `design` when a parameter that
 import dis
 import inspect
 import math
+import operator
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
@@ -82,7 +83,6 @@ class Binding:
         self.controls = Layout("controls", *names.controls)
         self.state: Layout | None = getattr(cls, "state", None)
         self.coefficients: Layout | None = getattr(cls, "coefficients", None)
-        self.sizes: Callable[[Values, float], Mapping[str, int]] = getattr(cls, "sizes", _no_sizes)
         layouts = [layout for layout in (self.state, self.coefficients) if layout is not None]
         self.symbols = tuple(dict.fromkeys(symbol for layout in layouts for symbol in layout.symbols))
         self._check()
@@ -96,6 +96,16 @@ class Binding:
     def coefficients_size(self, values: Values, rate: float) -> int:
         """Return the number of float64 values in a row's coefficients, including the flag that they were designed."""
         return self._head + (self.coefficients.size(self.sizes(values, rate)) if self.coefficients else 0)
+
+    def sizes(self, values: Values, rate: float) -> Mapping[str, int]:
+        """Return the values of the layouts' symbols; `BadFile` names the node's file if it does not give them."""
+        if not self.symbols:
+            return {}
+        try:
+            given = self.cls.sizes(values, rate)  # type: ignore[attr-defined]
+            return {symbol: operator.index(given[symbol]) for symbol in self.symbols}
+        except Exception as error:  # a custom node's code can raise anything
+            raise self._fault("sizes", error) from error
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data of an instance: its sizes and its prepared tables."""
@@ -118,11 +128,14 @@ class Binding:
         except UnderfootError:
             raise
         except Exception as error:  # a custom node's code can raise anything
-            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-            raise BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}") from error
+            raise self._fault(name, error) from error
         if table.ndim != wanted:
             raise BadFile(f"{self._file}: {name} of {self.cls.__name__} has {table.ndim} dimensions; allowed: {wanted}")
         return table
+
+    def _fault(self, name: str, error: Exception) -> BadFile:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+        return BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}")
 
     @property
     def _file(self) -> str:
@@ -248,10 +261,6 @@ class Binding:
         function = names[port_names]
         function.__module__ = self.cls.__module__
         return callback(signature, function)
-
-
-def _no_sizes(values: Values, rate: float) -> Mapping[str, int]:
-    return {}
 
 
 def _taken(function: Callable[..., Any]) -> list[str]:
