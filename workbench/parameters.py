@@ -129,6 +129,8 @@ class Number(Parameter):
         return self.low + (self.high - self.low) * position
 
 
+SCALES = ("linear", "log", "gain", "amplitude")
+"""Spacings of a number's control."""
 LEAST_DB = -60.0
 """Lowest level of a control in decibels above silence."""
 

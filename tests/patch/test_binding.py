@@ -231,3 +231,25 @@ def test_a_default_outside_its_own_range_is_refused(parameter, says):
                 out[:] = knob
 
     assert str(refusal.value) == f"default of node bad: {says}"
+
+
+@pytest.mark.parametrize(
+    ("parameter", "says"),
+    [
+        (Number(1.0, 0.0, 2.0, wire="frame"), r'wire of knob is \'frame\'; allowed: "", span, audio'),
+        (Number(1.0, 0.0, 2.0, scale="cubic"), "scale of knob is 'cubic'; allowed: linear, log, gain, amplitude"),
+        (Number(1.0, 0.0, 2.0, scale="log"), "low of knob is 0.0; allowed: above 0 with log"),
+    ],
+)
+def test_a_number_whose_control_or_wire_could_not_work_is_refused(parameter, says):
+    with pytest.raises(BadValue, match=f"^{says}$"):
+
+        @node("bad", "Tests")
+        class Bad:
+            """Its control would divide by zero, or its wire drive nothing."""
+
+            knob = parameter
+            out = Output()
+
+            def run(knob, out):
+                out[:] = knob

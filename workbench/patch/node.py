@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.errors import BadValue, require
-from underfoot.parameters import Number, Parameter
+from underfoot.parameters import SCALES, Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 
@@ -202,7 +202,7 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
-        _check_defaults(type, parameters)
+        _check_parameters(type, parameters)
         tables = {name: value for name, value in body.items() if isinstance(value, Prepared)}
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
         from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
@@ -242,8 +242,14 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
     return declare
 
 
-def _check_defaults(type: str, parameters: Mapping[str, Parameter]) -> None:
-    for parameter in parameters.values():
+def _check_parameters(type: str, parameters: Mapping[str, Parameter]) -> None:
+    for name, parameter in parameters.items():
+        if isinstance(parameter, Number):
+            require(parameter.wire in ("", "span", "audio"), f"wire of {name}", parameter.wire, '"", span, audio')
+            require(parameter.scale in SCALES, f"scale of {name}", parameter.scale, ", ".join(SCALES))
+            require(
+                parameter.scale != "log" or parameter.low > 0.0, f"low of {name}", parameter.low, "above 0 with log"
+            )
         try:
             parameter.check(parameter.default)
         except BadValue as error:
