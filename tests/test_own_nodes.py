@@ -157,3 +157,13 @@ def test_a_layout_whose_sizes_are_not_given_is_one_line(underfoot, folder, own_n
     own_node.file.write_text(text.replace("    def run(", f"{body}    def run(state, "))
     said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
     assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: sizes of Hum cannot be made: {says}\n")
+
+
+def test_distributions_that_cannot_be_drawn_are_one_line(underfoot, folder, own_node):
+    text = own_node.file.read_text()
+    own_node.file.write_text(
+        text.replace("    def run(", "    def distributions(values):\n        1 / 0\n\n    def run(")
+    )
+    said = underfoot("distribution", "hum.json", "--run-code")
+    says = "distributions of Hum cannot be made: ZeroDivisionError: division by zero"
+    assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: {says}\n")

@@ -41,8 +41,7 @@ def distribution(patch: Path, node: str | None, output: Path | None, as_json: bo
     with report_compiling():
         for one in chosen:
             type = REGISTRY[one.type]
-            assert type.distributions is not None
-            found[one.id] = type.distributions(type.values(one.parameters))
+            found[one.id] = type.drawings(type.values(one.parameters))
     if output is not None:
         make_folder(output)
         for id, drawings in found.items():

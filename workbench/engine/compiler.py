@@ -125,8 +125,6 @@ def _distributions(request: PreviewRequest) -> Distributions:
     try:
         node = effective_patch(Patch.loads(request.patch, REGISTRY), REGISTRY).node(request.node)
         type = REGISTRY[node.type]
-        return Distributions(
-            request.ticket, type.distributions(type.values(node.parameters)) if type.distributions else ()
-        )
+        return Distributions(request.ticket, type.drawings(type.values(node.parameters)))
     except UnderfootError as error:
         return Distributions(request.ticket, (), str(error))

@@ -105,7 +105,7 @@ class Binding:
             given = self.cls.sizes(values, rate)  # type: ignore[attr-defined]
             return {symbol: operator.index(given[symbol]) for symbol in self.symbols}
         except Exception as error:  # a custom node's code can raise anything
-            raise self._fault("sizes", error) from error
+            raise self.fault("sizes", error) from error
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data of an instance: its sizes and its prepared tables."""
@@ -128,12 +128,13 @@ class Binding:
         except UnderfootError:
             raise
         except Exception as error:  # a custom node's code can raise anything
-            raise self._fault(name, error) from error
+            raise self.fault(name, error) from error
         if table.ndim != wanted:
             raise BadFile(f"{self._file}: {name} of {self.cls.__name__} has {table.ndim} dimensions; allowed: {wanted}")
         return table
 
-    def _fault(self, name: str, error: Exception) -> BadFile:
+    def fault(self, name: str, error: Exception) -> BadFile:
+        """Return, as one line with the node's file, an error of what it declares as `name`."""
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
         return BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}")
 

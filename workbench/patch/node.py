@@ -41,7 +41,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
-from underfoot.errors import BadValue, require
+from underfoot.errors import BadValue, UnderfootError, require
 from underfoot.parameters import SCALES, Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
@@ -157,6 +157,15 @@ class NodeType(Struct, frozen=True, dict=True):
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data that the kernels of an instance read besides its controls."""
         return self.binding.data(values, rate)
+
+    def drawings(self, values: Values) -> tuple[Drawing, ...]:
+        """Return what `distributions` draws; `BadFile` names the node's file if it fails."""
+        try:
+            return self.distributions(values) if self.distributions else ()
+        except UnderfootError:
+            raise
+        except Exception as error:  # a custom node's code can raise anything
+            raise self.binding.fault("distributions", error) from error
 
     def values(self, given: Values) -> dict[str, Any]:
         """Return every parameter's value: the given ones checked, the others at their defaults."""
