@@ -107,6 +107,14 @@ def test_the_command_prints_a_line_a_patch_and_all_figures_as_json():
     assert json.loads(said.stdout)["wood"]["measured"]["level_db"] > 10.0
 
 
+def test_a_profile_without_vibration_says_that_it_changes_nothing(tmp_path):
+    profile, wood = tmp_path / "t1.json", str(preset_files.patches()["wood"])
+    Profile(tile="t1").save(profile)
+    said = CliRunner().invoke(cli, ["levels", "--profile", str(profile), wood])
+    assert said.stderr == f"underfoot: {profile} has no part of vibration: the levels are those without it\n"
+    assert said.stdout == CliRunner().invoke(cli, ["levels", wood]).stdout
+
+
 def test_patches_of_one_name_in_two_folders_have_a_line_each(tmp_path):
     """The second took the first's place."""
     paths = [str(tmp_path / "a" / "hum.json"), str(tmp_path / "b" / "hum.json")]

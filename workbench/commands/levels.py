@@ -1,6 +1,7 @@
 """`underfoot levels`: commanded, measured and felt levels of patches on a loaded tile."""
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,8 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     from underfoot.patch.patch import Patch
 
     of_tile = Profile.load(profile) if profile else None
+    if of_tile is not None and of_tile.response is None:
+        print(f"underfoot: {profile} has no part of vibration: the levels are those without it", file=sys.stderr)
     made_of = TileParameters.load(simulation) if simulation else None
     stems = [path.stem for path in patches]
     files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
