@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import secrets
 import stat
 from collections.abc import Iterator
@@ -25,6 +26,17 @@ def path_of(path: str | os.PathLike[str]) -> Path:
     """
     require(isinstance(path, str | os.PathLike), "path", path, "text or a Path")
     return Path(path)
+
+
+def stem_of(title: str, otherwise: str) -> str:
+    """Return the name of a file, without its suffix, that is made of a title; `otherwise` if it has no plain letters.
+
+    At most 80 letters: file systems refuse more than 255 bytes.
+
+    >>> stem_of("Ice, thin!", "study"), stem_of("氷", "study"), len(stem_of("ice " * 100, "study"))
+    ('ice-thin', 'study', 79)
+    """
+    return re.sub(r"[^a-z0-9]+", "-", title.lower())[:80].strip("-") or otherwise
 
 
 def read_file(path: str | Path) -> bytes:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, require
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_-]+")
 """Pattern of an id (of a node, tile or port)."""
@@ -49,6 +49,13 @@ class Parameter:
     def check(self, value: object) -> Any:  # noqa: ANN401 - of the parameter's kind
         """Return the value as the program uses it, or raise `BadValue`."""
         raise AssertionError(f"{type(self).__name__} checks nothing")
+
+    def check_declaration(self) -> None:
+        """Raise `BadValue` if the declaration contradicts itself."""
+        try:
+            self.check(self.default)
+        except BadValue as error:
+            raise BadValue(f"default of {error}") from None
 
     def refuse(self, value: object) -> BadValue:
         text = " ".join(repr(value).split())
@@ -99,6 +106,12 @@ class Number(Parameter):
     def allowed(self) -> str:
         return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
 
+    def check_declaration(self) -> None:
+        super().check_declaration()
+        require(self.wire in _WIRES, f"wire of {self.name}", self.wire, ", ".join(map(repr, _WIRES)))
+        require(self.scale in _SCALES, f"scale of {self.name}", self.scale, ", ".join(_SCALES))
+        require(self.scale != "log" or self.low > 0.0, f"low of {self.name}", self.low, "above 0 with log")
+
     def check(self, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float) or not self.low <= value <= self.high:
             raise self.refuse(value)
@@ -129,8 +142,7 @@ class Number(Parameter):
         return self.low + (self.high - self.low) * position
 
 
-SCALES = ("linear", "log", "gain", "amplitude")
-"""Spacings of a number's control."""
+_WIRES, _SCALES = ("", "span", "audio"), ("linear", "log", "gain", "amplitude")
 LEAST_DB = -60.0
 """Lowest level of a control in decibels above silence."""
 

@@ -13,6 +13,7 @@ from underfoot.quantities import parse_numbers
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
+from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.controls.number_editor import EXACT_DIGITS, NumberEditor
 
 
@@ -132,12 +133,12 @@ class FileEditor(TextEditor):
         self._folder = folder
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
+        if local_files(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
         event.acceptProposedAction()
-        self.choose(next(url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()))
+        self.choose(str(local_files(event.mimeData())[0]))
 
     def _look(self) -> None:
         dialog = file_dialog(self.window(), self.parameter.label, str(self._folder or ""))

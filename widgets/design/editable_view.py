@@ -8,12 +8,13 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.patch.grouping import grouped, put_into, ungrouped
-from underfoot.patch.groups import Note, chain
+from underfoot.patch.groups import Note, SplitGroup, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
+from underfoot.widgets.controls.local_files import local_files
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import aligned, copied, pasted, refusal, snapped
@@ -21,7 +22,6 @@ from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.placing import Box, layered_places, shift_to_free_place
 from underfoot.widgets.design.rewiring import connected, inserted, removed_and_bridged, replaced
 from underfoot.widgets.design.undo import Document
-from underfoot.widgets.session.dropped_files import local_files
 
 GAP_BESIDE = 24.0
 """Pixels left free for wires at both sides of a collapsed group."""
@@ -332,8 +332,8 @@ class EditableView(PatchView):
             return
         try:
             after = grouped(self.document.patch, members)
-        except BadValue:
-            cut = next(group for group in self.document.patch.groups if _is_cut(group.members, members))
+        except SplitGroup as error:
+            cut = next(group for group in self.document.patch.groups if group.id in error.ids)
             self.show_message(f"It would hold a part of the group “{cut.title or 'Group'}”; take all of it, or nothing")
             return
         new = next(iter({g.id for g in after.groups} - {g.id for g in self.document.patch.groups}))
@@ -423,13 +423,3 @@ class EditableView(PatchView):
         if len(nodes) == 1:
             return nodes[0].label or self.registry[nodes[0].type].label
         return counted(len(nodes), "node") if nodes else counted(len(ids), "note")
-
-
-def _is_cut(group: Sequence[str], members: Sequence[str]) -> bool:
-    """Return whether these members are a part of a group together with others.
-
-    >>> [_is_cut("ab", members) for members in ("bc", "abc", "a", "c")]
-    [True, False, False, False]
-    """
-    inside, outside = set(group) & set(members), set(members) - set(group)
-    return bool(inside and outside) and len(inside) < len(group)

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QMimeData, QObject
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.patch import FORMAT
+from underfoot.widgets.controls.local_files import local_files
 
 Handlers = Mapping[str, Callable[[Path], object]]
 """Functions that open a file, by its suffix with the dot, in lower case."""
@@ -77,8 +78,3 @@ def _kind(path: Path, handlers: Handlers) -> str:
             return ".json" if f'"{FORMAT}"'.encode() in file.read(_BEGINNING) else suffix
     except OSError:
         return suffix
-
-
-def local_files(data: QMimeData | None) -> list[Path]:
-    """Return the local files that are dragged, or were copied in a file manager; an empty clipboard has no data."""
-    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()] if data is not None else []

@@ -1,7 +1,6 @@
 """A protocol during editing: a document that may contain mistakes, and the folder of its files."""
 
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from underfoot.errors import BadFile, UnderfootError
 from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
-from underfoot.files import make_folder, read_file, write_file
+from underfoot.files import make_folder, read_file, stem_of, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.custom_nodes import copy_needed
 from underfoot.patch.node import Registry
@@ -20,8 +19,6 @@ from underfoot.patch.patch import Patch
 
 PATCHES = "patches"
 """The folder beside a person's own protocols in which the patches lie that they present."""
-_LONGEST_NAME = 80
-"""Longest name of a file that is made of a title; file systems refuse more than 255 bytes."""
 _NEW: Mapping[str, Any] = {
     "format": FORMAT,
     "version": VERSION,
@@ -155,7 +152,7 @@ def unused_path(title: str, folder: Path, sessions: Path) -> Path:
     >>> unused_path("Thin ice?", Path("nowhere"), Path("nowhere")).as_posix()
     'nowhere/thin-ice.json'
     """
-    stem = re.sub(r"[^a-z0-9]+", "-", title.lower())[:_LONGEST_NAME].strip("-") or "study"
+    stem = stem_of(title, "study")
     presets = preset_files.protocols()
     names = [stem, *(f"{stem}-{k}" for k in range(2, 1000))]
     free = (n for n in names if n not in presets and not (folder / f"{n}.json").exists())

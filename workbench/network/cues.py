@@ -27,6 +27,8 @@ class Cue(Struct, frozen=True):
     """Base of all cues. `number` is chosen by the sender, and returned in the answer."""
 
     address: ClassVar[str]
+    takes_anything: ClassVar[bool] = False
+    """Whether its arguments do not matter: the buttons of many programs send a value with each press."""
     cues: ClassVar[dict[str, type["Cue"]]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -103,6 +105,7 @@ class PanicCue(Cue, frozen=True):
     """Silence at once, whatever its arguments are. Only a person at this computer can restart the sound."""
 
     address: ClassVar[str] = "/underfoot/panic"
+    takes_anything: ClassVar[bool] = True
 
 
 class HelloCue(Cue, frozen=True):
@@ -122,7 +125,7 @@ def cue_of(message: Message) -> Cue:
     """
     require(message.address in Cue.cues, "the address", message.address, ", ".join(Cue.cues))
     kind = Cue.cues[message.address]
-    if kind is PanicCue:  # never refused: the buttons of many programs send a value with each press
+    if kind.takes_anything:
         return kind()
     declared = fields(kind)
     least = sum(one.required for one in declared)

@@ -16,7 +16,8 @@ import inspect
 import math
 import operator
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -105,11 +106,9 @@ class Binding:
         """Return the values of the layouts' symbols; `BadFile` names the node's file if it does not give them."""
         if not self.symbols:
             return {}
-        try:
+        with self.faults("sizes"):
             given = self.cls.sizes(values, rate)  # type: ignore[attr-defined]
             return {symbol: operator.index(given[symbol]) for symbol in self.symbols}
-        except Exception as error:  # a custom node's code can raise anything
-            raise self.fault("sizes", error) from error
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data of an instance: its sizes and its prepared tables."""
@@ -127,20 +126,22 @@ class Binding:
     def _table(self, name: str, values: Values, rate: float) -> NDArray[np.float64]:
         """Return a prepared table; `BadFile` names the node's file if it cannot be made."""
         wanted = self.prepared[name].dimensions
-        try:
+        with self.faults(name):
             table = self.prepared[name].table(values, rate)
-        except UnderfootError:
-            raise
-        except Exception as error:  # a custom node's code can raise anything
-            raise self.fault(name, error) from error
         if table.ndim != wanted:
             raise BadFile(f"{self._file}: {name} of {self.cls.__name__} has {table.ndim} dimensions; allowed: {wanted}")
         return table
 
-    def fault(self, name: str, error: Exception) -> BadFile:
-        """Return, as one line with the node's file, an error of what it declares as `name`."""
-        reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-        return BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}")
+    @contextmanager
+    def faults(self, name: str) -> Iterator[None]:
+        """Turn an error in what the node declares as `name`, which can be any, into a line with the node's file."""
+        try:
+            yield
+        except UnderfootError:
+            raise
+        except Exception as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            raise BadFile(f"{self._file}: {name} of {self.cls.__name__} cannot be made: {reason}") from error
 
     @property
     def _file(self) -> str:

@@ -9,7 +9,7 @@ from underfoot.patch.patch import Patch
 
 
 def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey") -> Patch:
-    """Return the patch with a group around these nodes and notes; `BadValue` if it would split another group."""
+    """Return the patch with a group around these nodes and notes; `SplitGroup` if it would split another one."""
     ids = {one.id for one in patch.canvas_items()}
     chosen = tuple(dict.fromkeys(member for member in members if member in ids))
     inside = [i for i, group in enumerate(patch.groups) if set(group.members) <= set(chosen)]

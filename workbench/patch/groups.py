@@ -171,8 +171,14 @@ def _check_id(place: str, id: str, seen: set[str]) -> None:
     seen.add(id)
 
 
+class SplitGroup(BadValue):
+    """A group would hold a part of another one; `ids` are those of both."""
+
+    ids: tuple[str, str] = ("", "")
+
+
 def check_members(groups: Iterable[Group], ids: Collection[str]) -> None:
-    """Raise `BadValue` if a group has an unknown member, or splits another group."""
+    """Raise `BadValue` if a group has an unknown member, `SplitGroup` if it splits another group."""
     inner: dict[str, str] = {}
     for i, group in enumerate(groups):
         require(bool(group.members), f"groups[{i}].members", "[]", "one node or note, or more")
@@ -184,5 +190,7 @@ def check_members(groups: Iterable[Group], ids: Collection[str]) -> None:
             seen.add(member)
             if inner.get(member, "") != around:
                 cut = inner.get(member, "") or around
-                raise BadValue(f"groups[{i}] would hold a part of the group {cut!r}; take all of it, or nothing")
+                error = SplitGroup(f"groups[{i}] would hold a part of the group {cut!r}; take all of it, or nothing")
+                error.ids = group.id, cut
+                raise error
         inner.update(dict.fromkeys(group.members, group.id))

@@ -41,8 +41,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
-from underfoot.errors import BadValue, UnderfootError, require
-from underfoot.parameters import SCALES, Number, Parameter
+from underfoot.errors import require
+from underfoot.parameters import Number, Parameter
 from underfoot.patch.binding import Binding, Names, Prepared, Values
 
 
@@ -160,12 +160,8 @@ class NodeType(Struct, frozen=True, dict=True):
 
     def drawings(self, values: Values) -> tuple[Drawing, ...]:
         """Return what `distributions` draws; `BadFile` names the node's file if it fails."""
-        try:
+        with self.binding.faults("distributions"):
             return self.distributions(values) if self.distributions else ()
-        except UnderfootError:
-            raise
-        except Exception as error:  # a custom node's code can raise anything
-            raise self.binding.fault("distributions", error) from error
 
     def values(self, given: Values) -> dict[str, Any]:
         """Return every parameter's value: the given ones checked, the others at their defaults."""
@@ -211,7 +207,8 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         body = {name: value for base in reversed(cls.__mro__) for name, value in vars(base).items()}
         ports = {name: value for name, value in body.items() if isinstance(value, Input | Output)}
         parameters = {name: value for name, value in body.items() if isinstance(value, Parameter)}
-        _check_parameters(type, parameters)
+        for parameter in parameters.values():
+            parameter.check_declaration()
         tables = {name: value for name, value in body.items() if isinstance(value, Prepared)}
         inputs = {name: port for name, port in ports.items() if isinstance(port, Input) and not port.from_engine}
         from_engine = {name: port for name, port in ports.items() if isinstance(port, Input) and port.from_engine}
@@ -249,20 +246,6 @@ def node(type: str, family: str, label: str = "") -> Callable[[type], NodeType]:
         )
 
     return declare
-
-
-def _check_parameters(type: str, parameters: Mapping[str, Parameter]) -> None:
-    for name, parameter in parameters.items():
-        if isinstance(parameter, Number):
-            require(parameter.wire in ("", "span", "audio"), f"wire of {name}", parameter.wire, '"", span, audio')
-            require(parameter.scale in SCALES, f"scale of {name}", parameter.scale, ", ".join(SCALES))
-            require(
-                parameter.scale != "log" or parameter.low > 0.0, f"low of {name}", parameter.low, "above 0 with log"
-            )
-        try:
-            parameter.check(parameter.default)
-        except BadValue as error:
-            raise BadValue(f"default of node {type}: {error}") from None
 
 
 def _of(kind: str, ports: Mapping[str, Input | Output]) -> tuple[str, ...]:

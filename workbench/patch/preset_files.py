@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from underfoot import presets
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.files import path_of, read_file
+from underfoot.files import path_of, read_file, stem_of
 from underfoot.patch.patch import Patch
 
 
@@ -131,7 +131,7 @@ def file_of(title: str, user_folder: Path) -> Path:
     >>> file_of("Ice, thin!", Path("mine")).as_posix()
     'mine/ice-thin.json'
     """
-    return user_folder / f"{re.sub(r'[^a-z0-9]+', '-', title.lower()).strip('-') or 'preset'}.json"
+    return user_folder / f"{stem_of(title, 'preset')}.json"
 
 
 def ranked(presets: Iterable[Preset], text: str) -> list[Preset]:
