@@ -80,7 +80,7 @@ def test_a_plate_on_a_serial_line_is_moved_and_measured():
     feet = SimulatedFootsteps(SimulatedTile(TILE, seed=1), 1, in_real_time=True)
     moved = PlateRig(feet, PlateServo(emulated.name, move_s=0.05))
     try:
-        result = run(PlateProcedure(TILE), moved, {"footsteps": 3, "positions": (0.2, 0.6, 0.9)})
+        result = run(PlateProcedure(TILE), moved, {"footsteps": 6, "positions": (0.2, 0.6, 0.9)})
         assert [(round(to, 4), seconds) for _, to, seconds in emulated.servo.moves] == [
             (0.2, 0.05),
             (0.6, 0.05),
