@@ -221,13 +221,28 @@ def test_an_accelerometer_is_reported_before_anything_plays(underfoot, walk):
         (["udp:127.0.0.1"], "allowed: HOST:PORT"),
         (["udp:203.0.113.7:9000"], "udp:203.0.113.7:9000 cannot be listened at: "),
         (["simulator:none.json"], "underfoot: none.json cannot be read: no such file"),
-        (["simulator", "--sensor-rate", "500"], "--sensor-rate is for tiles of hardware"),
-        (["udp:127.0.0.1:9999", "--sensor-rate", "1"], "--sensor-rate is 1; allowed: 20 to 100000 Hz"),
         (["udp:127.0.0.1:9999", "--profiles", "nope"], "nope"),
     ],
 )
 def test_hardware_that_cannot_be_monitored_is_one_line(refused, arguments, message):
     assert message in refused("monitor", *arguments)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["monitor"],
+        ["serve"],
+        ["scene", "footprints", "--target"],
+        ["experiment", "detection-threshold", "--participant", "p1", "--session", "p1.session", "--target"],
+    ],
+)
+def test_every_command_with_hardware_takes_its_sample_rate(refused, folder, command):
+    refusal = refused(*command, "udp:127.0.0.1:9999", "--sensor-rate", "1")
+    assert "--sensor-rate is 1; allowed: 20 to 100000 Hz" in refusal
+    refusal = refused(*command, "simulator", "--sensor-rate", "500")
+    assert "--sensor-rate is for tiles of hardware; simulator has its own rate" in refusal
+    assert not (folder / "p1.session").exists()
 
 
 def test_profiles_are_for_readings(refused, walk):

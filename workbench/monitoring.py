@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 
 from underfoot.devices.accelerometers import LINK, accelerometers_of
-from underfoot.devices.transports import split_target, target_forms
+from underfoot.devices.transports import target_forms
 from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, live_target, require_source, sound_device
@@ -51,8 +51,7 @@ class StreamOptions:
             raise BadValue(
                 "--accelerometers are on inputs of a sound card; allowed: with --sound DEVICE, or over the link"
             )
-        found = replace(target, profiles=str(self.profiles or ""), sound=sound, accelerometers=heard)
-        return replace(found, sensor_hz=self.sensor_hz or target.sensor_hz)
+        return replace(target, profiles=str(self.profiles or ""), sound=sound, accelerometers=heard)
 
 
 class FileStream:
@@ -194,9 +193,7 @@ def open_stream(
 ) -> FileStream | SessionStream:
     """Open the stream of a simulator ("simulator", with ":" and its kind), hardware, a force CSV, or a recording."""
     equipment = equipment or StreamOptions()
-    if equipment.sensor_hz is not None and split_target(source) is None:
-        raise BadValue(f"--sensor-rate is for tiles of hardware; {source} has its own rate")
-    live = live_target(source, floor)
+    live = live_target(source, floor, equipment.sensor_hz)
     if live is not None:
         target = equipment.of(live)
         require_source(target)

@@ -11,6 +11,7 @@ from underfoot.commands.experiment_options import ExperimentOptions
 from underfoot.commands.files import FILE, FLOOR, RUN_CODE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.protocols import opened_protocol
+from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.errors import BadValue
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 @click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
 @click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@SENSOR_RATE
 @click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
 @click.option("--plate", help="Variable stiffness plate: serial port and calibration, PORT:FILE.json, or simulated.")
 @click.option("--masking", help='Sound device of the masking noise and metronome; "default" for the system\'s.')

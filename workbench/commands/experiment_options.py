@@ -16,6 +16,7 @@ class ExperimentOptions:
     target: str
     floor: Path | None
     profiles: Path | None
+    sensor_rate: float | None
     sound: str | None
     plate: str | None
     masking: str | None

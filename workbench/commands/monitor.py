@@ -13,6 +13,7 @@ import click
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
+from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.devices.accelerometers import FORM
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
@@ -57,7 +58,7 @@ class MonitorOptions:
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
-@click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
+@SENSOR_RATE
 @click.option("--sound", metavar="DEVICE", help='Sound card to play on, "default" for the system\'s; by default none.')
 @click.option(
     "--accelerometers", default="", metavar="LIST", help=f"{FORM}, separated by spaces. Reports what they measure."
@@ -72,8 +73,6 @@ def monitor(options: MonitorOptions) -> None:
 
     if options.seconds is not None and not options.seconds > 0.0:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
-    if options.sensor_rate is not None and not 20.0 <= options.sensor_rate <= 100_000.0:
-        raise BadValue(f"--sensor-rate is {options.sensor_rate:g}; allowed: 20 to 100000 Hz")
     inputs = (options.source, options.floor, options.patch)
     require_outputs_writable(options.steps, options.contacts, options.record, inputs=inputs)
     stream = monitoring.open_stream(

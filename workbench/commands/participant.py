@@ -63,7 +63,9 @@ def _run(options: "ExperimentOptions", open_file: "Callable[[], SessionFile]", b
     from underfoot.patch.patch import Patch
     from underfoot.studies.runner import Runner
 
-    target = session_target(options.target, options.floor, options.profiles, options.sound, walker=False)
+    target = session_target(
+        options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=False
+    )
     if target.sound is not None:
         require_card(target.sound)  # a session would go on without what is to be felt
     with ExitStack() as opened:

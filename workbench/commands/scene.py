@@ -14,7 +14,7 @@ from click.core import ParameterSource
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
-from underfoot.commands.session_target import session_target
+from underfoot.commands.session_target import SENSOR_RATE, session_target
 from underfoot.errors import BadValue, DeviceError, require
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _TICK_S = 0.005
 FILM_HZ = 12.5
 MOST_FILM_S = 60.0
-_UNMEASURED = ("target", "floor", "profiles", "sound", "seed", "record", "film", "picture", "width")
+_UNMEASURED = ("target", "floor", "profiles", "sensor_rate", "sound", "seed", "record", "film", "picture", "width")
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class SceneOptions:
     target: str
     floor: Path | None
     profiles: Path | None
+    sensor_rate: float | None
     sound: str | None
     seconds: float | None
     settings: tuple[str, ...]
@@ -53,6 +54,7 @@ class SceneOptions:
 @click.option("--target", default="simulator", show_default=True, help="simulator, or hardware, as for `monitor`.")
 @click.option("--floor", type=FLOOR, help="Floor JSON of the target; by default the default floor.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@SENSOR_RATE
 @click.option("--sound", help='Sound device; "default" for the system\'s. Without it nothing plays.')
 @click.option("--seconds", type=float, help="Stop after this long; by default at Ctrl-C.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Parameter of the scene.")
@@ -97,7 +99,9 @@ def scene(options: SceneOptions) -> None:
 
             print(measured(kind, given, seconds=options.seconds or 30.0).in_words())
         else:
-            target = session_target(options.target, options.floor, options.profiles, options.sound, walker=True)
+            target = session_target(
+                options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=True
+            )
             _Show(options, kind(target.floor, given, options.seed)).run(target)
 
 
@@ -115,9 +119,10 @@ def _check(options: SceneOptions) -> None:
 def _check_measuring() -> None:
     """Refuse options that `--measure` would leave unused: what it reports is of the simulated floor, without sound."""
     context = click.get_current_context()
-    given = [f"--{one}" for one in _UNMEASURED if context.get_parameter_source(one) == ParameterSource.COMMANDLINE]
+    given = [one for one in _UNMEASURED if context.get_parameter_source(one) == ParameterSource.COMMANDLINE]
     if given:
-        raise BadValue(f"--measure is given with {given[0]}; allowed: --seconds and --set; it presses simulated tiles")
+        flag = f"--{given[0].replace('_', '-')}"
+        raise BadValue(f"--measure is given with {flag}; allowed: --seconds and --set; it presses simulated tiles")
 
 
 @dataclass

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
+from underfoot.commands.session_target import SENSOR_RATE
 from underfoot.devices.transports import target_forms
 from underfoot.errors import BadFile, BadValue
 
@@ -38,6 +39,7 @@ class ServeOptions:
     patch: Path | None
     record: Path | None
     profiles: Path | None
+    sensor_rate: float | None
     sound: str | None
     level: float
     tuio: str
@@ -64,6 +66,7 @@ class ServeOptions:
 @RUN_CODE
 @click.option("--record", type=FILE, help="Record the session to this file.")
 @click.option("--profiles", type=FILE, help="Folder of the tiles' profiles.")
+@SENSOR_RATE
 @click.option("--sound", help='Sound device to play on: a name, or "default"; none by default.')
 @click.option("--level", type=float, default=-20.0, show_default=True, help="Output level in dB of full scale.")
 @click.option("--tuio", default="127.0.0.1:3333", show_default=True, help="Address for TUIO 1.1 cursors.")
@@ -161,7 +164,7 @@ def _target(options: ServeOptions) -> "Target":
     from underfoot.records.force_files import FORMS, floor_of
 
     sound = sound_device(options.sound)
-    live = live_target(options.target, options.floor)
+    live = live_target(options.target, options.floor, options.sensor_rate)
     if live is not None:
         return replace(live, sound=sound, profiles=str(options.profiles or ""))
     if not os.path.isfile(options.target):

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 from msgspec.structs import replace
 
 from underfoot.errors import BadValue
@@ -11,8 +12,18 @@ if TYPE_CHECKING:
     from underfoot.engine.target import Target
 
 
+SENSOR_RATE = click.option("--sensor-rate", type=float, help="Samples per second of hardware tiles; by default 1000.")
+"""The option of every command that opens a session with hardware."""
+
+
 def session_target(
-    name: str, floor: Path | None, profiles: Path | None, sound: str | None, *, walker: bool
+    name: str,
+    floor: Path | None,
+    profiles: Path | None,
+    sound: str | None,
+    sensor_hz: float | None,
+    *,
+    walker: bool,
 ) -> "Target":
     """Return the target `name` on a floor, with a sound device ("default" for the system's, None for none).
 
@@ -20,7 +31,7 @@ def session_target(
     """
     from underfoot.engine.target import live_target, require_source, sound_device
 
-    target = live_target(name, floor)
+    target = live_target(name, floor, sensor_hz)
     if target is None:
         raise BadValue(f"--target is {name}; allowed: simulator, or hardware as `underfoot monitor` names it")
     target = replace(target, sound=sound_device(sound), walker=walker, profiles=str(profiles or ""))

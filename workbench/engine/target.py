@@ -10,7 +10,7 @@ from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
-from underfoot.errors import DeviceError
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile, profiles_of
@@ -60,19 +60,28 @@ def simulation_of(text: str) -> str | None:
     return path if kind == "simulator" else None
 
 
-def live_target(name: str, floor: str | Path | None = None) -> Target | None:
+def live_target(name: str, floor: str | Path | None = None, sensor_hz: float | None = None) -> Target | None:
     """Return the simulator or hardware of this name on the floor in a file, by default the default floor.
 
-    Return None for another name, such as a file's.
+    Return None for another name, such as a file's. `sensor_hz`: what the tiles of hardware send, 20 to 100000 samples
+    per second; by default 1000. Raise `BadValue` for a rate outside of that, or of what has its own.
 
     >>> live_target("udp:127.0.0.1:9000").kind, live_target("simulator:people=2").simulation, live_target("walk.csv")
     ('udp', 'people=2', None)
+    >>> live_target("udp:127.0.0.1:9000", sensor_hz=200.0).sensor_hz
+    200.0
     """
     hardware, simulation = split_target(name), simulation_of(name)
+    if sensor_hz is not None:
+        if hardware is None:
+            raise BadValue(f"--sensor-rate is for tiles of hardware; {name} has its own rate")
+        if not 20.0 <= sensor_hz <= 100_000.0:
+            raise BadValue(f"--sensor-rate is {sensor_hz:g}; allowed: 20 to 100000 Hz")
     if hardware is None and simulation is None:
         return None
     kind, source = hardware or ("simulator", "")
-    return Target(Floor.load(floor) if floor else default_floor(), kind, source, simulation=simulation or "")
+    layout = Floor.load(floor) if floor else default_floor()
+    return Target(layout, kind, source, simulation=simulation or "", sensor_hz=sensor_hz or SENSOR_HZ)
 
 
 def sound_device(option: str | None) -> str | None:
