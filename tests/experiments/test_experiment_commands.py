@@ -64,9 +64,9 @@ def in_terminal(command, typed, folder=None, printed=None):
     return child.returncode
 
 
-def made_session(path, name="detection-threshold", person=0, id=""):
-    """A session file that a simulated participant has answered."""
-    protocol, id = preset_protocol(name), id or f"P{person + 1}"
+def made_session(path, name="detection-threshold", person=0, id="", protocol=None):
+    """A session file that a simulated participant has answered, of a preset or of a protocol."""
+    protocol, id = protocol or preset_protocol(name), id or f"P{person + 1}"
     file = SessionFile.create(path, protocol, id, preset_files.protocols()[name].parent)
     participant = SimulatedParticipant(protocol, {}, np.random.default_rng(person))
     study = Study(protocol, id)
@@ -136,6 +136,24 @@ def test_sessions_are_analysed_exported_and_read_again(tmp_path):
     columns = table[0].split("\t")
     assert {"level_m_s2", "felt", "trial"} <= set(columns) <= set(sidecar)
     assert all(len(line.split("\t")) == len(columns) for line in table)
+
+
+def test_a_table_is_analysed_with_the_parameters_of_its_protocol(tmp_path):
+    """Where a staircase turns depends on its rule, and its threshold on how many turns count."""
+    text = json.loads(preset_files.protocols()["detection-threshold"].read_text())
+    text["stages"][2]["method"]["parameters"] |= {"down_after": 3, "reversals": 8, "last": 4}
+    study, table = tmp_path / "three-down.json", tmp_path / "trials.csv"
+    study.write_text(json.dumps(text))
+    session = made_session(tmp_path / "P1.session", protocol=Protocol.load(study, REGISTRY))
+    of_session, alone, known = (
+        run("analyse", *arguments).stdout
+        for arguments in ((session, "--csv", table), (table,), (table, "--protocol", study))
+    )
+    thresholds = [[line for line in out.splitlines() if "threshold TD" in line] for out in (of_session, alone, known)]
+    assert thresholds[0] == thresholds[2] != thresholds[1]
+    assert "come without their protocol: analysed with the method's usual parameters" in alone
+    assert "come without their protocol" not in of_session + known
+    assert "there is no protocol 'none'" in said("analyse", table, "--protocol", "none")
 
 
 def test_ids_that_differ_in_letter_case_only_are_refused_or_remarked_on(tmp_path):

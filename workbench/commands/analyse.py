@@ -8,6 +8,7 @@ import click
 
 from underfoot.commands.files import FILE, require_folders_writable, require_outputs_writable
 from underfoot.commands.options import takes_options
+from underfoot.commands.protocols import opened_protocol
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,7 @@ class AnalyseOptions:
     """Options of the command."""
 
     sessions: tuple[Path, ...]
+    protocol: str | None
     report: Path | None
     csv: Path | None
     bids: Path | None
@@ -25,6 +27,7 @@ class AnalyseOptions:
 
 @click.command()
 @click.argument("sessions", metavar="SESSION...", type=FILE, nargs=-1, required=True)
+@click.option("--protocol", help="Protocol of CSVs of trials: a file, or a preset's name. Sessions contain their own.")
 @click.option("--report", type=FILE, help="Folder for a page with tables and pictures.")
 @click.option("--csv", type=FILE, help="Write all trials, one per row.")
 @click.option("--bids", type=FILE, help="Folder for BIDS: behavioural files, and force and vibration of each trial.")
@@ -42,7 +45,8 @@ def analyse(options: AnalyseOptions) -> None:
 
     require_folders_writable(options.report, options.bids)
     require_outputs_writable(options.csv, inputs=options.sessions)
-    results = results_of(options.sessions)
+    protocol = None if options.protocol is None else opened_protocol(options.protocol)[0]
+    results = results_of(options.sessions, protocol)
     settings = Settings(bootstrap=options.bootstrap, with_lapses=options.lapses)
     findings = analysed(results.rows, results.protocol, settings)
     findings[0].remarks += results.remarks

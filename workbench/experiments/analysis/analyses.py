@@ -33,6 +33,8 @@ class Analysis:
     needs: tuple[str, ...]
     name: str = ""
     """Name used if no protocol has the method."""
+    needs_protocol: bool = False
+    """Whether estimates depend on the method's parameters, which a table of trials does not contain."""
 
 
 ANALYSES: Mapping[str, Analysis] = {
@@ -40,13 +42,15 @@ ANALYSES: Mapping[str, Analysis] = {
         identification.estimates, identification.findings, ("correct", "number or answer")
     ),
     "constant-stimuli": Analysis(constant.estimates, constant.findings, ("stimulus",)),
-    "staircases": Analysis(staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db")),
+    "staircases": Analysis(
+        staircase.estimates, staircase.findings, ("staircase", "comparison", "level_db"), needs_protocol=True
+    ),
     "rating": Analysis(ratings.estimates, ratings.findings, ("stimulus", "rating")),
     "free-labels": Analysis(labels.estimates, labels.findings, ("stimulus", "label")),
     "target-selection": Analysis(
         targets.estimates, targets.findings, ("selected", "time_s", "width_m", "distance_m", "bearing_rad")
     ),
-    "bayesian": Analysis(bayesian.estimates, bayesian.findings, ("level_db",)),
+    "bayesian": Analysis(bayesian.estimates, bayesian.findings, ("level_db",), needs_protocol=True),
     METHOD: Analysis(abx.estimates, abx.findings, ("correct", "answered"), "Blind comparison"),
 }
 
@@ -85,6 +89,11 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += [*right_answers(part), *sensitivity(part)]
+        if protocol is None and analysis.needs_protocol:
+            findings.remarks.append(
+                "These trials come without their protocol: analysed with the method's usual parameters. "
+                "`underfoot analyse --protocol` takes those of the study."
+            )
         _correlate(findings, part, analysis, settings_of(protocol, stage, replace(settings, bootstrap=0)))
         found.append(findings)
     if not found:
