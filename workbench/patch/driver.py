@@ -373,13 +373,10 @@ def _stretch(p: Tables, k: int, row: int, frame: int, f: int, g: int, interval: 
 def _look(p: Tables, buffer: int, f: int, g: int, interval: int) -> bool:
     """Mark the interval as nonzero if a frame is nonzero; return whether a value is not finite."""
     at = p.buffer_at[buffer]
-    some = np.int64(0)
     largest = np.int64(0)
     for i in range(np.uint64(at + f), np.uint64(at + g)):
-        magnitude = p.bits[i] & _MAGNITUDE
-        some |= magnitude
-        largest = max(largest, magnitude)
-    if some != 0:
+        largest = max(largest, p.bits[i] & _MAGNITUDE)
+    if largest != 0:
         p.nonzero[buffer, interval] = 1
     return bool(largest >= _EXPONENT)
 
