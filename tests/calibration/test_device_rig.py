@@ -93,6 +93,54 @@ def test_a_load_cell_on_the_same_line_is_read_at_the_tile_s_times():
         rig.close()
 
 
+def test_a_load_cell_is_read_at_the_tile_s_times_however_seldom_the_rig_is_read():
+    line = Line()
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9))
+    try:
+        for i in range(200):
+            line.put(np.concatenate([frames(0, i, 1, lambda i: (i, 0, 0, 0)), frames(9, i, 1, lambda i: (i, 0, 0, 0))]))
+        readings = gathered(rig, line)
+        assert readings.force_n == pytest.approx(readings.values[:, 0])
+    finally:
+        rig.close()
+
+
+def test_readings_wait_for_a_load_cell_that_is_slower_than_the_tile():
+    line = Line()
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9), silent_reads=3)
+    try:
+        cell = frames(9, 0, 401, lambda i: (i, 0, 0, 0))[::100]
+        cell[:, 1] //= 100
+        taken = []
+        for k, row in enumerate(cell):
+            line.put(np.concatenate([[row], frames(0, 100 * k, 1, lambda i: (i, 0, 0, 0))]))
+            line.put(frames(0, 100 * k + 1, 99, lambda i: (i, 0, 0, 0)))
+            taken.append(gathered(rig, line))
+        values = np.concatenate([readings.values[:, 0] for readings in taken])
+        assert values.tolist() == list(range(401))
+        assert np.concatenate([readings.force_n for readings in taken if readings.time_s.size]) == pytest.approx(values)
+        for _ in range(3):
+            assert rig.read().time_s.size == 0
+        with pytest.raises(DeviceError, match="nothing comes of tile 9"):
+            rig.read()
+    finally:
+        rig.close()
+
+
+def test_what_a_tile_reads_while_its_load_cell_is_silent_is_left_out():
+    line = Line()
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9))
+    try:
+        line.put(np.concatenate([frames(k, 0, 100, lambda i: (i, 0, 0, 0)) for k in (9, 0)]))
+        line.put(frames(0, 100, 1000, lambda i: (i, 0, 0, 0)))
+        line.put(np.concatenate([frames(k, 1100, 100, lambda i: (i, 0, 0, 0)) for k in (9, 0)]))
+        readings = gathered(rig, line)
+        assert readings.values[:, 0].tolist() == [*range(100), *range(1101, 1200)]
+        assert readings.force_n == pytest.approx(readings.values[:, 0])
+    finally:
+        rig.close()
+
+
 def test_a_line_on_which_nothing_comes_is_said_to_be_so():
     rig = DeviceRig(Line("nowhere"), 0, silent_reads=3)
     try:

@@ -3,19 +3,18 @@
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
 from underfoot.devices.transport import Transport
-from underfoot.devices.transport_reader import TransportReader
+from underfoot.devices.transport_reader import SILENT_S, TransportReader
 from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
 """Longest time for which unread readings are kept; the oldest are dropped first."""
-_KEPT_ARRIVALS = 50
-"""Arrivals of frames of a load cell or displacement sensor kept to time the tile's readings."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,9 @@ def _sensor_of(name: str, text: str, form: str) -> ReferenceSensor:
 class DeviceRig:
     """Rig that reads tile number `tile` from `port`, an optional load cell and displacement sensor; a person presses.
 
-    `displacement` is on the tile's own transport, and gives mm for newtons.
+    `displacement` is on the tile's own transport, and gives mm for newtons. Readings are returned once the sensors
+    beside the tile have values at their times, and left out where those were silent for longer than `SILENT_S`. A
+    sensor that has sent nothing yet has none.
 
     `read` never waits. When the line is lost, readings stop until it is back. After `silent_reads` calls without a
     reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
@@ -107,17 +108,27 @@ class DeviceRig:
     def read(self) -> Readings:
         """Return the readings since the last call; `DeviceError` if nothing arrived for ten seconds."""
         with self._lock:
-            frames, self._frames = self._frames, []
+            for arrivals in self._beside:
+                while len(arrivals) > 1 and arrivals[1][0][-1] <= self._last_s:
+                    del arrivals[0]
             force, displacement = (list(arrivals) for arrivals in self._beside)
+            beside = zip((self._cell, self._displacement), (force, displacement), strict=True)
+            ends = [(float(arrivals[-1][0][-1]), sensor.tile) for sensor, arrivals in beside if sensor and arrivals]
+            until_s, behind = min(ends, default=(np.inf, self._tile))
+            # Later readings wait: what the sensors beside the tile measure then has not arrived.
+            frames = list(takewhile(lambda frame: frame[1][-1] <= until_s, self._frames))
+            del self._frames[: len(frames)]
+            silent = behind if self._frames else self._tile
         if not frames:
             self._empty_reads += 1
             if self._empty_reads > self._silent_reads:
-                raise DeviceError(f"nothing comes of tile {self._tile}: {self.notices() or 'is it plugged in?'}")
+                why = self.notices() if silent == self._tile else ""
+                raise DeviceError(f"nothing comes of tile {silent}: {why or 'is it plugged in?'}")
             return NO_READINGS
         self._empty_reads = 0
         time_s = np.concatenate([times for _, times, _ in frames])
         values = np.concatenate([readings for _, _, readings in frames])
-        later = time_s > self._last_s
+        later = (time_s > self._last_s) & _is_covered(time_s, force) & _is_covered(time_s, displacement)
         time_s, values = time_s[later], values[later]
         if time_s.size:
             self._last_s = float(time_s[-1])
@@ -164,7 +175,8 @@ class DeviceRig:
             counts = frames["readings"][:, sensor.sensor].astype(np.float64)
             arrivals = self._beside[place]
             arrivals.append((self._times(1 + place, frames, now), sensor.units_per_count * (counts - sensor.zero)))
-            del arrivals[:-_KEPT_ARRIVALS]
+            while arrivals[-1][0][-1] - arrivals[0][0][-1] > _MOST_S:
+                del arrivals[0]
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
         """Map device time to the host's clock: even, and set once per epoch of a device by its first arrival."""
@@ -176,6 +188,15 @@ class DeviceRig:
 
 _Arrivals = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
 """Times and values, an entry per arrival."""
+
+
+def _is_covered(time_s: NDArray[np.float64], arrivals: _Arrivals) -> NDArray[np.bool_]:
+    """Return whether a sensor was not silent around these times; true if nothing has arrived at all."""
+    if not arrivals:
+        return np.ones(time_s.size, dtype=bool)
+    at_s = np.concatenate([times for times, _ in arrivals])
+    after = np.minimum(np.searchsorted(at_s, time_s), at_s.size - 1)
+    return np.asarray(at_s[after] - at_s[np.maximum(after - 1, 0)] <= SILENT_S)
 
 
 def _at(time_s: NDArray[np.float64], arrivals: _Arrivals) -> NDArray[np.float64] | None:
