@@ -134,13 +134,14 @@ class Weighing:
 
 
 class Scale:
-    """Carries the requested load at once; ten readings per call. By hand it carries `hand_n`."""
+    """Carries the requested load at once, by hand `hand_n`; ten readings per call, or its `failure`."""
 
     def __init__(self, by_hand=False):
         self._by_hand, self.hand_n = by_hand, 0.0
         self._asked = PressRequest((0.0, 0.0), 0.0)
         self._samples = 0
         self.reads, self.closed = 0, False
+        self.failure = None
         self.loads = []
         self.silenced = threading.Event()
 
@@ -149,6 +150,8 @@ class Scale:
 
     def read(self):
         self.reads += 1
+        if self.failure is not None:
+            raise self.failure
         force = self.hand_n if self._by_hand else self._asked.force_n
         times = (self._samples + np.arange(10)) / 1000.0
         self._samples += 10

@@ -371,6 +371,23 @@ def test_a_page_that_waits_for_a_person_says_so(qtbot, tmp_path):
 # --- hands and eyes ---
 
 
+def test_a_line_that_is_gone_while_a_page_asks_loses_nothing(qtbot, tmp_path):
+    driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
+    driver.click(driver.workspace.overview.begin)
+    driver.workspace.begin_released()
+    driver.wait(lambda: driver.page == "setup")
+    driver.click(driver.wizard.going)
+    driver.wait(lambda: driver.page == "weigh" and driver.wizard.snapshot.page.questions)
+    scale = driver.made[0][1]
+    scale.failure = DeviceError("nothing comes of tile 0")
+    driver.wait(lambda: driver.wizard.refusal.text() == "nothing comes of tile 0")
+    scale.failure, scale.hand_n = None, 90.0
+    driver.click(driver.wizard.going)
+    driver.wait(lambda: driver.page == "note")
+    assert driver.wizard.refusal.text() == ""
+    assert driver.workspace.is_measuring
+
+
 def test_everything_that_takes_the_focus_has_a_name(driver):
     driver.begin()
     for page in PAGES:

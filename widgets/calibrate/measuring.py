@@ -246,7 +246,7 @@ class _Worker:
         """Perform the page's request once."""
         self.busy_since = time.monotonic()
         if not self._has_work():
-            self.rig.read()  # discard readings between pages
+            self._discard()
             return
         if not self._is_requested:
             self._is_requested = True
@@ -256,6 +256,15 @@ class _Worker:
         if self._is_automatic and self._pace.speed > 0.0:
             passed_s = max(self.rig.newest_s - before_s, 0.0)
             self._pause_until_s = time.monotonic() + min(passed_s / self._pace.speed, _MAX_PAUSE_S)
+
+    def _discard(self) -> None:
+        """Discard readings between pages; what was measured outlives a line that is gone."""
+        try:
+            self.rig.read()
+        except UnderfootError as error:
+            if str(error) != self._rejection:
+                self._rejection = str(error)
+                self._send(whole=True)
 
     def _step(self) -> None:
         if not step(self.procedure, self.rig, self._values):
