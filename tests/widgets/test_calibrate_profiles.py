@@ -12,7 +12,7 @@ from windows import choose_file
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Profile, Response
+from underfoot.floor.profile import Latency, Profile, Response
 
 # --- profiles ---
 
@@ -58,6 +58,22 @@ def test_a_profile_that_cannot_be_read_is_said(driver):
     driver.file().write_text("{")
     driver.workspace.profiles.follow(default_floor())
     driver.wait(lambda: any("t1.json" in line for line in driver.said))
+
+
+@pytest.mark.parametrize("other", ["t2", "kitchen"])
+def test_a_profile_of_another_tile_is_flagged_and_takes_no_part_of_this_one(driver, other):
+    Profile(tile=other).with_part(Latency(made="2026-11-01", round_trip_ms=3.0)).save(driver.file("t1"))
+    driver.workspace.profiles.follow(default_floor())
+    driver.wait(lambda: f"Profile of {other} is used on t1." in driver.workspace.choice.flags.text())
+    driver.begin()
+    driver.go("result")
+    driver.click(driver.wizard.saving)
+    driver.wait(lambda: f"is the profile of tile {other}; allowed: t1" in driver.wizard.refusal.text())
+    assert Profile.load(driver.file("t1")).response is None
+    driver.file("t1").rename(driver.file("kept"))
+    driver.click(driver.wizard.saving)
+    driver.wait(lambda: driver.written)
+    assert Profile.load(driver.file("t1")).tile == "t1"
 
 
 def test_floors_keep_their_profiles_apart(driver):

@@ -109,8 +109,8 @@ class ChoicePanel(QWidget):
         self.map.set_floor(floor)
 
     def show_profile(self, profile: Profile, kind: str, flags: Sequence[str]) -> None:
-        """Show the chosen tile's profile, and the history of its part `kind`."""
-        tile = self._floor.tiles[self._floor.index(profile.tile)]
+        """Show the profile that the chosen tile uses, and the history of its part `kind`."""
+        tile = self._floor.tiles[self._floor.index(self.map.chosen_tile())]
         serial = f" · serial {profile.serial}" if profile.serial else ""
         self._tile.setText(f"{tile_text(tile)}{serial}")
         for key, card in self.cards.items():

@@ -11,7 +11,7 @@ from underfoot.calibration.files.plate_profiles import write_plate_file
 from underfoot.calibration.result import Result
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
-from underfoot.floor.profile import Profile
+from underfoot.floor.profile import Profile, load_for_tile
 from underfoot.widgets.session.profile_folder import profile_folder
 
 
@@ -89,7 +89,7 @@ class Profiles(QObject):
     def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], text: str) -> None:
         path = folder / f"{tile}.json"
         try:
-            profile = change(Profile.load(path) if path.exists() else Profile(tile=tile))
+            profile = change(load_for_tile(path, tile) if path.exists() else Profile(tile=tile))
             folder.mkdir(parents=True, exist_ok=True)
             profile.save(path)
             write_plate_file(profile, path)
