@@ -118,6 +118,18 @@ def test_the_load_cell_makes_the_same_curve():
     assert result.figures["error_percent"] < 0.2
 
 
+def test_who_skips_every_sensor_is_told_so_and_can_go_back():
+    procedure = FsrProcedure(TILE)
+    procedure.answer({})
+    for _ in range(3):
+        procedure.skip()
+    with pytest.raises(BadMeasurement, match="every sensor was skipped"):
+        procedure.skip()
+    assert procedure.result is None
+    procedure.back()
+    assert procedure.page.key == "setup"
+
+
 def test_weights_out_of_order_are_refused():
     procedure = FsrProcedure(TILE)
     with pytest.raises(BadMeasurement, match="weights out of order: 20 N after 50 N"):

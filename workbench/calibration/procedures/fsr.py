@@ -159,6 +159,8 @@ class FsrProcedure(PagedProcedure):
         from underfoot.calibration.results.fsr import result_of
         from underfoot.calibration.science.linearisation import linearise
 
+        if not self._step_data:
+            raise BadMeasurement("every sensor was skipped; go back, and load one at least")
         try:
             found = linearise(self._pairs(), self._divider, hysteresis=False)
             if self._reference == LOAD_CELL:
