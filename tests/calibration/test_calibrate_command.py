@@ -95,6 +95,7 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
         (("fsr", "--pairs", "pairs.csv", "--profile", "no/where.json"), "no/where.json cannot be written"),
         (("fsr", "--pairs", "pairs.csv", "--report", "pairs.csv"), "pairs.csv is not a folder"),
         (("fsr", "--pairs", "pairs.csv", "--divider-ohm", "0"), "--divider-ohm is 0; allowed: above 0"),
+        (("fsr", "--target", "udp:127.0.0.1:9999"), "--cell is missing; allowed: a load cell, as 9.1:0.05:120"),
         (("fsr", "--target", "moon"), "--target is 'moon'; allowed: simulator"),
         (("fsr", "--target", "simulator:none.json"), "none.json cannot be read: no such file"),
         (("response", "--target", "simulator:pairs.csv"), "pairs.csv is not JSON"),

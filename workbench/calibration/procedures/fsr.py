@@ -70,7 +70,9 @@ class FsrCalibration(Calibration):
         return FsrProcedure(setup.tile, self._divider())
 
     def answers(self, has_load_cell: bool) -> Answers:
-        return {"reference": LOAD_CELL if has_load_cell else KNOWN_WEIGHTS}
+        if not has_load_cell:
+            raise BadValue("--cell is missing; allowed: a load cell, as 9.1:0.05:120; weights are typed in the window")
+        return {"reference": LOAD_CELL}
 
     def from_files(self, floor: Path | None, tile: str) -> FileMeasurement:
         from underfoot.calibration.results.fsr import result_of
