@@ -130,6 +130,30 @@ def test_who_skips_every_sensor_is_told_so_and_can_go_back():
     assert procedure.page.key == "setup"
 
 
+@pytest.mark.parametrize(
+    ("jump_n", "said"),
+    [(1200.0, "the load cell gave 1200 N, where up to 400"), (395.0, "jumped to 395 N for a moment")],
+)
+def test_a_load_cell_that_jumps_costs_its_page_and_not_the_calibration(jump_n, said):
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, "sensor1-rise2")
+    good = hand.read
+
+    def jumping():
+        readings = good()
+        if 100.0 < readings.force_n[5] < 200.0:
+            readings.force_n[5] = jump_n
+        return readings
+
+    hand.read = jumping
+    with pytest.raises(BadMeasurement, match=said):
+        walked(procedure, hand, QUICK, "sensor1-fall2")
+    assert procedure.page.key == "sensor1-rise2"
+    hand.read, hand.force = good, 0.0
+    result = run(procedure, hand, QUICK)
+    assert result.figures["full_scale_n"] == pytest.approx(400.0)
+
+
 def test_weights_out_of_order_are_refused():
     procedure = FsrProcedure(TILE)
     with pytest.raises(BadMeasurement, match="weights out of order: 20 N after 50 N"):

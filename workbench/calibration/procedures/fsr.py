@@ -188,7 +188,8 @@ class FsrProcedure(PagedProcedure):
         ) -> None:
             press = PressRequest(at, force_n, hold_s, j)
             page = Page(f"sensor{j + 1}-{name}", f"Sensor {j + 1}: {title}", instruction, press=press, may_skip=True)
-            steps.append(SensorStep(page, take, j, j, name.startswith("rise")))
+            checked = partial(self._checked, j, take) if steps else take  # the tare is the first
+            steps.append(SensorStep(page, checked, j, j, name.startswith("rise")))
 
         add("tare", "nothing on it", _TARE, 0.0, partial(self._tare, j), _TARE_S)
         for k in range(loadings):
@@ -238,6 +239,17 @@ class FsrProcedure(PagedProcedure):
                 "The load cell is loaded; take it off.", 0.5, (("force", float(seen.force_n[-1]), "N"),)
             )
         return None
+
+    def _checked(
+        self, j: int, take: Callable[[Readings], PageProgress | None], readings: Readings
+    ) -> PageProgress | None:
+        """Take a page's measurement as `take` does; refuse it at once if the load cell cannot be right."""
+        from underfoot.calibration.science.load_checks import require_cell
+
+        progress = take(readings)
+        if progress is None:
+            require_cell(j, readings.values[:, j], self._load_cell(readings), self._full_n)
+        return progress
 
     def _rise(self, j: int, readings: Readings) -> PageProgress | None:
         from underfoot.calibration.science.load_checks import require_response

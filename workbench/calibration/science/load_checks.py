@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import LARGEST_READING
+from underfoot.calibration.science.pair_plausibility import force_outliers
 from underfoot.errors import BadMeasurement
 from underfoot.floor.curves import Curve
 
@@ -20,6 +21,8 @@ _LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
 _LOADED = 0.3
 """Share of full scale above which a sensor must respond."""
 _LEAST_SAMPLES = 20
+_MOST_OVER = 1.5
+"""Share of full scale above which a force is not a press that goes too far."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 
@@ -47,6 +50,25 @@ def require_response(sensor: int, rest: Values, readings: Values, force_n: Value
         raise BadMeasurement(
             f"sensor {sensor + 1} clips: it stays at {pressed[railed][0]:.0f} above {force_n[railed].min():.0f} N; "
             "choose a smaller full scale, or another divider"
+        )
+
+
+def require_cell(sensor: int, readings: Values, force_n: Values, full_scale_n: float) -> None:
+    """Raise `BadMeasurement` for a load cell that gives far more than full scale, or jumps where the reading does not.
+
+    `readings` (n,) are those of the loaded `sensor`, from 0, `force_n` (n,) those of the cell.
+    """
+    most = float(force_n.max())
+    if most > _MOST_OVER * full_scale_n:
+        raise BadMeasurement(
+            f"the load cell gave {most:.0f} N, where up to {full_scale_n:.0f} N are asked for; press less hard, choose "
+            "a larger full scale, or look for a loose wire"
+        )
+    out = force_outliers(readings, force_n)[1]
+    if out.any():
+        raise BadMeasurement(
+            f"the load cell jumped to {force_n[out][0]:.0f} N for a moment, and sensor {sensor + 1} did not; "
+            "look for a loose wire"
         )
 
 

@@ -75,12 +75,7 @@ def _contradiction(time_s: Values, reading: Values, force_n: Values) -> str:
 
 def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
     """Find a single force far from its neighbours, without a change of the reading."""
-    from scipy.ndimage import median_filter
-
-    usual = median_filter(force_n, 5)
-    full, span = float(usual.max()), float(np.ptp(x))
-    out = (np.abs(force_n - usual) > _SPIKE * full) & (np.abs(x - median_filter(x, 5)) < 0.1 * span)
-    out &= ~(np.roll(out, 1) | np.roll(out, -1))
+    usual, out = force_outliers(x, force_n)
     if not out.any() or np.count_nonzero(out) > 0.01 * out.size:
         return ""
     at = int(np.argmax(out))
@@ -88,6 +83,19 @@ def _outlier(time_s: Values, x: Values, force_n: Values) -> str:
         f"force_n is {force_n[at]:.4g} N at {time_s[at]:.6g} s, between {usual[at]:.4g} N, and the reading does not "
         "jump there; correct that line or leave it out"
     )
+
+
+def force_outliers(x: Values, force_n: Values) -> tuple[Values, NDArray[np.bool_]]:
+    """Return the usual force at each sample (n,), and whether its own is far from it without a change of the reading.
+
+    `x` (n,) is the reading, from any zero; samples are in order of time.
+    """
+    from scipy.ndimage import median_filter
+
+    usual = median_filter(force_n, 5)
+    full, span = float(usual.max()), float(np.ptp(x))
+    out = (np.abs(force_n - usual) > _SPIKE * full) & (np.abs(x - median_filter(x, 5)) < 0.1 * span)
+    return usual, out & ~(np.roll(out, 1) | np.roll(out, -1))
 
 
 def _leap(x: Values, force_n: Values) -> str:
