@@ -154,6 +154,22 @@ def test_a_load_cell_that_jumps_costs_its_page_and_not_the_calibration(jump_n, s
     assert result.figures["full_scale_n"] == pytest.approx(400.0)
 
 
+@pytest.mark.parametrize("page", ["sensor1-tare", "sensor1-rise1", "sensor1-hold"])
+def test_a_page_begins_again_after_a_line_that_was_gone(page):
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, page)
+    assert step(procedure, hand)
+    hand.time += 4.0
+    with pytest.raises(BadMeasurement, match=r"nothing was read for 4\.0 s"):
+        step(procedure, hand)
+    assert procedure.page.key == page
+    before_s = hand.time
+    walked(
+        procedure, hand, QUICK, {"tare": "sensor1-rise1", "rise1": "sensor1-fall1", "hold": "sensor1-release"}[page[8:]]
+    )
+    assert procedure.step_data()[-1].readings.time_s[0] > before_s
+
+
 def test_weights_out_of_order_are_refused():
     procedure = FsrProcedure(TILE)
     with pytest.raises(BadMeasurement, match="weights out of order: 20 N after 50 N"):

@@ -15,6 +15,8 @@ from underfoot.errors import BadMeasurement, BadValue
 
 TIMEOUT_S = 120.0
 """Seconds of readings after which an incomplete page is given up."""
+LONGEST_GAP_S = 0.5
+"""Seconds without a reading after which a page begins again: what happened meanwhile is not known."""
 _LEAST_PAGES = 12
 """Smallest number of pages for the progress display, as the number is unknown before the first answer."""
 
@@ -114,6 +116,9 @@ class PagedProcedure:
             return
         self._incoming = self._incoming.followed_by(readings)
         try:
+            gap_s = float(np.diff(self._incoming.time_s).max(initial=0.0))
+            if gap_s > LONGEST_GAP_S:
+                raise BadMeasurement(f"{step.page.title}: nothing was read for {gap_s:.1f} s; is the tile plugged in?")
             progress = step.take(self._incoming)
             if progress is not None and np.ptp(self._incoming.time_s) > TIMEOUT_S:
                 raise BadMeasurement(f"{step.page.title}: not complete after {TIMEOUT_S:.0f} s. {progress.hint}")
