@@ -127,6 +127,21 @@ def test_readings_wait_for_a_load_cell_that_is_slower_than_the_tile():
         rig.close()
 
 
+@pytest.mark.parametrize("drift", [-0.01, 0.01])
+def test_a_load_cell_on_a_board_with_a_clock_of_its_own_stays_with_the_tile(drift):
+    line = Line()
+    rig = DeviceRig(line, 0, ReferenceSensor(tile=9))
+    try:
+        for begin in range(0, 5000, 10):
+            cell, tile = (frames(k, begin, 10, lambda i: (i, 0, 0, 0)) for k in (9, 0))
+            cell[:, 2] = np.rint((1.0 + drift) * cell[:, 2])
+            line.put(np.concatenate([cell, tile]))
+        readings = gathered(rig, line)
+        assert readings.force_n == pytest.approx(readings.values[:, 0], abs=8.0)
+    finally:
+        rig.close()
+
+
 def test_what_a_tile_reads_while_its_load_cell_is_silent_is_left_out():
     line = Line()
     rig = DeviceRig(line, 0, ReferenceSensor(tile=9))

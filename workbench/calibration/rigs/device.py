@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.rig import NO_READINGS, PressRequest, Readings, Sound
+from underfoot.devices.device_clock import MAX_DRIFT
 from underfoot.devices.transport import Transport
 from underfoot.devices.transport_reader import SILENT_S, TransportReader
 from underfoot.errors import BadValue, DeviceError, require
 
 _MOST_S = 30.0
 """Longest time for which unread readings are kept; the oldest are dropped first."""
+_APART_S = 0.005
+"""Time by which arrivals of one clock may seem apart."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,8 @@ class DeviceRig:
         self._lock = threading.Lock()
         self._frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         self._beside: tuple[_Arrivals, _Arrivals] = ([], [])
-        self._zero_s: dict[tuple[int, int], float] = {}
+        self._zero_s: dict[tuple[int, int], tuple[float, float]] = {}
+        self._ahead_s = 0.0
         self._last_s = -np.inf
         self._empty_reads = 0
         self._readers = [TransportReader(port, self._sample_handler(port))]
@@ -179,11 +183,21 @@ class DeviceRig:
                 del arrivals[0]
 
     def _times(self, line: int, samples: NDArray[np.void], now: float) -> NDArray[np.float64]:
-        """Map device time to the host's clock: even, and set once per epoch of a device by its first arrival."""
+        """Map device time to the tile's clock: even, and the host's at the first arrival of each epoch of the tile.
+
+        A sensor beside the tile (`line` 1, 2) may have a clock of its own, which drifts away: it is slewed back.
+        """
         device_s = samples["microseconds"] * 1e-6
-        epoch = (line, int(samples["epoch"][-1]))
-        zero = self._zero_s.setdefault(epoch, now - float(device_s[-1]))
-        return np.asarray(device_s + zero)
+        epoch, last_s = (line, int(samples["epoch"][-1])), float(device_s[-1])
+        wanted_s = now + (self._ahead_s if line else 0.0) - last_s
+        zero_s, before_s = self._zero_s.get(epoch, (wanted_s, last_s))
+        if line == 0:
+            self._ahead_s = zero_s - wanted_s
+        elif abs(wanted_s - zero_s) > _APART_S:
+            most_s = MAX_DRIFT * max(last_s - before_s, 0.0)
+            zero_s += min(max(wanted_s - zero_s, -most_s), most_s)
+        self._zero_s[epoch] = zero_s, last_s
+        return np.asarray(device_s + zero_s)
 
 
 _Arrivals = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
