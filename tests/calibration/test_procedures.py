@@ -196,6 +196,17 @@ def test_40_n_typed_as_400_is_refused_and_can_be_mended():
     assert procedure.page.key == "sensor1-weight5"
 
 
+def test_a_weight_that_was_typed_and_not_put_on_is_refused():
+    values = {"reference": "known weights", "weights_n": (25.0, 50.0, 100.0, 200.0)}
+    procedure, hand = FsrProcedure(TILE), Hand(force=False)
+    walked(procedure, hand, values, "sensor1-weight3")
+    hand.load = lambda press, force: np.minimum(force, 50.0)
+    with pytest.raises(BadMeasurement, match=r"100 N was typed, but sensor 1 reads as under the 50 N before"):
+        walked(procedure, hand, values, "sensor1-weight4")
+    hand.load = lambda press, force: force
+    assert walked(procedure, hand, values).last
+
+
 def test_a_silent_sensor_is_refused_and_can_be_skipped():
     procedure = FsrProcedure(TILE)
 

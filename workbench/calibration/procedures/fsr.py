@@ -289,7 +289,7 @@ class FsrProcedure(PagedProcedure):
         return PageProgress(hint, kept / hold_s, shown)
 
     def _weigh(self, j: int, readings: Readings) -> PageProgress | None:
-        from underfoot.calibration.science.load_checks import require_weight
+        from underfoot.calibration.science.load_checks import require_more, require_weight
 
         shown = (("reading", float(readings.values[-1, j]), ""),)
         seen = readings.last(2.0 * _STEADY_S)
@@ -306,6 +306,9 @@ class FsrProcedure(PagedProcedure):
                 )
             return PageProgress("The reading changes; wait until it is steady.", 0.5, shown)
         given, others = float(self._answers[self._at]["weight_n"]), np.median(seen.values, axis=0)
+        weights, step = self._weights(j), self._steps[self._at]
+        if weights and isinstance(step, SensorStep) and step.rising:
+            require_more(j, given, change, weights[-1])
         require_weight(j, given, reading, others, rest, self._full_n, self._apparent_load_n(j, change))
         return None
 

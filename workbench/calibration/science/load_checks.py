@@ -23,6 +23,8 @@ _LOADED = 0.3
 _LEAST_SAMPLES = 20
 _MOST_OVER = 1.5
 """Share of full scale above which a force is not a press that goes too far."""
+_HEAVIER, _NO_MORE = 1.5, 1.03
+"""A weight heavier by the first factor changes the reading by more than the second: creep alone stays below that."""
 _APPARENT = (0.35, 2.8)
 """Range of factors between a typed weight and the load that its reading suggests."""
 
@@ -98,6 +100,19 @@ def require_weight(
         raise BadMeasurement(
             f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under about {apparent_n:.0f} N; "
             "check the weight"
+        )
+
+
+def require_more(sensor: int, given_n: float, change: float, before: tuple[float, float]) -> None:
+    """Raise `BadMeasurement` for a weight that is much heavier than the one `before` and leaves the reading as it was.
+
+    `change` is the reading's from the empty tile; `before` has change and newtons of the last weight on the way up.
+    """
+    least, last_n = before
+    if given_n >= _HEAVIER * last_n and change < _NO_MORE * least:
+        raise BadMeasurement(
+            f"{given_n:g} N was typed, but sensor {sensor + 1} reads as under the {last_n:g} N before; "
+            "is the weight on it?"
         )
 
 
