@@ -10,6 +10,7 @@ import pytest
 from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.result import Result
+from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 
@@ -56,6 +57,26 @@ def test_both_parts_go_into_one_profile_with_their_reports(underfoot, measured):
     assert [earlier.kind for earlier in Profile.load("t1.json").earlier] == ["fsr"]
     compared = (measured / "out" / "fsr.html").read_text().partition("Compared with the one replaced on")[2]
     assert re.search("<td>Error of sensor 1</td><td>[0-9.]+ %</td><td>[0-9.]+ %</td>", compared)
+
+
+def test_a_report_that_cannot_be_written_costs_neither_the_profile_nor_the_figures(underfoot, measured):
+    (measured / "out" / "fsr.html").mkdir(parents=True)
+    found = underfoot("calibrate", "fsr", "--pairs", "pairs.csv", "--profile", "t1.json", "--report", "out")
+    assert found.status == 1
+    assert found.error.startswith("underfoot: out/fsr.html cannot be written: ")
+    assert found.out.startswith("Forces are accurate to")
+    assert Profile.load("t1.json").is_calibrated
+
+
+def test_a_profile_that_cannot_be_written_costs_neither_the_report_nor_the_figures(underfoot, measured, monkeypatch):
+    def full(self, path):
+        raise BadFile(f"{path} cannot be written: no space left on device")
+
+    monkeypatch.setattr(Profile, "save", full)
+    found = underfoot("calibrate", "fsr", "--pairs", "pairs.csv", "--profile", "t1.json", "--report", "out")
+    assert (found.status, found.error) == (1, "underfoot: t1.json cannot be written: no space left on device\n")
+    assert found.out.startswith("Forces are accurate to")
+    assert (measured / "out" / "fsr.html").exists()
 
 
 class _Interrupted:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
+from underfoot.errors import BadFile
 from underfoot.options import option
 
 if TYPE_CHECKING:
@@ -49,17 +50,37 @@ class TileOptions:
         return load_for_tile(self.profile, tile, self.serial)
 
     def conclude(self, result: "Result", known: "Profile") -> None:
-        """Conclude with a result: write the report, then the profile, which so has a report, and print."""
-        from underfoot.calibration.files.plate_profiles import write_plate_file
-        from underfoot.calibration.files.report import figures, write_report
-        from underfoot.calibration.results.labels import label_of
+        """Conclude with a result: write the report, then the profile, and print.
 
-        new = result.apply(known)
+        What was measured is not lost with a file: each is written, and all is printed, before `BadFile` is raised.
+        """
+        new, failure = result.apply(known), None
+        for write in (self._write_report, self._write_profile):
+            try:
+                write(result, new)
+            except BadFile as error:
+                failure = failure or error
+        self._print(result)
+        if failure is not None:
+            raise failure
+
+    def _write_report(self, result: "Result", new: "Profile") -> None:
+        from underfoot.calibration.files.report import write_report
+
         if self.report is not None:
             write_report(result, self.report, new, operator=self.operator)
+
+    def _write_profile(self, _: "Result", new: "Profile") -> None:
+        from underfoot.calibration.files.plate_profiles import write_plate_file
+
         if self.profile is not None:
             new.save(self.profile)
             write_plate_file(new, self.profile)
+
+    def _print(self, result: "Result") -> None:
+        from underfoot.calibration.files.report import figures
+        from underfoot.calibration.results.labels import label_of
+
         if self.as_json:
             print(json.dumps(figures(result)))
             return
