@@ -200,7 +200,7 @@ class SessionController(QObject):
         if kind == "response":
             self.send(TileEqualiser.of_profile(profile.tile, profile))
             self.equaliser_changed.emit(profile.tile)
-        elif kind == "fsr" and self.session is not None:
+        elif kind in ("fsr", "centroid") and self.session is not None:
             self.reopen()
 
     def close(self) -> None:

@@ -89,6 +89,15 @@ def test_a_round_trip_in_a_profile_does_not_open_the_session_for_ever(controller
     assert controller.session.target.round_trip_frames == 0, "on the simulator it is that of the simulated tile"
 
 
+@pytest.mark.parametrize("kind", ["fsr", "centroid"])
+def test_a_part_of_a_profile_that_forces_are_read_through_is_used_at_once(controller, qtbot, tmp_path, kind):
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.start()
+    opened = QSignalSpy(controller.opened)
+    controller.use_profile(Profile(tile="t1"), kind, tmp_path)
+    qtbot.waitUntil(lambda: opened.count() == 1, timeout=LONG_MS)
+
+
 def test_forces_that_cannot_be_read_leave_the_floor_and_the_reason_to_be_read(qtbot, tmp_path):
     """The four tiles of a first start came instead, and "The target is now" took the reason away at once."""
     settings, floor = Settings(), default_floor(1, 3)
