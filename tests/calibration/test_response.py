@@ -1,6 +1,7 @@
 """The procedure of the frequency response on simulated tiles, page by page, compared with their true responses."""
 
 import math
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -301,6 +302,20 @@ def test_a_tile_that_cannot_be_made_flat_is_not_good():
     assert not result.good
     assert "not flat enough" in result.verdict
     assert "errs by" in result.apply(Profile(tile=TILE.id)).flags(TILE.id, date.today())[0]
+
+
+@pytest.mark.parametrize(("gain", "warned"), [(1.0, ""), (0.5, "6.0 dB lower"), (2.0, "6.0 dB higher")])
+def test_a_gain_that_changed_before_the_last_sweep_is_warned_of(gain, warned):
+    sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)
+    found = measure(sweep, SimulatedTile(TILE, seed=1).respond(sweep, RATE, "none") / 50.0, RATE)
+    plain = ResponseMeasurements({"none": found}, 50.0, RATE)
+    result = result_of(replace(plain, again=replace(found, transfer=gain * plain.computed + 0j)))
+    assert result.good
+    assert [line for line in result.warnings if "measured again" in line] == (
+        [f"measured again, the level is {warned}, and m/s^2 with it: did a gain or the accelerometer's place change?"]
+        if warned
+        else []
+    )
 
 
 def test_a_band_ends_where_the_response_falls_too_far():

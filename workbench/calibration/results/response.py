@@ -149,9 +149,26 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
         lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
     if values.get("thd_loudest_percent", 0.0) > 100.0 * _MOST_DISTORTION:
         lines.append(f"the loudest tone has {values['thd_loudest_percent']:.0f} % of harmonic distortion")
+    changed = _level_change_db(found)
+    if abs(changed) > ALLOWED_DB:
+        way = "higher" if changed > 0.0 else "lower"
+        lines.append(
+            f"measured again, the level is {abs(changed):.1f} dB {way}, and m/s^2 with it: did a gain or the "
+            "accelerometer's place change?"
+        )
     if found.basis.passes == 1:
         lines.append("one pass only: the spread of the response is not known")
     return tuple(lines)
+
+
+def _level_change_db(found: ResponseMeasurements) -> float:
+    """Return how far the level that was measured again is above the computed one, over `INNER_HZ`, dB."""
+    if found.again is None:
+        return 0.0
+    f = found.basis.frequencies_hz
+    inside = (f >= INNER_HZ[0]) & (f <= INNER_HZ[1])
+    again = np.interp(f, found.again.frequencies_hz, found.again.magnitude)
+    return float(np.mean(found.relative_db(again[inside]) - found.relative_db(found.computed[inside])))
 
 
 def _part(
