@@ -243,14 +243,21 @@ def test_what_cannot_be_right_is_refused_on_the_spot(hand, said):
     assert procedure.result is None
 
 
-def test_a_load_cell_that_is_silent_is_refused():
-    class Silent(Hand):
+@pytest.mark.parametrize(
+    ("gain", "said"),
+    [
+        (0.0, "the load cell gives no force while sensor 1 is pressed"),
+        (-1.0, "the load cell gives -80 N while sensor 1 is pressed; turn the sign of its newtons a count"),
+    ],
+)
+def test_a_load_cell_that_is_silent_or_reversed_is_refused(gain, said):
+    class Wrong(Hand):
         def read(self):
             readings = super().read()
-            return Readings(readings.time_s, readings.values, np.zeros(readings.time_s.size))
+            return Readings(readings.time_s, readings.values, gain * readings.force_n)
 
-    with pytest.raises(BadMeasurement, match="the load cell gives no force while sensor 1 is pressed"):
-        run(FsrProcedure(TILE), Silent(), QUICK)
+    with pytest.raises(BadMeasurement, match=said):
+        run(FsrProcedure(TILE), Wrong(), QUICK)
 
 
 def test_nobody_who_presses_is_given_up():

@@ -18,6 +18,8 @@ _RAILS = (0.0, LARGEST_READING)
 """Ends of the converter's range."""
 _LEAST_COUNTS, _CLEAR_COUNTS = 20.0, 400.0
 """Changes of reading: below the first value there is none, above the second it is not noise."""
+_REVERSED = 0.1
+"""Share of full scale below 0 that is no drift of a load cell."""
 _LOADED = 0.3
 """Share of full scale above which a sensor must respond."""
 _LEAST_SAMPLES = 20
@@ -30,10 +32,15 @@ _APPARENT = (0.35, 2.8)
 
 
 def require_response(sensor: int, rest: Values, readings: Values, force_n: Values, full_scale_n: float) -> None:
-    """Raise `BadMeasurement` for a silent sensor, a clipping one, a response of another one, and a silent load cell.
+    """Raise `BadMeasurement` for a silent sensor, a clipping one, a response of another one, and a wrong load cell.
 
     `rest` (4,) are the readings of the empty tile, `readings` (n, 4) those under `force_n` (n,) over `sensor`, from 0.
     """
+    if float(force_n.min()) < -_REVERSED * full_scale_n:
+        raise BadMeasurement(
+            f"the load cell gives {force_n.min():.0f} N while sensor {sensor + 1} is pressed; turn the sign of its "
+            "newtons a count"
+        )
     loaded = force_n >= _LOADED * full_scale_n
     change = np.abs(readings - rest)
     pressed = readings[:, sensor]
