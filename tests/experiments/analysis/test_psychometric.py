@@ -98,3 +98,45 @@ def test_draws_bound_the_pse_only_if_the_slope_is_not_none(yes, is_bounded, with
 def test_what_has_no_curve_is_refused(x, yes):
     with pytest.raises(BadMeasurement, match="no curve to fit"):
         psychometric.fit(x, yes, TWENTY)
+
+
+@pytest.mark.parametrize("bootstrap", [0, 60])
+@pytest.mark.parametrize("with_lapses", [False, True])
+@pytest.mark.parametrize(
+    ("yes", "of", "pse"),
+    [
+        ([0, 0, 0, 10, 10, 10, 10], 10, (83.0, 76.0, 90.0)),
+        ([10, 10, 10, 10, 0, 0, 0], 10, (98.0, 90.0, 106.0)),
+        ([0, 0, 0, 1, 10, 10, 10], 10, (90.0, 76.0, 106.0)),
+        ([0, 0, 0, 3, 3, 3, 3], 3, (83.0, 64.0, 106.0)),
+        ([0, 0, 0, 1, 1, 1, 1], 1, (83.0, -np.inf, np.inf)),
+    ],
+)
+def test_answers_that_turn_at_once_have_a_pse_and_no_slope(yes, of, pse, bootstrap, with_lapses):
+    """The steeper the curve the likelier they are, without end: a slope would be where the iterations stop."""
+    of = np.full(7, of)
+    chances = [np.exp(-loss_of(slope, pse[0], yes, of)) for slope in (0.1, 1.0, 10.0)]
+    assert chances == sorted(chances)
+    found, *others = psychometric.estimates(X, yes, of, bootstrap, with_lapses=with_lapses)
+    assert (found.value, found.low, found.high) == pse
+    assert all(np.isnan([one.value, one.low, one.high]).all() for one in others)
+
+
+def loss_of(slope, pse, yes, of):
+    """The loss of the best of the curves with this slope that pass a half near the PSE."""
+    half = np.linspace(pse - 2.0 / slope, pse + 2.0 / slope, 4001)[:, None]
+    sign = np.sign(yes[-1] - yes[0])
+    chance = sign * slope * (X - half)
+    return -(yes * norm.logcdf(chance) + (of - yes) * norm.logcdf(-chance)).sum(axis=1).max()
+
+
+def test_the_pse_of_steep_curves_is_held_as_often_as_the_interval_says():
+    random = np.random.default_rng(6)
+    held, turned = 0, 0
+    for _ in range(150):
+        truth = psychometric.Curve(-0.2 * (half := random.uniform(85.0, 110.0)), 0.2)
+        of = np.full(7, 8)
+        pse, slope, _ = psychometric.estimates(X, random.binomial(of, truth.at(X)), of, bootstrap=0)
+        held, turned = held + pse.covers(half), turned + np.isnan(slope.value)
+    assert turned > 75
+    assert held / 150 > 0.93

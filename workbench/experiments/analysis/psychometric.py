@@ -8,6 +8,9 @@ bounds. Percentiles of ratios would then end at the draw whose slope is nearest 
 rarely (no bounded interval can: Gleser and Hwang, Annals of Statistics 15, 1987). The plain ratio, minus intercept over
 slope, is biased upwards by the few curves with a slope near 0. The unbiased PSE uses that the sign of the slope is
 known (Andrews and Armstrong, Quantitative Economics 8, 2017).
+
+Where at most one level has both answers, and all beyond it are alike, the likelihood rises with the slope without end
+(Silvapulle, J. R. Stat. Soc. B 43, 1981): there is a PSE, but no slope.
 """
 
 import math
@@ -27,6 +30,9 @@ MOST_LAPSES = 0.1
 """Upper bound of a fitted lapse rate; more is not a lapse but another curve (Wichmann and Hill, 2001, use up to
 0.06).
 """
+
+_CERTAIN = 6
+"""Answers that are alike by chance in fewer than 2.5 % of cases, if one answer is no likelier than the other."""
 
 Array = NDArray[np.float64]
 
@@ -99,13 +105,15 @@ def estimates(
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
     Bootstrap curves that cannot be fitted are omitted. With lapses, intervals need draws. Where the slope's interval
-    holds 0, the PSE has no bounds.
+    holds 0, the PSE has no bounds. Where the answers turn at once, slope and intercept are NaN.
 
     >>> pse, _, _ = estimates([52, 64, 76, 90, 106, 124, 146], [4, 5, 5, 4, 6, 5, 5], [10] * 7, bootstrap=40)
     >>> pse.low, pse.high
     (-inf, inf)
     """
     curve = fit(x, yes, of, with_lapses=with_lapses)
+    if (turn := _turn(x, yes, of)) is not None:
+        return turn, Estimate("slope", math.nan), Estimate("intercept", math.nan)
     pse = curve.unbiased_pse(float(np.mean(np.asarray(x, np.float64))))
     if bootstrap == 0:
         plain, slope, intercept = _by_covariance(curve)
@@ -125,6 +133,30 @@ def estimates(
     if slope.covers(0.0):
         bounded = replace(bounded, low=-math.inf, high=math.inf)
     return replace(bounded, value=pse), slope, intercept
+
+
+def _turn(x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
+    """Return the PSE of answers that turn between two levels, or at one; None if there is a slope.
+
+    Its interval ends where six or more answers in a row of levels are alike.
+
+    >>> _turn([60, 70, 80, 90, 100, 110], [0, 0, 0, 4, 10, 10], [10] * 6)
+    Estimate(name='pse', value=90.0, low=80.0, high=100.0, unit='')
+    """
+    levels, counts, totals = (np.asarray(values, np.float64)[np.argsort(x)] for values in (x, yes, of))
+    levels, counts, totals = levels[totals > 0], counts[totals > 0], totals[totals > 0]
+    if counts[0] / totals[0] > counts[-1] / totals[-1]:
+        counts = totals - counts
+    last_no, first_yes = levels[counts < totals].max(), levels[counts > 0].min()
+    if last_no > first_yes:
+        return None
+
+    def end(alike: NDArray[np.bool_], inwards: int, none: float) -> float:
+        enough = levels[alike][::inwards][np.cumsum(totals[alike][::inwards]) >= _CERTAIN]
+        return float(enough[0]) if enough.size else none
+
+    low, high = end(counts == 0, -1, -math.inf), end(counts == totals, 1, math.inf)
+    return Estimate("pse", 0.5 * float(last_no + first_yes), low, high)
 
 
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
