@@ -76,3 +76,19 @@ def test_friedman_spearman_and_one_way_of_plain_examples():
     assert spearman("x", [1, 2, 3, 4], [1, 4, 9, 16]).value == pytest.approx(1.0)
     assert one_way_anova("set", [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]).value == pytest.approx(0.0)
     assert fisher("tea", [[4, 0], [0, 4]]).p == pytest.approx(2 / 70)
+
+
+def test_conditions_that_differ_alike_for_everybody_have_no_statistic():
+    """There is no error to test against: a rounding error in its place made t infinite, or F negative."""
+    alike = {"a": [50.1, 60.2, 70.3], "b": [40.1, 50.2, 60.3], "c": [45.1, 55.2, 69.3]}
+    first, *others = paired_t(alike)
+    assert np.isnan([first.value, first.p, first.size]).all()
+    plain = stats.ttest_rel(alike["b"], alike["c"])
+    assert (others[1].value, others[1].p) == pytest.approx((plain.statistic, 3 * plain.pvalue))
+    same = friedman("same", [[1.0, 2.0, 3.0]] * 3)
+    apart = one_way_anova("apart", [[0.3, 0.3], [0.6, 0.6]])
+    assert np.isnan([same.value, same.p, same.size, apart.value, apart.p]).all()
+    for step in (0.0, 10.1):
+        table = [{"participant": p, "kind": k, "rating": 50.1 + p + step * k} for p in range(3) for k in range(4)]
+        with pytest.raises(BadMeasurement, match="alike for everybody"):
+            repeated_measures_anova(table, "rating", ["kind"])

@@ -1,4 +1,8 @@
-"""Tests between conditions, by SciPy and statsmodels, with the figures that a paper reports."""
+"""Tests between conditions, by SciPy and statsmodels, with the figures that a paper reports.
+
+Where all values are alike, or all differences between conditions, there is nothing to test against: statistic and p are
+NaN.
+"""
 
 import math
 import warnings
@@ -41,14 +45,15 @@ def one_way_anova(name: str, groups: Sequence[ArrayLike]) -> Test:
 
     values = [np.asarray(group, np.float64) for group in groups]
     _require_groups(name, values, 2)
-    found = stats.f_oneway(*values)
+    vary = any(_vary(v, v) for v in values)
+    statistic, p = stats.f_oneway(*values) if vary else (math.nan, math.nan)
     total = sum(map(len, values))
     mean = np.concatenate(values).mean()
     between = sum(len(v) * (v.mean() - mean) ** 2 for v in values)
     within = sum(((v - v.mean()) ** 2).sum() for v in values)
     size = float(between / (between + within)) if between + within else math.nan
     df = (len(values) - 1, total - len(values))
-    return Test(name, "F", float(found.statistic), df, float(found.pvalue), "eta squared", size)
+    return Test(name, "F", float(statistic), df, float(p), "eta squared", size)
 
 
 def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, factors: Sequence[str]) -> list[Test]:
@@ -66,6 +71,12 @@ def repeated_measures_anova(table: Sequence[Mapping[str, Any]], value: str, fact
     kept = [len(set(zip(*(part[f] for f in factors), strict=True))) for _, part in frame.groupby("participant")]
     if any(count != cells for count in kept):
         raise BadMeasurement("somebody lacks a condition: the analysis of variance needs all of them from each person")
+    people = frame.pivot_table(index="participant", columns=list(factors), values=value).to_numpy()
+    shifts = people - people.mean(axis=1, keepdims=True)
+    if not any(_vary(shift, people) for shift in shifts.T):
+        raise BadMeasurement(
+            "the conditions differ alike for everybody: an analysis of variance has no error to compare"
+        )
     anova = statsmodels("stats.anova").AnovaRM
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # from pandas, inside statsmodels
@@ -88,12 +99,10 @@ def friedman(name: str, conditions: Sequence[ArrayLike]) -> Test:
 
     values = [np.asarray(condition, np.float64) for condition in conditions]
     _require_groups(name, values, 3)
-    found = stats.friedmanchisquare(*values)
-    people = len(values[0])
-    size = float(found.statistic) / (people * (len(values) - 1))
-    return Test(
-        name, "chi squared", float(found.statistic), (len(values) - 1,), float(found.pvalue), "Kendall's W", size
-    )
+    people, vary = len(values[0]), bool(np.ptp(values, axis=0).any())
+    statistic, p = map(float, stats.friedmanchisquare(*values) if vary else (math.nan, math.nan))
+    size = statistic / (people * (len(values) - 1))
+    return Test(name, "chi squared", statistic, (len(values) - 1,), p, "Kendall's W", size)
 
 
 def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Test]:
@@ -108,14 +117,12 @@ def paired_t(conditions: Mapping[str, ArrayLike], against: str = "") -> list[Tes
     found = []
     for one, other in pairs:
         _require_groups(f"{one} - {other}", [values[one], values[other]], 2)
-        result = stats.ttest_rel(values[one], values[other])
         difference = values[one] - values[other]
-        spread = float(difference.std(ddof=1))
-        size = float(difference.mean()) / spread if spread else math.nan
+        vary = _vary(difference, [values[one], values[other]])
+        statistic, p = stats.ttest_rel(values[one], values[other]) if vary else (math.nan, math.nan)
+        size = float(difference.mean() / difference.std(ddof=1)) if vary else math.nan
         df = (float(len(difference) - 1),)
-        found.append(
-            Test(f"{one} - {other}", "t", float(result.statistic), df, float(result.pvalue), "Cohen's d", size)
-        )
+        found.append(Test(f"{one} - {other}", "t", float(statistic), df, float(p), "Cohen's d", size))
     corrected = statsmodels("stats.multitest").multipletests([one.p for one in found], method="bonferroni")[1]
     return [
         Test(one.name, one.statistic, one.value, one.df, float(p), one.effect, one.size)
@@ -169,6 +176,11 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) ->
         Test(name, "z", float(z), (), float(p), "coefficient", float(b))
         for name, z, p, b in zip(("intercept", *factors), found.tvalues, found.pvalues, found.params, strict=True)
     ]
+
+
+def _vary(values: ArrayLike, of: ArrayLike) -> bool:
+    """Return whether `values`, computed from numbers `of`, differ by more than these numbers' rounding."""
+    return bool(np.ptp(values) > 1e-12 * np.abs(of).max())
 
 
 def _require_groups(name: str, values: Sequence[Any], least: int) -> None:
