@@ -65,8 +65,11 @@ def test_logistic_regression_finds_the_slopes_that_made_the_data():
     found = {test.name: test.size for test in logistic_regression(success, {"w": w, "d": d})}
     assert found["w"] == pytest.approx(0.36, rel=0.05)
     assert found["d"] == pytest.approx(-0.062, rel=0.15)
-    with pytest.raises(BadMeasurement):
-        logistic_regression(w > 10.0, {"w": w})
+    with_straight = logistic_regression(success, {"w": w, "d": d, "theta": np.zeros(20_000)})
+    assert {test.name: test.size for test in with_straight} == found  # buttons straight ahead only
+    for outcome, factors in ((w > 10.0, {"w": w}), (success, {"theta": np.zeros(20_000)}), (w > 0.0, {"w": w})):
+        with pytest.raises(BadMeasurement):
+            logistic_regression(outcome, factors)
 
 
 def test_friedman_spearman_and_one_way_of_plain_examples():

@@ -158,13 +158,14 @@ def fisher(name: str, counts: ArrayLike) -> Test:
 def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) -> list[Test]:
     """Regress success on numeric factors: one coefficient each, with Wald's z and its p; `size` is the coefficient.
 
-    Raises `BadMeasurement` if a factor separates success from failure perfectly, or all trials are alike.
+    Factors with one value only are left out. Raises `BadMeasurement` if a factor separates success from failure
+    perfectly, or all trials are alike.
     """
     outcome = np.asarray(success, np.float64)
-    columns = [np.asarray(values, np.float64) for values in factors.values()]
-    if not 0.0 < outcome.sum() < len(outcome) or any(np.ptp(column) == 0.0 for column in columns):
+    columns = {name: np.asarray(values, np.float64) for name, values in factors.items() if np.ptp(values) > 0.0}
+    if not columns or not 0.0 < outcome.sum() < len(outcome):
         raise BadMeasurement("all trials are alike; there is nothing to regress")
-    design = np.column_stack([np.ones_like(outcome), *columns])
+    design = np.column_stack([np.ones_like(outcome), *columns.values()])
     logit = statsmodels("discrete.discrete_model").Logit
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # separation and failure to converge are warnings there
@@ -174,7 +175,7 @@ def logistic_regression(success: ArrayLike, factors: Mapping[str, ArrayLike]) ->
             raise BadMeasurement(f"the logistic regression does not converge: {str(error).splitlines()[0]}") from None
     return [
         Test(name, "z", float(z), (), float(p), "coefficient", float(b))
-        for name, z, p, b in zip(("intercept", *factors), found.tvalues, found.pvalues, found.params, strict=True)
+        for name, z, p, b in zip(("intercept", *columns), found.tvalues, found.pvalues, found.params, strict=True)
     ]
 
 
