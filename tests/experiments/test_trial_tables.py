@@ -84,6 +84,15 @@ def test_a_condition_that_somebody_lacks_is_compared_over_those_who_have_both(tm
     assert tests[0] == tests[1]
 
 
+def test_curves_that_mix_a_further_factor_say_so(tmp_path):
+    """Heel and toe have thresholds of their own: their common curve is shallower than both."""
+    rows = constant_stimuli(people=2)
+    for place, remarks in (("heel", []), (None, ["Each curve is over all values of place: they are told apart by"])):
+        placed = [f"{row},{place or ('heel', 'toe')[k % 2]}" for k, row in enumerate(rows)]
+        (found,) = analysis_of(tmp_path, "\n".join([f"{rows[0]},place", *placed[1:]]))
+        assert [remark.partition(" condition only")[0] for remark in found.remarks if "place" in remark] == remarks
+
+
 def test_a_trial_without_its_condition_is_named(tmp_path):
     rows = constant_stimuli(people=2)
     rows[7] = rows[7].replace(",0,", ",,", 1)

@@ -76,6 +76,16 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
     ]
 
 
+def _mixed(rows: Sequence[Row], axis: str, condition: str) -> list[str]:
+    """Return the factors of which a point of a curve has several values.
+
+    >>> [_mixed([{"n": 1, "on": True, "place": place} for place in places], "n", "on") for places in ("ht", "hh")]
+    [['place'], []]
+    """
+    points = grouped(rows, axis, condition).values()
+    return [name for name in factors_of(rows) if any(len({row.get(name) for row in point}) > 1 for point in points)]
+
+
 def axis_label(factor: str) -> str:
     """Return the axis label of this factor.
 
@@ -133,6 +143,8 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         plain.remarks.append(f"No psychometric curve: {error}.")
         return plain
     found, half = Findings("Constant stimuli"), _half_name(rows)
+    if mixed := ", ".join(_mixed(rows, axis, condition)):
+        found.remarks.append(f"Each curve is over all values of {mixed}: they are told apart by {condition} only.")
     called = {"pse": "PSE"}.get(half, half)
     people = {
         person: _curves(part, axis, condition, settings) for (person,), part in grouped(rows, "participant").items()
