@@ -115,6 +115,19 @@ def test_a_fault_of_the_analysis_is_not_told_as_the_tables(tmp_path, monkeypatch
         analysis_of(tmp_path, f"{HEADER},stimulus,rating\nP1,rating,1,a,5\n")
 
 
+def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested(tmp_path):
+    cells = [("a", "heel", "soft"), ("b", "heel", "loud"), ("c", "toe", "soft"), ("d", "toe", "loud")]
+    for shown, remarks in ((cells, []), (cells[:3], ["Effects of place, force: the test needs all combinations"])):
+        rows = [
+            f"P{person},rating,{trial},{stimulus},{place},{force},{10 * person + person % 2 * trial}"
+            for person in (1, 2, 3)
+            for trial, (stimulus, place, force) in enumerate(shown)
+        ]
+        (found,) = analysis_of(tmp_path, "\n".join([f"{HEADER},stimulus,place,force,rating", *rows]))
+        assert [remark.partition(" of their")[0] for remark in found.remarks] == remarks
+        assert ("Effects of place, force" in {table.title for table in found.tables}) is not bool(remarks)
+
+
 def test_words_that_look_like_numbers_stay_words(tmp_path):
     rows = "P1,free-labels,1,7,12\nP1,free-labels,2,hum,12\nP2,free-labels,1,7,twelve\n"
     (found,) = analysis_of(tmp_path, f"{HEADER},stimulus,label\n{rows}")

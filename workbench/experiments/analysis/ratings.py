@@ -1,5 +1,6 @@
 """Ratings: means by condition, and the effects of the factors (thesis figures 6.5 and 6.6)."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,12 +29,13 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     conditions = sorted({stimulus for _, stimulus in means})
     lines = [(c, mean_interval("rating", [v for (_, s), v in means.items() if s == c])) for c in conditions]
     found.tables.append(estimates_table("Means over people", "condition", lines))
-    factors, crossed = _crossed(rows)
+    factors, kept = _factors(rows)
+    title = f"Effects of {', '.join(factors)}"
+    if not _are_crossed(kept, factors):
+        found.remarks.append(f"{title}: the test needs all combinations of their values among the conditions")
+        factors = ()
     if factors:
-        title = f"Effects of {', '.join(factors)}"
-        found.add_tests(
-            title, lambda: repeated_measures_anova(crossed, "rating", factors), "Thesis 6.4.1 tests the same."
-        )
+        found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), "Thesis 6.4.1 tests the same.")
     people = sorted({person for person, _ in means})
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)
@@ -51,14 +53,17 @@ def _without_vibration(rows: Sequence[Row]) -> str:
     return min(found) if found else ""
 
 
-def _crossed(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
-    """Return the factors of crossed conditions, and their rows, without the condition without vibration."""
+def _factors(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[Row]]:
+    """Return the factors of the conditions, and their rows, without the condition without vibration."""
     plain = _without_vibration(rows)
     kept = [row for row in rows if row["stimulus"] != plain]
-    factors = tuple(name for name in factors_of(kept) if name != "level_m_s2")
-    cells = {tuple(row.get(name) for name in factors) for row in kept}
-    product = int(np.prod([len({row.get(name) for row in kept}) for name in factors])) if factors else 0
-    return (factors, kept) if product == len(cells) else ((), kept)
+    return tuple(name for name in factors_of(kept) if name != "level_m_s2"), kept
+
+
+def _are_crossed(rows: Sequence[Row], factors: Sequence[str]) -> bool:
+    """Return whether there are all combinations of the factors' values."""
+    cells = {tuple(row.get(name) for name in factors) for row in rows}
+    return math.prod(len({row.get(name) for row in rows}) for name in factors) == len(cells)
 
 
 def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
