@@ -125,7 +125,9 @@ def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested(tmp_p
         ]
         (found,) = analysis_of(tmp_path, "\n".join([f"{HEADER},stimulus,place,force,rating", *rows]))
         assert [remark.partition(" of their")[0] for remark in found.remarks] == remarks
-        assert ("Effects of place, force" in {table.title for table in found.tables}) is not bool(remarks)
+        tested = [table.note for table in found.tables if table.title == "Effects of place, force"]
+        assert len(tested) == 1 - len(remarks)
+        assert all("sphericity" in note for note in tested)
 
 
 def test_words_that_look_like_numbers_stay_words(tmp_path):

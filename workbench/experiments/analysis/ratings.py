@@ -12,6 +12,11 @@ from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import Row, factors_of, grouped
 
+_NOTE = (
+    "Thesis 6.4.1 tests the same. p assumes sphericity: where the differences between three or more levels do not all "
+    "vary alike, it is too small."
+)
+
 
 def estimates(rows: Sequence[Row], settings: Settings) -> list[Estimate]:
     """Estimate one person's mean rating of each condition."""
@@ -35,7 +40,7 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
         found.remarks.append(f"{title}: the test needs all combinations of their values among the conditions")
         factors = ()
     if factors:
-        found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), "Thesis 6.4.1 tests the same.")
+        found.add_tests(title, lambda: repeated_measures_anova(kept, "rating", factors), _NOTE)
     people = sorted({person for person, _ in means})
     whole = {c: [means[p, c] for p in people] for c in conditions if all((p, c) in means for p in people)}
     plain = _without_vibration(rows)
