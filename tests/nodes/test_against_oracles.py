@@ -146,6 +146,20 @@ def test_wav_player_plays_the_file_at_its_own_pitch(tmp_path):
     assert np.abs(heard - expected)[100:-100].max() < 0.01
 
 
+@pytest.mark.parametrize(("own", "count"), [(44_100, 4_001), (22_050, 2_001), (96_000, 9_001), (44_101, 4_001)])
+def test_wav_player_plays_a_file_in_its_own_time_whatever_its_length(own, count, tmp_path):
+    """Of 4001 samples at 44.1 kHz the last lies between two frames, and all others where they belong."""
+    sound = np.sin(2 * np.pi * 250.0 * np.arange(count) / own)
+    soundfile.write(tmp_path / "tone.wav", sound, own, subtype="DOUBLE")
+    patch = chain("strike", "wav-player", file="tone.wav", mode="at events", amplitude=1.0)
+    heard = play(patch, "wav-player.out", frames=9_600, folder=tmp_path, strikes=[(1_000.0, 1.0)])[1_000:]
+    frames = int(np.ceil(count * RATE / own))
+    inside = slice(240, frames - 240)  # 5 ms from its ends, where what is not band-limited rings
+    expected = np.sin(2 * np.pi * 250.0 * np.arange(frames) / RATE)
+    assert np.abs(heard[:frames] - expected)[inside].max() < 0.002
+    assert not heard[frames:].any()
+
+
 def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength():
     force = np.clip((np.arange(9_600) - 1_000.5) * 0.5, 0.0, 700.0)  # 24 kN/s
     patch = chain("tile-force", "footfall", "modal-bank", modes=[[480.0, 100.0, 1.0]])

@@ -83,7 +83,8 @@ class WavPlayer:
     """Play a sound file as vibration: in a loop, or once from its start at each event."""
 
     accuracy = (
-        "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the file"
+        "exact: at the file's own rate to 1e-12; otherwise band-limited resampling, to 0.2 % of a sine inside the "
+        "file; a loop takes a whole number of frames"
     )
     file = FilePath("", doc="sound file (WAV, FLAC, ...); its first channel is played, at its original pitch")
     mode = Choice("loop", options=("loop", "at events"), doc="loop, or once per event")
@@ -97,7 +98,7 @@ class WavPlayer:
 
     @prepared
     def samples(values, rate):
-        return _samples(values["file"], rate)
+        return _samples(values["file"], rate, values["mode"] == "loop")
 
     def run(samples, mode, amplitude, start, frame, state, out):
         event = 0
@@ -119,8 +120,11 @@ class WavPlayer:
         return math.inf if state.is_playing != 0.0 or (mode == LOOP and samples.size > 0) else 0.0
 
 
-def _samples(path: str, rate: float) -> Floats:
-    """Return the first channel of a sound file, resampled to `rate`; empty without a file."""
+def _samples(path: str, rate: float, is_loop: bool) -> Floats:
+    """Return the first channel of a sound file, resampled to `rate`; empty without a file.
+
+    A loop is stretched to a whole number of frames, by at most half of one, because its end meets its beginning.
+    """
     if not path:
         return np.zeros(0)
     import soundfile
@@ -138,6 +142,10 @@ def _samples(path: str, rate: float) -> Floats:
         says = f"its header says {own_rate} Hz; allowed: {_LEAST_RATE_HZ} Hz and more"
         raise BadFile(f"{Path(path)} cannot be played: {says}")
     if own_rate != rate and sound.size:
+        frames = sound.size * rate / own_rate
+        if not is_loop:  # silence, up to where a sample and a frame are at the same time
+            sound = np.pad(sound, (0, -sound.size % (own_rate // math.gcd(own_rate, round(rate)))))
         count = max(1, round(sound.size * rate / own_rate))
         sound = np.fft.irfft(np.fft.rfft(sound), count) * (count / sound.size)
+        sound = sound[: math.ceil(frames)]
     return sound
