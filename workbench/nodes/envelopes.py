@@ -120,7 +120,7 @@ class ForceEnvelope:
 class StrainRateEnvelope:
     """Strain rate of a compressible layer (equation 6.1): large while the foot loads the tile, 0 while it rests."""
 
-    accuracy = "exact: SciPy's bilinear, to 1e-9; the step's response within 1e-5 of the continuous one"
+    accuracy = "exact: SciPy's bilinear, to 1e-9; of the continuous step's response, 1e-5 at 12.5 Hz and 48 kHz"
     force = Input("N")
     frequency = Number(
         envelopes.STRAIN_HZ, 0.5, 200.0, unit="Hz", scale="log", wire="span", doc="natural frequency of the layer"
