@@ -130,6 +130,15 @@ def test_ratings_of_some_combinations_say_why_their_factors_are_not_tested(tmp_p
         assert all("sphericity" in note for note in tested)
 
 
+@pytest.mark.parametrize(("no", "yes"), [("false", "true"), ("False", "True"), ("FALSE", "TRUE")])
+def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes):
+    """Labels are sorted in one: it writes what is true in capitals, and every trial was practice."""
+    rows = [f"P1,free-labels,{trial},{practice},a,x,knock" for trial, practice in enumerate((yes, no, no))]
+    (found,) = analysis_of(tmp_path, "\n".join([f"{HEADER},practice,stimulus,label,sort", *rows]))
+    (labels,) = (table for table in found.tables if table.title == "Labels")
+    assert labels.rows == (("a", "x (2)"),)
+
+
 def test_words_that_look_like_numbers_stay_words(tmp_path):
     rows = "P1,free-labels,1,7,12\nP1,free-labels,2,hum,12\nP2,free-labels,1,7,twelve\n"
     (found,) = analysis_of(tmp_path, f"{HEADER},stimulus,label\n{rows}")

@@ -210,13 +210,13 @@ def _cell(value: object, missing: str) -> str:
 
 
 def value_of(cell: str) -> bool | int | float | str:
-    """Return the value of a cell: a truth value, a number, or text.
+    """Return the value of a cell: a truth value, a number, or text. Spreadsheets write truth values in capitals.
 
-    >>> value_of("2"), value_of("0.5"), value_of("true"), value_of("WS"), value_of("1_2")
-    (2, 0.5, True, 'WS', '1_2')
+    >>> value_of("2"), value_of("0.5"), value_of("true"), value_of("FALSE"), value_of("WS"), value_of("1_2")
+    (2, 0.5, True, False, 'WS', '1_2')
     """
-    if cell in ("true", "false"):
-        return cell == "true"
+    if cell.lower() in ("true", "false"):
+        return cell.lower() == "true"
     if "_" in cell:  # a number only in Python
         return cell
     try:
