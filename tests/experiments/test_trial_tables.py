@@ -139,6 +139,15 @@ def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes)
     assert labels.rows == (("a", "x (2)"),)
 
 
+@pytest.mark.parametrize(("one", "zero"), [("1", "0"), ("1.0", "0.0"), ("1.0", "0"), ("true", "false")])
+def test_right_answers_count_however_a_program_writes_1(tmp_path, one, zero):
+    """Pandas writes 1.0 in a column with empty cells: such trials were left out."""
+    rows = [f"P1,free-labels,{trial},a,x,{right}" for trial, right in enumerate((one, one, zero, ""))]
+    (found,) = analysis_of(tmp_path, "\n".join([f"{HEADER},stimulus,label,right", *rows]))
+    (shares,) = (table for table in found.tables if table.title == "Right answers")
+    assert shares.rows[0][:5] == ("all", 1, 2, 3, pytest.approx(2 / 3))
+
+
 def test_words_that_look_like_numbers_stay_words(tmp_path):
     rows = "P1,free-labels,1,7,12\nP1,free-labels,2,hum,12\nP2,free-labels,1,7,twelve\n"
     (found,) = analysis_of(tmp_path, f"{HEADER},stimulus,label\n{rows}")

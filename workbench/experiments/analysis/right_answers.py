@@ -15,7 +15,7 @@ def right_answers(rows: Sequence[Row]) -> list[Table]:
     >>> [row[:5] for row in right_answers(rows)[0].rows]
     [('all', 1, 6, 8, 0.75), ('ice', 1, 3, 4, 0.75), ('sand', 1, 3, 4, 0.75)]
     """
-    scored = [row for row in rows if isinstance(row.get("right"), int)]
+    scored = [{**row, "right": int(row["right"])} for row in rows if "right" in row]
     if not scored:
         return []
     lines = [_line("all", scored)]
