@@ -139,6 +139,19 @@ def test_a_table_that_a_spreadsheet_saved_has_the_same_trials(tmp_path, no, yes)
     assert labels.rows == (("a", "x (2)"),)
 
 
+def test_numbers_of_stimuli_are_whole_however_a_program_writes_them(tmp_path):
+    """Pandas writes 2.0 in a column with empty cells, such as the answer of a spoiled trial."""
+    plain = [
+        f"P1,absolute-identification,{k},,{answer},{right}" for k, (answer, right) in enumerate(["12", "22", "11"])
+    ]
+    written = [re.sub(r",,(\d),", r",,\1.0,", row) for row in plain]
+    assert written != plain
+    header = f"{HEADER},spoiled,number,correct"
+    spoiled = "P1,absolute-identification,4,late,,1"
+    found, expected = (analysis_of(tmp_path, "\n".join([header, *rows, spoiled])) for rows in (written, plain))
+    assert repr([one.tables for one in found]) == repr([one.tables for one in expected])
+
+
 @pytest.mark.parametrize(("one", "zero"), [("1", "0"), ("1.0", "0.0"), ("1.0", "0"), ("true", "false")])
 def test_right_answers_count_however_a_program_writes_1(tmp_path, one, zero):
     """Pandas writes 1.0 in a column with empty cells: such trials were left out."""

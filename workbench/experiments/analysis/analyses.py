@@ -105,6 +105,7 @@ _NUMBERS = (
     *("trial", "block", "run", "rating", "level_db", "gain_db", "level_m_s2", "time_s"),
     *("width_m", "distance_m", "bearing_rad"),
 )
+_WHOLE = ("number", "correct")
 _MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
 
 
@@ -117,13 +118,15 @@ class _TrialRow(dict[str, Any]):
 
 
 def _trial_rows(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows for an analysis; a factor's values are all numbers, or all text."""
+    """Return the rows for an analysis: a factor's values are all numbers, or all text; numbers of stimuli are whole."""
     words = []
     for name in factors_of(rows):
         values = [row[name] for row in rows if name in row]
         if not all(isinstance(value, int | float) and abs(value) <= _MOST_FACTOR for value in values):
             words.append(name)
-    return [_TrialRow({**row, **{name: str(row[name]) for name in words if name in row}}) for row in rows]
+    as_text = ({name: str(row[name]) for name in words if name in row} for row in rows)
+    whole = ({name: int(row[name]) for name in _WHOLE if "number" in row} for row in rows)
+    return [_TrialRow({**row, **text, **number}) for row, text, number in zip(rows, as_text, whole, strict=True)]
 
 
 def _check_cells(rows: Sequence[Row]) -> None:
@@ -134,9 +137,9 @@ def _check_cells(rows: Sequence[Row]) -> None:
             value = row.get(name, 0)
             require(isinstance(value, int | float) and abs(value) <= _MOST, place + name, value, "a number up to 1e6")
         require(row.get("right", 0) in (0, 1), place + "right", row.get("right"), "0 or 1")
-        for name in ("number", "correct") if "number" in row else ():
+        for name in _WHOLE if "number" in row else ():
             value = row.get(name)
-            good = isinstance(value, int) and 0 < value <= _MOST_STIMULI
+            good = isinstance(value, int | float) and value % 1 == 0 and 0 < value <= _MOST_STIMULI
             require(good, place + name, value, f"a whole number, 1 to {_MOST_STIMULI}")
 
 
