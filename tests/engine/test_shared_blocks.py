@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from underfoot.engine.session_memory import SessionMemory
 from underfoot.engine.shared_blocks import new_block, remove_orphans
+from underfoot.errors import DeviceError
 
 BLOCKS = Path("/dev/shm")
 pytestmark = pytest.mark.skipif(not BLOCKS.is_dir(), reason="shared memory is no files here")
@@ -46,3 +48,11 @@ def test_files_of_others_are_left_alone(tmp_path, monkeypatch):
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         ["underfoot_notes", "psm_1234", f"underfoot_{os.getpid()}_00ff"]
     )
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="nothing can be reserved here")
+def test_memory_without_room_is_refused_in_one_line_and_leaves_nothing():
+    """A container has 64 MB: the first write beyond them ended the program with a bus error."""
+    with pytest.raises(DeviceError, match=r"no shared memory in /dev/shm: .*; the session needs [\d.]+ MB more"):
+        SessionMemory.create(1 << 20, 48_000.0, 1000.0)
+    assert not list(BLOCKS.glob(f"underfoot_{os.getpid()}_*"))

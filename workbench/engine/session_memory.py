@@ -1,5 +1,6 @@
 """Memory shared by the processes of a session: the engine's status, and rings of forces and of each tile's output."""
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,15 +45,22 @@ class SessionMemory:
 
     @staticmethod
     def create(tiles: int, rate_hz: float, force_rate_hz: float) -> "SessionMemory":
-        """Create memory for this number of tiles, and remove blocks left by killed programs."""
+        """Create memory for this number of tiles, and remove blocks left by killed programs.
+
+        Raise `DeviceError` if there is no room for it.
+        """
         remove_orphans()
         frames = round(RING_S * rate_hz)
         samples = round(RING_S * max(_LEAST_FORCE_HZ, force_rate_hz))
-        return SessionMemory(
-            Status.create(),
-            Ring.create(2 + 4 * tiles, samples, "float64"),
-            *(Ring.create(tiles, frames) for _ in range(4)),
-        )
+        with ExitStack() as unless_made:
+            status = Status.create()
+            unless_made.callback(status.close)
+            rings: list[Ring] = []
+            for width, capacity, dtype in ((2 + 4 * tiles, samples, "float64"), *[(tiles, frames, "float32")] * 4):
+                rings.append(Ring.create(width, capacity, dtype))
+                unless_made.callback(rings[-1].close)
+            unless_made.pop_all()
+        return SessionMemory(status, *rings)
 
     @staticmethod
     def open(names: MemoryNames) -> "SessionMemory":

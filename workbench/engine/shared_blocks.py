@@ -7,16 +7,33 @@ from contextlib import suppress
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
+from underfoot.errors import DeviceError
+
 _BLOCKS = Path("/dev/shm")
 _NAME = re.compile(r"underfoot_(\d+)_[0-9a-f]+")
 
 
 def new_block(size: int) -> SharedMemory:
-    """Create a block of this process, all zero."""
+    """Create a block of this process, all zero; `DeviceError` if there is no room for it."""
     memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
+    try:
+        _reserve(_BLOCKS / memory.name, size)
+    except OSError as error:
+        memory.close()
+        memory.unlink()
+        room = f"{str(error.strerror).lower()}; the session needs {size / 1e6:.1f} MB more"
+        cure = "end other programs, or give a container more, as --shm-size=1g"
+        raise DeviceError(f"no shared memory in {_BLOCKS}: {room} ({cure})") from None
     assert memory.buf is not None
     memory.buf[:] = bytes(memory.size)
     return memory
+
+
+def _reserve(path: Path, size: int) -> None:
+    """Take the room of a block now: where it is full, the first write would end this process with a bus error."""
+    if path.exists() and hasattr(os, "posix_fallocate"):
+        with path.open("r+b") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
 
 
 def remove_orphans() -> None:
