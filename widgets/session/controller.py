@@ -270,7 +270,11 @@ class SessionController(QObject):
             self.target, (kept.kind, kept.source, kept.simulation) = self._last_target
             self._last_target = None  # that one may fail, too
         else:
-            self.target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
+            target = replace(self.target, floor=default_floor(), kind="simulator", source="", simulation="")
+            if target == self.target:  # there is nothing left to try
+                self.notified.emit(why)
+                return
+            self.target = target
             kept.kind, kept.source, kept.simulation = "simulator", "", ""
         self._open()
 

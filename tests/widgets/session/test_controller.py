@@ -7,6 +7,7 @@ from windows import LONG_MS, noise_patch
 from underfoot.devices.accelerometers import Accelerometer
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target
+from underfoot.errors import DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, Profile
 from underfoot.nodes import REGISTRY
@@ -117,6 +118,27 @@ def test_forces_that_cannot_be_read_leave_the_floor_and_the_reason_to_be_read(qt
         assert (settings.kind, settings.source) == ("simulator", "")
     finally:
         controller.close()
+
+
+def test_where_no_target_can_be_used_the_reason_is_said_once(qtbot, tmp_path, monkeypatch):
+    """The four simulated tiles were tried again and again, without a word."""
+    tried = []
+
+    def no_memory(*given):
+        tried.append(given)
+        raise DeviceError("no shared memory")
+
+    monkeypatch.setattr("underfoot.engine.session.SessionMemory.create", no_memory)
+    controller = SessionController(REGISTRY, Settings(), Target(default_floor(1, 3)), tmp_path)
+    said = []
+    controller.notified.connect(said.append)
+    try:
+        controller.start()
+        qtbot.waitUntil(lambda: bool(said), timeout=LONG_MS)
+    finally:
+        controller.close()
+    assert said == ["no shared memory"]
+    assert len(tried) == 2
 
 
 def test_the_latest_edit_is_played_by_a_session_that_was_being_opened(controller, qtbot, tmp_path):
