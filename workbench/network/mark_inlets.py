@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from underfoot.devices.transports.serial import port_reason
+from underfoot.devices.transports.serial import port_reason, system_errors
 from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
 
@@ -115,7 +115,8 @@ class SerialMarks:
         import serial
 
         try:
-            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
+            with system_errors():
+                return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
         except (OSError, ValueError) as error:
             raise DeviceError(f"marks cannot be read from {self._name}: {port_reason(error)}") from None
 

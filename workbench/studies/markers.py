@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.transports.serial import port_reason
+from underfoot.devices.transports.serial import port_reason, system_errors
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Floor
 
@@ -88,7 +88,8 @@ class SerialTrigger:
         import serial
 
         try:
-            self._port = serial.Serial(port, BAUD, write_timeout=0.1)
+            with system_errors():
+                self._port = serial.Serial(port, BAUD, write_timeout=0.1)
         except (OSError, ValueError) as error:
             raise DeviceError(f"the trigger {port} cannot be opened: {port_reason(error)}") from None
 

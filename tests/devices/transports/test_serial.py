@@ -4,6 +4,7 @@ import os
 import sys
 
 import pytest
+import serial
 from made_frames import rows
 
 from underfoot.devices.framing.wire_format import encode
@@ -34,6 +35,32 @@ def test_a_port_that_is_not_there_is_waited_for(until, tmp_path):
             sender.close()
     finally:
         reader.close()
+
+
+def test_a_port_that_goes_away_while_it_is_opened_is_waited_for(until, monkeypatch):
+    """As a loose plug does: pyserial passes on an error of `termios`, which ended the thread that reads."""
+    sender = PtySender()
+    reset = serial.Serial.reset_input_buffer
+
+    def unplug(port):
+        sender.unplug()
+        reset(port)
+
+    heard = []
+    reader = TransportReader(SerialTransport(sender.name), lambda samples, when: heard.append(len(samples)))
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(serial.Serial, "reset_input_buffer", unplug)
+            reader.start()
+            until(lambda: reader.notices, "it says so")
+            assert reader.take_notices() == [f"serial:{sender.name} cannot be opened: it was unplugged; waiting for it"]
+        sender.plug()
+        until(lambda: reader.is_open, "it is opened")
+        assert sender.send(encode(rows(5)), [])
+        until(lambda: sum(heard) == 5, "it is read")
+    finally:
+        reader.close()
+        sender.close()
 
 
 def test_a_port_belongs_to_one():

@@ -3,8 +3,8 @@
 import os
 import select
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -135,11 +135,12 @@ class SerialTransport(Transport):
     def open(self) -> None:
         """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
         try:
-            self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
-            if sys.platform == "linux":  # pyserial supports it only there
-                with suppress(ValueError):  # chips without that timer refuse
-                    self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
-            self._serial.reset_input_buffer()
+            with system_errors():
+                self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
+                if sys.platform == "linux":  # pyserial supports it only there
+                    with suppress(ValueError):  # chips without that timer refuse
+                        self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
+                self._serial.reset_input_buffer()
         except (OSError, ValueError) as error:
             self.close()
             raise DeviceError(f"{self.name} cannot be opened: {port_reason(error)}") from None
@@ -161,6 +162,17 @@ class SerialTransport(Transport):
             with suppress(OSError):
                 self._serial.close()
             self._serial = None
+
+
+@contextmanager
+def system_errors() -> Iterator[None]:
+    """Raise an `OSError` for the error of `termios` that pyserial passes on if a port goes away while it is opened."""
+    try:
+        yield
+    except Exception as error:
+        if type(error).__module__ != "termios":  # a module that not all systems have
+            raise
+        raise OSError(*error.args) from None
 
 
 def port_reason(error: Exception) -> str:
