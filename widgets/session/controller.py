@@ -85,12 +85,14 @@ class SessionController(QObject):
         self._failure = ""
         """Why the target that was wanted cannot be used, until another one is."""
         self._is_leaving = self._is_changing = self._is_released = self._is_lent = self._is_level_lent = False
+        self._is_recording = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
         self._opener.failed.connect(self._fall_back)
         self.bridge.started.connect(self._end_silent_start)
+        self.bridge.ticked.connect(self._notice_lost_recording)
 
     # --- lifecycle ---
 
@@ -390,7 +392,16 @@ class SessionController(QObject):
             session.end_recording()
             saved = f"The recording was saved as {path}"
             self.notified.emit(saved if self.played_s else "Nothing was recorded: the engine has not started.")
-        self.recording_changed.emit(session.recording)
+        self._show_recording(session.recording)
+
+    def _notice_lost_recording(self) -> None:
+        """Show the end of a recording that could not be continued; the session has reported why."""
+        if self._is_recording and self.session is not None and self.session.recording is None:
+            self._show_recording(None)
+
+    def _show_recording(self, path: Path | None) -> None:
+        self._is_recording = path is not None
+        self.recording_changed.emit(path)
 
 
 def unchanged(patch: Patch) -> Patch:

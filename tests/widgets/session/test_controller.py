@@ -1,5 +1,7 @@
 """The controller: sessions that are opened, released and opened again, on one simulated floor after another."""
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtTest import QSignalSpy
 from windows import LONG_MS, noise_patch
@@ -37,6 +39,23 @@ def test_a_recording_that_ends_before_the_engine_has_started_is_not_called_saved
     path = controller.session.recording
     controller.record(False)
     assert said[1:] == [f"Recording to {path}", "Nothing was recorded: the engine has not started."]
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder in which nobody can write")
+def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_path, monkeypatch):
+    """The button stayed red, and named the file to which nothing was written any more."""
+    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    (tmp_path / "Underfoot").symlink_to("/proc")
+    shown, said = [], []
+    controller.recording_changed.connect(shown.append)
+    controller.bridge.notified.connect(said.append)
+    with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
+        controller.start()
+    controller.record(True)
+    path = controller.session.recording
+    qtbot.waitUntil(lambda: len(shown) > 1, timeout=LONG_MS)
+    assert shown == [path, None]
+    assert any(line.startswith(f"{path} is not recorded any further: ") for line in said)
 
 
 def test_the_target_is_released_and_opened_again(controller, qtbot):
