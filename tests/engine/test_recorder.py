@@ -162,6 +162,21 @@ def test_killed_at_any_moment_it_has_lost_at_most_the_last_block(rings, record, 
         assert len(recording.commands()) == 1
 
 
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_asked_to_end_with_all_other_processes_it_closes_its_file(rings, record, until, name):
+    """As by a service manager, or the end of a terminal; a copy of the file alone had nothing in it."""
+    recorder = record()
+    rings.write(9_600)
+    until(lambda: kept_by(recorder) == 9_600)
+    os.kill(recorder.pid, getattr(signal, name))
+    rings.write(4_800)
+    recorder.end(14_400)
+    assert recorder.has_ended(10.0)
+    assert sorted(path.name for path in recorder.path.parent.iterdir()) == ["a.uf"]
+    with Recording(recorder.path) as recording:
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 14_400))
+
+
 def test_killed_before_there_is_a_file_it_begins_anew(rings, record, until):
     recorder = record()
     os.kill(recorder.pid, signal.SIGKILL)

@@ -3,6 +3,7 @@
 import gc
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 import time
@@ -101,6 +102,17 @@ class ChildProcess:
 def engine_process() -> ChildProcess:
     """Start an engine process, which loads the common kernels and waits for its `Setup`."""
     return ChildProcess("engine", "underfoot.engine.process")
+
+
+def leave_to_session(*names: str) -> None:
+    """Ignore these signals, of those that the system has: the process that opened the session gets them, too.
+
+    A shell sends Ctrl-C (SIGINT), and the end of its terminal (SIGHUP), to all processes of a command; a service
+    manager, SIGTERM.
+    """
+    for name in names:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
 
 
 def _require_guard() -> None:

@@ -3,7 +3,6 @@
 Compiling holds the interpreter for long stretches; here nobody minds. The engine then only loads what is in the cache.
 """
 
-import signal
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from underfoot.drawing import Drawing
+from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.kernel_loading import KernelParts
 from underfoot.engine.levels import headroom_db
 from underfoot.engine.loop import LoopOptions
@@ -26,7 +26,7 @@ from underfoot.patch.patch import Patch
 
 def run(connection: Connection) -> None:
     """Run the compiler's process until the connection ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
+    leave_to_session("SIGINT", "SIGHUP")
     picture: PreviewRequest | OutlinesRequest | None = None
     distributions: PreviewRequest | None = None
     curve: ErrorCurveRequest | None = None

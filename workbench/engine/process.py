@@ -2,7 +2,6 @@
 
 import gc
 import os
-import signal
 import sys
 import time
 from multiprocessing.connection import Connection
@@ -16,6 +15,7 @@ from underfoot.devices.outputs import CardChannels, card_channels
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.engine.accelerometer_reader import reader_of
 from underfoot.engine.block_runner import BlockRunner
+from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.command_listener import CommandListener
 from underfoot.engine.commands import Level, Play
 from underfoot.engine.kernel_loading import KernelParts, load_common_kernels
@@ -37,7 +37,7 @@ SWITCH_S = 0.0002
 
 def run(connection: Connection) -> None:
     """Wait for the `Setup` and play until the connection ends or `Quit` arrives; the main function of the process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
+    leave_to_session("SIGINT", "SIGHUP")
     try:
         load_common_kernels()  # so that an engine on standby takes over sooner
         gc.freeze()  # keep the collector from scanning existing objects before the first sound

@@ -4,7 +4,6 @@ While it starts or restarts, the supervisor reads the rings, which hold only a f
 """
 
 import os
-import signal
 import sqlite3
 import time
 from collections import deque
@@ -17,7 +16,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from underfoot.engine.child_process import ChildProcess, wait_for_any
+from underfoot.engine.child_process import ChildProcess, leave_to_session, wait_for_any
 from underfoot.engine.rings import Reader, Ring, RingName
 from underfoot.errors import BadFile, UnderfootError
 from underfoot.records.recording import Writer
@@ -227,7 +226,7 @@ def run(connection: Connection, job: Job) -> None:
 
     A recording that was ended before the first frame leaves no file.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the session
+    leave_to_session("SIGINT", "SIGHUP", "SIGTERM")  # it ends with its connection, and then the file is whole
     begin = Begin({table: first for table, (_, first) in job.rings.items()})
     readers: dict[str, Reader] = {}
     try:
