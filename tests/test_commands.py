@@ -383,8 +383,26 @@ def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, f
     assert (folder / "steps.csv").is_file()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, number):
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_monitor_keeps_its_steps_when_its_terminal_is_closed(folder):
+    """As by a connection that is lost: the table was lost, too, and an empty file lay there."""
+    window, terminal = os.openpty()
+    command = [sys.executable, "-m", "underfoot", "monitor", "simulator", "--steps", "steps.csv", "--record", "a.uf"]
+    process = subprocess.Popen(command, preexec_fn=partial(os.login_tty, terminal))
+    os.close(terminal)
+    printed = b""
+    while b"person 1" not in printed:
+        printed += os.read(window, 4096)
+    os.close(window)
+    assert process.wait() == 0
+    assert "t1" in (folder / "steps.csv").read_text()
+    assert sorted(path.name for path in folder.iterdir()) == ["a.uf", "steps.csv"]
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, name):
+    number = getattr(signal, name)
+
     class Interrupting(list):
         def __iter__(self):
             signal.raise_signal(number)

@@ -1,11 +1,11 @@
 """The application: opens the window and stays until it is closed."""
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import platformdirs
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
+from underfoot.commands.ending import ended_by_signals
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.widgets.garbage_collection import collect_in_this_thread, freeze_loaded
@@ -42,14 +43,13 @@ def run(
     With `screenshot_dir` the window plays for a while, saves a picture of every workspace there, and closes. It makes
     no sound and stores no settings.
     """
-    with tempfile.TemporaryDirectory() as passing:
+    with tempfile.TemporaryDirectory() as passing, ExitStack() as stack:
         folder = Path(passing if screenshot_dir else platformdirs.user_data_dir("underfoot"))
         app = application(Settings.load(folder))
         window = MainWindow(folder, target, patch_path, engine)
         window.settings.first_steps_done |= screenshot_dir is not None
-        for number in (signal.SIGINT, signal.SIGTERM):
-            # Later: the signal may interrupt code that reads the session, which closing ends.
-            signal.signal(number, lambda *_: QTimer.singleShot(0, window.leave))
+        # Later: the signal may interrupt code that reads the session, which closing ends.
+        stack.enter_context(ended_by_signals(lambda: QTimer.singleShot(0, window.leave)))
         window.controller.use_sound(screenshot_dir is None)
         window.show()
         if file is not None:

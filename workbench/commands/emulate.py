@@ -1,6 +1,5 @@
 """`underfoot emulate`: a tile's firmware, or a floor's, without a tile."""
 
-import signal
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender
@@ -134,8 +134,7 @@ def _run(emulator: "Emulator", tiles: str) -> None:
     with ExitStack() as stack:
         stack.callback(emulator.close)
         stop = threading.Event()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            stack.callback(signal.signal, number, signal.signal(number, lambda *_: stop.set()))
+        stack.enter_context(ended_by_signals(stop.set))
         print(emulator.sender.name, flush=True)
         print(f"underfoot: {tiles}", file=sys.stderr)
         emulator.start()

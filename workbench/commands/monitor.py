@@ -1,7 +1,6 @@
 """`underfoot monitor`: footsteps as they happen."""
 
 import json
-import signal
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE
@@ -101,8 +101,7 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
     every: list[Step] = []
     with ExitStack() as stack:
         stack.callback(stream.close)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            stack.callback(signal.signal, number, signal.signal(number, lambda *_: stream.stop()))
+        stack.enter_context(ended_by_signals(stream.stop))
         put_steps = stack.enter_context(step_table(options.steps)) if options.steps else None
         put_contacts = stack.enter_context(contact_table(options.contacts, stream.floor)) if options.contacts else None
         for found in stream:

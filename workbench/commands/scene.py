@@ -1,6 +1,5 @@
 """`underfoot scene`: a scene on the floor without a window; events are printed, and filmed on request."""
 
-import signal
 import sys
 import time
 from contextlib import ExitStack
@@ -12,6 +11,7 @@ import click
 from click.core import ParameterSource
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
@@ -145,8 +145,7 @@ class _Show:
         with ExitStack() as opened:
             session = Session(target, self.scene.patch(REGISTRY), REGISTRY)
             opened.callback(session.close)
-            for number in (signal.SIGINT, signal.SIGTERM):
-                opened.callback(signal.signal, number, signal.signal(number, lambda *_: self._stop()))
+            opened.enter_context(ended_by_signals(self._stop))
             if self.options.record is not None:
                 session.record(self.options.record)
             session.start()

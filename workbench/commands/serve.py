@@ -2,7 +2,6 @@
 
 import math
 import os
-import signal
 import sys
 import time
 from contextlib import ExitStack
@@ -14,6 +13,7 @@ import click
 from msgspec.structs import replace
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE
@@ -124,9 +124,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
 
     floor, rate = session.target.floor, session.target.rate
     finder, player = StepFinder(floor, session.force_rate_hz), CuePlayer(session, server, patch)
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        stack.callback(signal.signal, number, signal.signal(number, lambda number, _: stopped.append(number)))
+    stopped: list[bool] = []
+    stack.enter_context(ended_by_signals(lambda: stopped.append(True)))
     session.send(Level(options.level))
     session.start()
     end_frame = math.inf if options.seconds is None else options.seconds * rate
