@@ -23,7 +23,8 @@ POISSON = (PATCH, "poisson", "t1", 0.05, 48_000.0)
 @pytest.fixture
 def answers():
     """Ask for all of these at once; the reports that come, in their order."""
-    before = signal.getsignal(signal.SIGINT)
+    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in numbers}
 
     def ask(*requests, reports):
         ours, theirs = multiprocessing.Pipe()
@@ -44,7 +45,8 @@ def answers():
         return found
 
     yield ask
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def test_distributions_that_were_asked_for_come_whatever_is_asked_besides(answers):
@@ -55,6 +57,12 @@ def test_distributions_that_were_asked_for_come_whatever_is_asked_besides(answer
     )
     assert [(type(report), report.ticket) for report in found] == [(Compiled, 2), (Preview, 1), (Distributions, 1)]
     assert found[2].drawings
+
+
+def test_of_programs_that_wait_the_newest_is_compiled(answers):
+    """While one is compiled a hand makes many: each of them was compiled, one after the other."""
+    found = answers(*(CompileRequest(ticket, b"no patch", Target(FLOOR)) for ticket in range(9)), reports=1)
+    assert [report.ticket for report in found] == [8]
 
 
 def test_of_pictures_the_newest_counts(answers):

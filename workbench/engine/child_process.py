@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Iterable
 from importlib import import_module
 from multiprocessing import connection
@@ -143,21 +144,52 @@ class _Nodes(Struct, frozen=True):
 
 
 class _Listening:
-    """A child's end of the connection, which handles messages about custom nodes itself."""
+    """A child's end of the connection, which handles messages about custom nodes itself.
+
+    A thread takes the messages off the connection: while this process compiles, for example, the other one would wait
+    for room in it.
+    """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
+        self._messages: deque[object] = deque()
+        self._came = threading.Condition()
+        threading.Thread(target=self._take, name="messages", daemon=True).start()
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._connection, name)
 
+    def poll(self, timeout: float | None = 0.0) -> bool:
+        """Return whether there is a message, or the end of the connection, within so many seconds."""
+        with self._came:
+            return self._came.wait_for(lambda: bool(self._messages), timeout)
+
     def recv(self) -> object:
         """Return the next message for the process."""
-        message = self._connection.recv()
-        while isinstance(message, _Nodes):
+        while self.poll(None) and not isinstance(self._messages[0], _End):
+            message = self._messages.popleft()
+            if not isinstance(message, _Nodes):
+                return message
             _run_nodes(message.files)
-            message = self._connection.recv()
-        return message
+        raise EOFError
+
+    def _take(self) -> None:
+        try:
+            while True:
+                self._put(self._connection.recv())
+        except (EOFError, OSError):
+            return
+        finally:
+            self._put(_End())
+
+    def _put(self, message: object) -> None:
+        with self._came:
+            self._messages.append(message)
+            self._came.notify()
+
+
+class _End(Struct, frozen=True):
+    """The end of the connection."""
 
 
 def _run_nodes(files: tuple[NodeFile, ...]) -> None:

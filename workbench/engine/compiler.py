@@ -25,15 +25,19 @@ from underfoot.patch.patch import Patch
 
 
 def run(connection: Connection) -> None:
-    """Run the compiler's process until the connection ends."""
+    """Run the compiler's process until the connection ends. Of requests of a kind that wait, the newest counts."""
     leave_to_session("SIGINT", "SIGHUP")
+    program: CompileRequest | None = None
     picture: PreviewRequest | OutlinesRequest | None = None
     distributions: PreviewRequest | None = None
     curve: ErrorCurveRequest | None = None
     try:
         while True:
             is_idle = not connection.poll()
-            if is_idle and picture is not None:
+            if is_idle and program is not None:
+                connection.send(_compiled(program, connection.send))
+                program = None
+            elif is_idle and picture is not None:
                 if isinstance(picture, PreviewRequest):
                     connection.send(_preview(picture))
                     distributions = picture if picture.distributions else distributions
@@ -49,7 +53,7 @@ def run(connection: Connection) -> None:
             else:
                 request = connection.recv()
                 if isinstance(request, CompileRequest):
-                    connection.send(_compiled(request, connection.send))
+                    program = request
                 elif isinstance(request, ErrorCurveRequest):
                     curve = request
                 else:
