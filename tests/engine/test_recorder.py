@@ -238,6 +238,21 @@ def test_a_file_that_is_there_is_not_written_over(rings, record):
         record()
 
 
+def test_a_file_that_is_moved_away_is_told_and_is_whole(rings, record, until):
+    """As by a file manager; the recorder went on in a file that was gone, and it was called saved."""
+    recorder = record()
+    rings.write(9_600)
+    until(lambda: kept_by(recorder) == 9_600)
+    moved = recorder.path.rename(recorder.path.with_name("b.uf"))
+    assert until(recorder.receive, "it says so") == [
+        f"{recorder.path} is not recorded any further: the file was moved or removed"
+    ]
+    until(lambda: recorder.death() is not None, "it ends")
+    assert [path.name for path in moved.parent.iterdir()] == ["b.uf"]
+    with Recording(moved) as recording:
+        np.testing.assert_array_equal(recording.vibration()[1], expected(0, 9_600))
+
+
 def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until):
     recorder = record("none/a.uf")
     said = until(recorder.receive, "it says so")

@@ -283,6 +283,9 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
             for first, rows in _seen(reader):
                 writer.put(table, first, rows)
         writer.commit()
+        if writer.is_gone:
+            writer.close()
+            raise BadFile("the file was moved or removed")
         for reader in readers.values():
             reader.ring.keep(reader.next)
         if messages != messages_sent:

@@ -70,6 +70,7 @@ class Writer:
             self._base.execute("pragma synchronous = normal")
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
+        self._path = path
         self._frames = float(about.get("rate", 48_000)) / float(about.get("force_rate", 1000.0))
 
     def put(self, table: str, first: int, rows: Rows) -> None:
@@ -142,6 +143,15 @@ class Writer:
         """Commit all data so far."""
         if self._base.in_transaction:
             self._base.execute("commit")
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether the file was moved or removed. SQLite goes on without a word, in a file that nobody finds."""
+        try:
+            os.stat(self._path)
+        except OSError as error:  # others may pass, as those of a network
+            return isinstance(error, FileNotFoundError)
+        return False
 
     def _begin(self) -> None:
         """Begin a transaction that writes, unless one is open.
