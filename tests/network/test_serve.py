@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -112,6 +113,24 @@ def test_it_takes_presets_and_recordings_as_monitor_does(underfoot, folder):
         said = underfoot("serve", target, "--patch", "gravel", "--record", "there.underfoot", "--listen", "off")
         assert said.status == 1
         assert "there.underfoot is there already" in said.error.splitlines()[-1]  # told when all else was looked at
+
+
+@pytest.mark.parametrize("command", ["serve simulator --tuio off --send off --listen off", "scene frozen-pond"])
+def test_a_recording_that_was_lost_is_not_hidden(underfoot, folder, until, command):
+    """As by a full disk, or by a hand in a file manager: the exit status was 0."""
+    path, log = folder / "rec.underfoot", folder / "rec.underfoot-wal"
+
+    def remove():
+        until(lambda: log.exists() and log.stat().st_size > 100_000, "it is recorded")
+        path.unlink()
+
+    remover = threading.Thread(target=remove)
+    remover.start()
+    said = underfoot(*command.split(), "--record", "rec.underfoot", "--seconds", "3")
+    remover.join()
+    assert said.status == 1
+    assert "rec.underfoot is not recorded any further: " in said.error
+    assert said.error.splitlines()[-1] == "underfoot: rec.underfoot was not recorded to the end"
 
 
 def test_a_tile_that_is_loaded_from_the_first_sample_on_is_named_at_the_end(underfoot, folder):

@@ -15,7 +15,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
-from underfoot.errors import BadValue, DeviceError, require
+from underfoot.errors import BadFile, BadValue, DeviceError, require
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -152,8 +152,11 @@ class _Show:
             stage = Stage(session, self.scene)
             opened.callback(stage.close)
             self._play(session, stage)
+            is_recorded = self.options.record is None or session.recording is not None
         print(self.scene.state)
         self._write()
+        if not is_recorded:
+            raise BadFile(f"{self.options.record} was not recorded to the end")
 
     def _stop(self) -> None:
         self._stopped = True

@@ -113,6 +113,8 @@ def serve(options: ServeOptions) -> None:
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
+        if options.record is not None and session.recording is None:
+            raise BadFile(f"{options.record} was not recorded to the end")
 
 
 def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: ServeOptions, stack: ExitStack) -> None:
