@@ -375,6 +375,14 @@ def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
     assert rehearsed.closed
 
 
+def test_monitor_keeps_its_steps_when_the_engine_fails_for_good(underfoot, folder, rehearsed):
+    failed = Notice("the engine fails again and again; it is not started any more")
+    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), ([], 0.0), ([failed], 0.0)], False
+    said = underfoot("monitor", "simulator", "--steps", "steps.csv")
+    assert (said.status, said.error.splitlines()[-1]) == (1, f"underfoot: {failed.text}")
+    assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 > 1
+
+
 def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, folder, rehearsed):
     rehearsed.acts, rehearsed.keeps_recording = [([Notice("the disk is full")], 0.0)] * 3, False
     said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec", "--steps", "steps.csv")

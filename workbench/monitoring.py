@@ -131,7 +131,13 @@ class SessionStream:
         now = 0.0
         messages: list[str] = []
         while now < self._seconds and not self._stopped:
-            messages += self._messages()
+            try:
+                messages += self._messages()
+            except DeviceError as error:
+                if not now:
+                    raise
+                self.failure = str(error)  # what was found until then is kept
+                break
             if self._response is not None:
                 self._response.feed(*session.response.read()[1:])
             frames, forces = session.force.read()
@@ -153,7 +159,7 @@ class SessionStream:
         self._stopped = True
 
     def close(self) -> None:
-        """End the session; afterwards `failure` says whether its recording is incomplete."""
+        """End the session; afterwards `failure` also says whether its recording is incomplete."""
         if self._record is not None and self._session.recording is None:
             self.failure = f"{self._record} was not recorded to the end"
         self._session.close()

@@ -14,7 +14,7 @@ from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
-from underfoot.engine.reports import Notice, Outlines, Preview, ProcessDied
+from underfoot.engine.reports import Notice, Outlines, OutputChanged, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
@@ -167,6 +167,20 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     assert np.argmax(np.abs(np.fft.rfft(sounding))) == 5  # of the patch that was passed, 100 Hz
     assert np.abs(sounding).max() == pytest.approx(0.2, rel=0.05)
     playing.until(lambda: "standby" in session.pids, "another engine stands by")
+
+
+def test_an_engine_that_is_not_started_any_more_does_not_seem_to_run(until, monkeypatch):
+    """The window said that it plays on, and `monitor` waited for ever for what it would play."""
+    monkeypatch.setattr("underfoot.engine.session.MOST_DEATHS", 0)
+    with live(hum(), until) as playing:
+        playing.started()
+        playing.play(4_800)
+        os.kill(playing.session.pids["engine"], signal.SIGKILL)
+        playing.until(lambda: playing.of(OutputChanged), "it is given up")
+        assert not playing.session.health.running
+    (given_up,) = playing.of(OutputChanged)
+    assert given_up.text == "the engine fails again and again; it is not started any more"
+    assert given_up.where == "nothing"
 
 
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):

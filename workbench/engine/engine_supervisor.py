@@ -75,13 +75,13 @@ class EngineSupervisor:
     def reap(self) -> str:
         """Release an engine that died, and return the reason."""
         assert self._engine is not None
+        self._memory.status.stopped()
         reason = self._engine.end(END_S)
         self._engine = None
         return reason
 
     def replace(self) -> None:
         """Replace an engine that died by the one on standby, or a new one."""
-        self._memory.status.stopped()
         self._engine, self._standby = self._standby or engine_process(), None
 
     def close(self) -> None:

@@ -71,7 +71,7 @@ class PatchRefused(Notice, frozen=True):
 
 
 class OutputChanged(Notice, frozen=True):
-    """A sound card has disappeared or returned, or cannot be reopened after a panic."""
+    """A sound card has disappeared or returned, or cannot be reopened after a panic; or no engine plays any more."""
 
     where: str
     silence: str = ""

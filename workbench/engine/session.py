@@ -40,6 +40,7 @@ from underfoot.engine.reports import (
     Compiling,
     Health,
     Notice,
+    OutputChanged,
     PatchRefused,
     ProcessDied,
     Report,
@@ -468,5 +469,7 @@ class Session:
         self._reports.append(ProcessDied(name, reason))
         allowed = self._restarts.allows_after_death()
         if not allowed:
-            self._reports.append(Notice(f"the {name} fails again and again; it is not started any more"))
+            line = f"the {name} fails again and again; it is not started any more"
+            silent = OutputChanged(line, "nothing", "the engine has failed; choose the target again")
+            self._reports.append(silent if name == "engine" else Notice(line))
         return allowed
