@@ -1,10 +1,12 @@
 """A new study, made in the Experiment workspace by real clicks and keys, and run on oneself."""
 
+import copy
 import json
 
 import pytest
 from made_studies import TD, protocol_text
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QScrollArea, QTableWidget
 from study_hand import CTRL, Hand
 from windows import choose_file, dialog_of, quiet_window
@@ -354,3 +356,24 @@ def test_save_means_the_study_that_is_made_also_when_tab_has_left_its_last_field
     qtbot.keyClick(editor, Qt.Key.Key_Escape)
     qtbot.keyClick(window, Qt.Key.Key_S, CTRL)
     dialog_of(window, QFileDialog).reject()  # without a study, Save means the patch
+
+
+def test_the_wheel_over_a_choice_scrolls_the_form_and_chooses_nothing(made):
+    made.click(made.workspace.library.new)
+    editor, window = made.protocol_editor, made.workspace.window()
+    made.page(1)
+    made.click(editor.questions.add)
+    made.page(3)
+    before = copy.deepcopy(editor.draft.raw)
+    boxes = {
+        1: lambda: [editor.questions.table.cellWidget(0, 2)],
+        2: lambda: [editor.stimuli.form.patch, editor.stimuli.form.adding, editor.stimuli.form.scaling],
+        3: lambda: [editor.stages.form.rows.controls["kind"]],
+    }
+    for page, of_page in boxes.items():
+        made.page(page)
+        for box in of_page():
+            place = QPointF(box.mapTo(window, box.rect().center()))
+            for angle in (-120, 120):
+                QTest.wheelEvent(window.windowHandle(), place, QPoint(0, angle))
+                assert editor.draft.raw == before, box.accessibleName()

@@ -4,12 +4,13 @@ from functools import singledispatch
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QWheelEvent
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QToolButton, QWidget
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QToolButton, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Parameter, Rows, Text, Tiles
 from underfoot.quantities import parse_numbers
+from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.fields import Field, ParameterEditor, help_text
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.list_editors import RowsEditor, TilesEditor
@@ -28,7 +29,7 @@ class ChoiceEditor(ParameterEditor):
 
     def __init__(self, parameter: Choice, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
-        self.box = _Box(self)
+        self.box = ChoiceBox(self)
         self.box.addItems(list(parameter.options))
         self._place_control(self.box)
         self.box.activated.connect(self._picked)
@@ -41,14 +42,6 @@ class ChoiceEditor(ParameterEditor):
     def _picked(self) -> None:
         self.edit_began.emit()
         self._commit(self.box.currentText())
-
-
-class _Box(QComboBox):
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        if self.hasFocus():
-            super().wheelEvent(event)
-        else:
-            event.ignore()
 
 
 class TextEditor(ParameterEditor):

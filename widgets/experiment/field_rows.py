@@ -14,6 +14,7 @@ from underfoot.experiments.method import StimulusName, StimulusNames
 from underfoot.parameters import Choice, Count, Number, Numbers, Parameter, Rows
 from underfoot.quantities import parse_numbers, parse_quantity, pretty_text, pretty_unit
 from underfoot.widgets import theme
+from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.undo_actions import DocumentLine, DocumentText
 
 CONTROL_PX, LABEL_PX, PROSE_PX = 36 * theme.GRID, 18 * theme.GRID, 10 * theme.GRID
@@ -120,7 +121,7 @@ class FieldRows(QWidget):
         return line
 
     def _choices(self, name: str, choices: Mapping[str, Any], value: object) -> QComboBox:
-        box = QComboBox()
+        box = ChoiceBox()
         for text, item in choices.items():
             box.addItem(text, item)
         if value not in choices.values():

@@ -5,7 +5,6 @@ from typing import Any
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
-    QComboBox,
     QHBoxLayout,
     QHeaderView,
     QPushButton,
@@ -19,6 +18,7 @@ from underfoot.experiments.declared import fields_of
 from underfoot.experiments.questions import Question
 from underfoot.parameters import Choice
 from underfoot.widgets import theme
+from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.experiment.field_rows import parsed_value, value_text
 
 COLUMNS = ("name", "text", "kind", "low", "high", "options", "unit")
@@ -92,7 +92,7 @@ class QuestionTable(QWidget):
     def _cell(self, row: int, index: int, column: str, question: dict[str, Any]) -> None:
         field = _FIELDS[column]
         if isinstance(field, Choice):
-            box = QComboBox()
+            box = ChoiceBox()
             box.setAccessibleName(column.capitalize())
             box.addItems(list(field.options))
             box.setCurrentText(str(question.get(column, field.default)))

@@ -27,6 +27,7 @@ from underfoot.patch.patch import Patch
 from underfoot.quantities import quantity
 from underfoot.studies.levels import measured_peak_m_s2
 from underfoot.widgets import theme
+from underfoot.widgets.controls.choice_box import ChoiceBox
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.controls.question import message_box
 from underfoot.widgets.controls.undo_actions import DocumentLine
@@ -219,7 +220,7 @@ class StimulusForm(QWidget):
             stimulus[field] = dict(stimulus.get(field) or {})
         self.name = DocumentLine(name)
         self.name.textEdited.connect(self.renamed)
-        self.patch = QComboBox()
+        self.patch = ChoiceBox()
         for text, value in _patches(own).items():
             self.patch.addItem(text, value)
         if self.patch.findData(stimulus.get("patch", "")) < 0:
@@ -267,7 +268,7 @@ class StimulusForm(QWidget):
 
     def _setting_chooser(self) -> QComboBox:
         """Return a box to choose a parameter of the patch to set."""
-        box = self.adding = QComboBox()
+        box = self.adding = ChoiceBox()
         box.setAccessibleName("Add a setting")
         box.addItem("Add…", "")
         for name in self._parameters:
@@ -277,7 +278,7 @@ class StimulusForm(QWidget):
         return box
 
     def _patch_chooser(self) -> QComboBox:
-        box = QComboBox()
+        box = ChoiceBox()
         box.setAccessibleName("Remove a setting")
         box.addItem("Remove…", "")
         for name in self._stimulus["settings"]:
@@ -287,7 +288,7 @@ class StimulusForm(QWidget):
         return box
 
     def _scale_chooser(self) -> QComboBox:
-        box = self.scaling = QComboBox()
+        box = self.scaling = ChoiceBox()
         box.setAccessibleName("Scaled by")
         box.setToolTip("The number of the patch to which its acceleration is proportional: the level is set by it")
         box.addItem("(nothing: it plays as it is)", "")

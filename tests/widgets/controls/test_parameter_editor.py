@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QTableWidgetItem
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QTableWidgetItem, QVBoxLayout, QWidget
 
 from underfoot.errors import BadValue
 from underfoot.parameters import Choice, Count, FilePath, Number, Numbers, Rows, Text, Tiles
@@ -135,3 +136,18 @@ def test_a_file_below_the_patchs_folder_is_told_from_there(qtbot, tmp_path):
     assert editor.value() == str(Path("sounds") / "rain.wav")
     editor.choose("/elsewhere/rain.wav")
     assert editor.value() == "/elsewhere/rain.wav"
+
+
+def test_the_wheel_changes_a_choice_only_with_the_focus(qtbot):
+    window = QWidget()
+    qtbot.addWidget(window)
+    editor = editor_for(Choice("a", options=("a", "b", "c")))
+    QVBoxLayout(window).addWidget(editor)
+    show(qtbot, window)
+    editor.box.clearFocus()
+    place = QPointF(editor.box.mapTo(window, editor.box.rect().center()))
+    QTest.wheelEvent(window.windowHandle(), place, QPoint(0, -120))
+    assert editor.value() == "a"
+    editor.box.setFocus()
+    QTest.wheelEvent(window.windowHandle(), place, QPoint(0, -120))
+    assert editor.value() == "b"
