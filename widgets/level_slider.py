@@ -46,14 +46,16 @@ class LevelSlider(QSlider):
         return QSize(24 * theme.GRID, 3 * theme.GRID)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._set_from_x(event.position().x())
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._set_from_x(event.position().x())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
             self._set_from_x(event.position().x())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        self.setValue(round(10 * DEFAULT_DB))
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.setValue(round(10 * DEFAULT_DB))
 
     def _set_from_x(self, x: float) -> None:
         groove = self._groove()

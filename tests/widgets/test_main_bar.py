@@ -91,6 +91,15 @@ def test_the_level_is_moved_by_keys_and_mouse_in_decibels(bar, qtbot):
     assert bar.level.value() == -300
 
 
+@pytest.mark.parametrize("button", [Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton])
+def test_only_the_left_button_moves_the_level(bar, qtbot, button):
+    bar.set_level(-40.0)
+    loud = QPoint(bar.level.width() - 1, bar.level.height() // 2)
+    with qtbot.assertNotEmitted(bar.level_chosen):
+        qtbot.mouseClick(bar.level, button, pos=loud)
+        qtbot.mouseDClick(bar.level, button, pos=loud)
+
+
 def test_showing_a_level_does_not_choose_it(bar, qtbot):
     with qtbot.assertNotEmitted(bar.level_chosen):
         bar.set_level(-12.0)
