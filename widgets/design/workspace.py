@@ -18,7 +18,7 @@ from underfoot.widgets.controls.panels import column
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.first_steps import FirstSteps
-from underfoot.widgets.design.inspector import Inspector, edited_patch
+from underfoot.widgets.design.inspector import PATCH_FIELDS, Inspector, edited_patch
 from underfoot.widgets.design.listen_bar import ListenBar
 from underfoot.widgets.design.mark_actions import MarkActions
 from underfoot.widgets.design.node_palette import NodePalette
@@ -282,7 +282,8 @@ class DesignWorkspace(Workspace):
         self.document.edit(patch, f"Set {label} of {len(ids)} nodes", merge_key)
 
     def _set_patch_field(self, field: str, value: object, merge_key: str) -> None:
-        self.document.edit(edited_patch(self.patch(), field, value), f"Set {field}", merge_key)
+        name = PATCH_FIELDS[field].label.lower()
+        self.document.edit(edited_patch(self.patch(), field, value), f"Set {name}", merge_key)
 
     def _disconnect(self, target: str) -> None:
         patch = self.patch()

@@ -75,5 +75,6 @@ def test_the_patch_has_one_factor_for_all_errors(design, qtbot):
     editor = design.inspector.editors["error_scale"]
     QTest.keyClick(editor.slider, Qt.Key.Key_PageUp)
     assert design.patch().error_scale == pytest.approx(10.0**0.4, rel=1e-2)
+    assert design.undo_action.text() == "Undo: set error factor"
     qtbot.mouseClick(editor.reset_button, Qt.MouseButton.LeftButton)
     assert design.patch().error_scale == 1.0
