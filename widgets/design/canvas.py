@@ -22,9 +22,9 @@ from underfoot.widgets.design.actions import Selection, connect_menu, context_me
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.editable_view import EditableView
-from underfoot.widgets.design.group_items import GroupNodeItem, item_rect
+from underfoot.widgets.design.group_items import GroupNodeItem, NoteItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
-from underfoot.widgets.design.node_geometry import TITLE
+from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.node_search import NodeSearch
 from underfoot.widgets.design.patch_editing import snapped
@@ -135,7 +135,14 @@ class Canvas(EditableView):
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         place, scene = self.mapToScene(event.pos()), self.patch_scene
-        item = scene.node_at(place) or scene.note_at(place)
+        if event.reason() == QContextMenuEvent.Reason.Keyboard and (asked := scene.selected()):
+            # The key's own place is the middle of the view, whatever lies there.
+            self.ensure_visible(asked)
+            item: NodeItem | NoteItem | None = (first := scene.movable()[asked[0]])
+            place = first.pos() + QPointF(PAD, TITLE / 2)
+        else:
+            item = scene.node_at(place) or scene.note_at(place)
+        at = self.mapFromScene(place)
         frame = scene.group_frame_at(place) if item is None else None
         if item is not None and not item.isSelected():
             scene.select([id for id, other in scene.movable().items() if other is item])
@@ -149,10 +156,10 @@ class Canvas(EditableView):
         is_group = any(id in scene.group_nodes for id in chosen) or bool(self._group_of_selection())
         is_sub_patch = len(chosen) == 1 and chosen[0] in scene.group_nodes
         what = Selection(len(chosen), is_node, is_group, is_sub_patch, bool(scene.chosen_wires()), bool(self.inside))
-        menu = context_menu(self, self.actions_by_name, partial(self.open_search, event.pos()), what)
+        menu = context_menu(self, self.actions_by_name, partial(self.open_search, at), what)
         if is_node:
             self.driver_menus.add_menu(menu, scene.nodes[chosen[0]], place)
-        menu.popup(event.globalPos())
+        menu.popup(self.viewport().mapToGlobal(at))
 
     def _mouse_position(self) -> QPoint:
         """Return the mouse's position in the view, or the view's centre if the mouse is outside."""

@@ -43,9 +43,8 @@ def in_view(workspace, place):
     return workspace.canvas.mapFromScene(place)
 
 
-def menu_texts(workspace, place):
+def menu_texts(workspace, place, reason=QContextMenuEvent.Reason.Mouse):
     """What the context menu at a place of the canvas offers."""
-    reason = QContextMenuEvent.Reason.Mouse
     QApplication.sendEvent(
         workspace.canvas.viewport(), QContextMenuEvent(reason, place, workspace.canvas.viewport().mapToGlobal(place))
     )
@@ -315,3 +314,18 @@ def test_a_shown_parameter_of_a_node_with_a_long_name_can_be_read(row):
     QApplication.processEvents()
     assert label.width() >= label.minimumSizeHint().width()
     assert label.height() >= label.heightForWidth(label.width())
+
+
+def test_the_menu_key_is_about_the_selection_wherever_it_lies(workspace):
+    canvas, key = workspace.canvas, QContextMenuEvent.Reason.Keyboard
+    canvas.centerOn(canvas.patch_scene.nodes["hum"].sceneBoundingRect().center())
+    middle_of_view = canvas.viewport().rect().center()
+    assert canvas.patch_scene.node_at(canvas.mapToScene(middle_of_view)).node.id == "hum"
+    for chosen in (["step"], ["push", "step"]):
+        canvas.patch_scene.select(chosen)
+        offered = menu_texts(workspace, middle_of_view, key)
+        assert canvas.patch_scene.selected() == chosen
+        assert ("Align" in offered) == (len(chosen) == 2)
+    canvas.patch_scene.select([])
+    assert "Rename…" in menu_texts(workspace, middle_of_view, key)  # with nothing selected, of what lies there
+    assert canvas.patch_scene.selected() == ["hum"]
