@@ -51,6 +51,8 @@ class PatchView(QGraphicsView):
         self.setAccessibleName("Canvas")
         self.setMinimumSize(240, 160)
         self.inside = ""
+        self.brought: list[str] = []
+        """What the last edit, undo or redo has brought onto the canvas, unless it was another patch."""
         self._keeps_fitting = False
         self.map = MiniMap(self.patch_scene, self)
         self.breadcrumbs = Breadcrumbs(self)
@@ -198,7 +200,9 @@ class PatchView(QGraphicsView):
         patch = self.document.patch
         if self.inside not in {group.id for group in patch.groups}:
             self.inside = ""
+        before, is_another = self.patch_scene.movable(), patch.title != self.patch_scene.patch.title
         self.patch_scene.show(patch, self.inside)
+        self.brought = [] if is_another else [id for id in self.patch_scene.movable() if id not in before]
         names = {group.id: group.title or "Sub-patch" for group in patch.groups}
         self.breadcrumbs.show_path([(id, names[id]) for id in chain(patch.groups, self.inside)] if self.inside else [])
         self.hint.setVisible(not patch.nodes and not patch.notes)

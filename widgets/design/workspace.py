@@ -243,7 +243,11 @@ class DesignWorkspace(Workspace):
         self.canvas.setFocus()
 
     def _say(self, text: str) -> None:
-        """Show a message on the patch until its next change, and ensure that it is visible."""
+        """Say what was undone or redone until the next change, select what it brought back, and ensure that the patch
+        is visible.
+        """
+        if self.canvas.brought:
+            self.canvas.patch_scene.select(self.canvas.brought)
         self.canvas.fit_if_lost()
         self._said = text
         self.notified.emit(text)

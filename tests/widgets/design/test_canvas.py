@@ -238,6 +238,30 @@ def test_delete_takes_nodes_and_their_wires_and_undo_brings_both(workspace):
     assert workspace.patch() == before
 
 
+def test_what_undo_or_redo_brings_back_is_selected(workspace):
+    canvas, control = workspace.canvas, Qt.KeyboardModifier.ControlModifier
+
+    def act(key, modifiers=control):
+        QTest.keyClick(canvas, key, modifiers)
+        return canvas.patch_scene.selected()
+
+    canvas.patch_scene.select(["push", "hum"])
+    assert act(Qt.Key.Key_Delete, NONE) == []
+    assert act(Qt.Key.Key_Z) == ["push", "hum"]
+    canvas.patch_scene.select(["step", "hum"])
+    assert act(Qt.Key.Key_E) == ["group"]
+    assert act(Qt.Key.Key_Z) == ["step", "hum"]
+    assert act(Qt.Key.Key_Y) == ["group"]
+    canvas.add("beat")
+    canvas.patch_scene.select(["push"])
+    assert act(Qt.Key.Key_Right, NONE) == ["push"]
+    assert act(Qt.Key.Key_Z) == ["push"]  # which only moved
+    assert act(Qt.Key.Key_Z) == ["push"]
+    assert act(Qt.Key.Key_Y) == ["beat"]
+    workspace.document.edit(Patch(title="other").add("through", REGISTRY), "Open a preset")
+    assert act(Qt.Key.Key_Z) == []
+
+
 def test_copy_and_paste_go_through_json_text(workspace):
     control = Qt.KeyboardModifier.ControlModifier
     workspace.canvas.patch_scene.select(["push", "step"])
