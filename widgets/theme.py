@@ -280,6 +280,7 @@ QPushButton[role="alarm"] {{
     background: {PALETTE["alarming"]}; border: 1px solid {ALARM}; font-weight: bold;
     color: {PALETTE["alarming text"]}; }}
 QPushButton[role="alarm"]:hover {{ background: {PALETTE["alarming hover"]}; }}
+QPushButton[role="alarm"]:focus {{ border: 1px solid {TEXT}; }}
 QPushButton[role="primary"] {{ background: {PALETTE["primary"]}; }}
 QPushButton[role="tab"], QToolButton[role="tab"] {{
     background: transparent; border-color: transparent; color: {MUTED}; }}
@@ -324,9 +325,10 @@ def _style_of_views() -> str:
     return f"""
 QAbstractItemView {{ outline: none; }}
 QTreeView, QListView, QTableView {{ background: {PANEL}; border: none; }}
-QTreeView::item, QListView::item {{ padding: 2px 4px; border-radius: 4px; }}
+QTreeView::item, QListView::item {{ padding: 1px 3px; border: 1px solid transparent; border-radius: 4px; }}
 QTreeView::item:hover, QListView::item:hover {{ background: {RAISED}; }}
 QTreeView::item:selected, QListView::item:selected {{ background: {HOVER}; color: {TEXT}; }}
+QTreeView::item:focus, QListView::item:focus, QTableView::item:focus {{ border: 1px solid {VIBRATION}; }}
 QTableView {{ gridline-color: {LINE}; }}
 QAbstractScrollArea::corner {{ background: transparent; border: none; }}
 QHeaderView::section {{ background: {PANEL}; color: {MUTED}; border: none; padding: 4px 6px; }}

@@ -9,14 +9,28 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMainWindow, QSplitter, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QLineEdit,
+    QListWidget,
+    QMainWindow,
+    QPushButton,
+    QSplitter,
+    QTableWidget,
+    QVBoxLayout,
+    QWidget,
+)
 from windows import delete_widgets, quiet_window
 
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
+from underfoot.patch.preset_files import all_presets
 from underfoot.widgets import application, recolour, theme, window_state
 from underfoot.widgets.controls.slider import Slider
+from underfoot.widgets.controls.step_table import StepTable
 from underfoot.widgets.design.message import Message
+from underfoot.widgets.design.node_list import NodeList
+from underfoot.widgets.design.preset_list import PresetList
 from underfoot.widgets.session.settings import TEXT_SIZES, Settings
 from underfoot.widgets.view_menu import ViewMenu
 
@@ -205,3 +219,56 @@ def test_all_of_a_scale_to_answer_on_is_seen(qtbot):
     slider.clear()
     picture = slider.grab().toImage()
     assert {picture.pixelColor(x, 8).name() for x in (4, 100, 195)} == {theme.FAINT}
+
+
+def names():
+    made = QListWidget()
+    made.addItems(["one", "two"])
+    made.setCurrentRow(1)
+    return made
+
+
+def nodes():
+    made = NodeList(REGISTRY)
+    made.step(1)
+    return made
+
+
+def presets():
+    made = PresetList()
+    made.show_presets(all_presets()[:3], {}, (), headed=False)
+    made.step(1)
+    return made
+
+
+def table():
+    made = QTableWidget(2, 2)
+    made.setCurrentCell(1, 1)
+    return made
+
+
+def alarming_button():
+    made = QPushButton("Panic")
+    made.setProperty("role", "alarm")
+    return made
+
+
+@pytest.mark.parametrize(
+    "make", [names, nodes, presets, table, StepTable, alarming_button], ids=lambda make: make.__name__
+)
+def test_what_has_the_focus_can_be_seen(qtbot, make):
+    window, made, other = QWidget(), make(), QLineEdit()
+    qtbot.addWidget(window)
+    column = QVBoxLayout(window)
+    column.addWidget(made)
+    column.addWidget(other)
+    show(qtbot, window)
+
+    def picture(focused):
+        focused.setFocus(Qt.FocusReason.TabFocusReason)
+        QApplication.processEvents()
+        return made.grab().toImage()
+
+    without = picture(other)
+    assert picture(made) != without
+    assert picture(other) == without

@@ -229,6 +229,9 @@ class StepTable(QTableView):
             if key not in self._row_pictures:
                 self._row_pictures[key] = self._paint_row(*key)
             painter.drawPixmap(-self.horizontalOffset(), self.rowViewportPosition(row), self._row_pictures[key])
+        if self.hasFocus():
+            painter.setPen(theme.VIBRATION)
+            painter.drawRect(self.viewport().rect().adjusted(0, 0, -1, -1))
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -2,8 +2,8 @@
 
 from collections.abc import Collection
 
-from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter
+from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter, QPen
 from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
@@ -186,6 +186,15 @@ class SearchField(QLineEdit):
             self.escaped.emit()
 
 
+def paint_row_ground(painter: QPainter, option: QStyleOptionViewItem) -> None:
+    """Paint the ground of a row that is current or under the mouse, with a border if the keys go to it."""
+    state: QStyle.StateFlag = option.state
+    has_focus = bool(state & QStyle.StateFlag.State_HasFocus)
+    painter.setPen(QPen(QColor(theme.VIBRATION)) if has_focus else QPen(Qt.PenStyle.NoPen))
+    painter.setBrush(QColor(theme.HOVER if state & QStyle.StateFlag.State_Selected else theme.RAISED))
+    painter.drawRoundedRect(QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
+
+
 def grouped(registry: Registry) -> dict[str, list[NodeType]]:
     """Return the node types by family, families in their order, types sorted by label."""
     order = {family: i for i, family in enumerate(FAMILIES)}
@@ -226,10 +235,7 @@ class _Row(QStyledItemDelegate):
             painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
         else:
             if state & (QStyle.StateFlag.State_Selected | QStyle.StateFlag.State_MouseOver):
-                selected = bool(state & QStyle.StateFlag.State_Selected)
-                painter.setPen(Qt.PenStyle.NoPen)
-                painter.setBrush(QColor(theme.HOVER if selected else theme.RAISED))
-                painter.drawRoundedRect(rect, 4, 4)
+                paint_row_ground(painter, option)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.mixed(theme.current_colour(index.data(_COLOUR)), theme.PANEL, 0.7)))
             painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)

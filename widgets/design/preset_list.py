@@ -22,6 +22,7 @@ from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
+from underfoot.widgets.design.node_list import paint_row_ground
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
@@ -206,9 +207,7 @@ class _Row(QStyledItemDelegate):
             is_under_mouse = bool(state & QStyle.StateFlag.State_MouseOver)
             is_current = bool(state & QStyle.StateFlag.State_Selected)
             if is_current or is_under_mouse:
-                painter.setPen(Qt.PenStyle.NoPen)
-                painter.setBrush(QColor(theme.HOVER if is_current else theme.RAISED))
-                painter.drawRoundedRect(rect, 4, 4)
+                paint_row_ground(painter, option)
             self._paint_preset(painter, rect, index)
             if index.data(_IS_STARRED) or is_under_mouse or is_current:
                 painter.setFont(theme.font())
