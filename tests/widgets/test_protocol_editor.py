@@ -342,6 +342,7 @@ def test_no_field_of_a_study_is_cut_in_a_narrow_window(made, width):
     made.page(1)
     table = made.protocol_editor.findChild(QTableWidget)
     assert table.columnWidth(question_table.COLUMNS.index("text")) >= question_table.TEXT_PX
+    assert table.horizontalHeader().length() >= table.viewport().width()
 
 
 def test_save_means_the_study_that_is_made_also_when_tab_has_left_its_last_field(qtbot, tmp_path):

@@ -3,7 +3,7 @@
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
@@ -74,8 +74,15 @@ class QuestionTable(QWidget):
         self._show()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the column of texts the remaining width, with a readable minimum."""
         super().resizeEvent(event)
+        self._share_width()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._share_width()  # before, the table has a width of its own
+
+    def _share_width(self) -> None:
+        """Give the column of texts the remaining width, with a readable minimum."""
         text, options = COLUMNS.index("text"), COLUMNS.index("options")
         room = self.table.viewport().width() - sum(width for column, width in _WIDTHS.items() if column != "options")
         self.table.setColumnWidth(options, min(max(room - TEXT_PX, OPTIONS_PX), _WIDTHS["options"]))
