@@ -95,6 +95,12 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
         preset.stages, preset.stimuli, preset.participant, preset.sounds)  # fmt: skip
 
 
+def test_the_lists_have_the_names_that_are_read_out(made):
+    made.click(made.workspace.library.new)
+    editor = made.protocol_editor
+    assert [page.list.accessibleName() for page in (editor.stimuli, editor.stages)] == ["Stimuli", "Stages"]
+
+
 def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     made.click(made.workspace.library.new)
     made.page(1)

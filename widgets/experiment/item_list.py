@@ -30,10 +30,11 @@ class ItemList(QWidget):
     move_requested = Signal(int, int)
     """Carries the index, and the shift (-1 or 1)."""
 
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str, several: str) -> None:
+        """`what` is the name of an item, and `several` that of all."""
         super().__init__()
         self.list = QListWidget()
-        self.list.setAccessibleName(f"{what.capitalize()}s")
+        self.list.setAccessibleName(several)
         self.list.setMinimumHeight(8 * theme.GRID)
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

@@ -36,7 +36,7 @@ class StagePage(ItemList):
     changed = Signal()
 
     def __init__(self, draft: Draft) -> None:
-        super().__init__("stage")
+        super().__init__("stage", "Stages")
         self.draft = draft
         self.form: StageForm | None = None
         self.chosen.connect(self._show_form)
