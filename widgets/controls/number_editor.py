@@ -163,20 +163,26 @@ class NumberEditor(ParameterEditor):
         self.field.show_error("")
 
     def _step(self, event: QKeyEvent) -> None:
-        """Move the value by an arrow key in its field as on its slider, from what is typed. A whole number without a
-        slider, such as a seed, goes to the next.
+        """Move the value by an arrow key in its field as on its slider, from what is typed. Without a slider, a whole
+        number, such as a seed, goes to the next, and another one by its second digit, or with Shift by its third.
         """
         self.field.commit()
         if self.field.property("role") == "bad":
             return
         if self.slider.isVisible():
             self.slider.keyPressEvent(event)
-        elif isinstance(self.parameter, Count):
-            if not event.isAutoRepeat():
-                self.edit_began.emit()
-            moved = self._value + (1 if event.key() == Qt.Key.Key_Up else -1)
-            self._commit(min(max(moved, self.parameter.low), self.parameter.high))
-            self._rewrite()
+            return
+        if not event.isAutoRepeat():
+            self.edit_began.emit()
+        step, parameter = 1.0, self.parameter
+        assert isinstance(parameter, Number | Count)
+        if not self._is_integer:
+            digit = 2 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+            step = 10.0 ** (math.floor(math.log10(abs(self._value) or 1.0)) - digit)
+        moved = self._value + (step if event.key() == Qt.Key.Key_Up else -step)
+        moved = round(moved) if self._is_integer else float(f"{moved:.{EXACT_DIGITS}g}")
+        self._commit(min(max(moved, parameter.low), parameter.high))
+        self._rewrite()
 
     def _value_text(self, digits: int) -> str:
         return gain(self._value, digits) if self._is_gain else quantity(self._value, self._unit, digits)

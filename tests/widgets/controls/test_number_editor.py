@@ -206,3 +206,25 @@ def test_arrows_move_a_whole_number_that_has_no_slider_to_the_next(qtbot):
         qtbot.keyClick(editor.field, key)
     assert values == [1, 2, 1, 0]
     assert editor.field.text() == "0"
+
+
+def test_arrows_move_a_number_that_has_no_slider_by_a_digit(qtbot):
+    """Such as the ends of an LFO, whose range holds those of all that it may drive."""
+    editor = NumberEditor(REGISTRY["lfo"].parameters["high"])
+    qtbot.addWidget(editor)
+    show(qtbot, editor)
+    assert not editor.slider.isVisible()
+    up, down, fine = Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier
+    editor.set_value(440.0)
+    editor.field.setFocus()
+    seen = []
+    for key, held in ((up, 0), (down, fine), (down, 0)):
+        qtbot.keyClick(editor.field, key, Qt.KeyboardModifier(held))
+        seen.append(editor.value())
+    assert seen == [450.0, 449.0, 439.0]
+    editor.set_value(0.0)
+    qtbot.keyClick(editor.field, down)
+    assert editor.value() == -0.1
+    editor.set_value(editor.parameter.high)
+    qtbot.keyClick(editor.field, up)
+    assert editor.value() == editor.parameter.high
