@@ -27,7 +27,7 @@ from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
 from underfoot.widgets.design.node_search import NodeSearch
-from underfoot.widgets.design.patch_editing import snapped
+from underfoot.widgets.design.patch_editing import snapped, with_names
 from underfoot.widgets.design.patch_view import ZOOM_STEP
 from underfoot.widgets.design.undo import Document
 from underfoot.widgets.escape import is_escape_override
@@ -271,6 +271,7 @@ class Canvas(EditableView):
             gone = drag.displaced(self.document.patch)
             self.document.edit(*result)
             if gone:
+                gone = with_names(self.document.patch, gone)
                 self.show_message(f"The wire from {gone} gave way: an input takes one. Mix and Join add several.")
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

@@ -93,9 +93,22 @@ def refusal(patch: Patch, registry: Registry, source: str, target: str) -> str:
         patch.connect(source, target, registry)
     except BadValue as error:
         # The wire's place in the file would mean nothing to the user.
-        text = re.sub(r"^wires\[\d+\] is ", "", str(error))
+        text = re.sub(r"^wires\[\d+\] is ", "", with_names(patch, str(error)))
         return pretty_text(text.replace("->", "→").replace("<-", "←").replace("'", ""))
     return ""
+
+
+def with_names(patch: Patch, text: str) -> str:
+    """Return a message with the names that nodes were given, instead of their ids.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> with_names(Patch().add("gain", REGISTRY).name("gain", "Kies"), "gain.a; allowed: the inputs of gain: gain")
+    'Kies.a; allowed: the inputs of Kies: gain'
+    """
+    for node in patch.nodes:
+        if node.label:
+            text = re.sub(rf"(?<![\w.-]){re.escape(node.id)}(?=\.\w| <-|[:;])", node.label.replace("\\", r"\\"), text)
+    return text
 
 
 def drivers(patch: Patch) -> dict[str, dict[str, str]]:

@@ -29,7 +29,7 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
         runs_alone = any(values.get(name) == choice for name, choice in _ALONE.items())
         if type.inputs and not fed and not runs_alone:
             inputs = " or ".join(port.name for port in type.inputs)
-            return f"nothing comes to {inputs}" + (f" of {type.label}" if here != id else "")
+            return f"nothing comes to {inputs}" + (f" of {node.label or type.label}" if here != id else "")
         waiting += [source for source in dict.fromkeys(fed) if source not in seen]
         seen.update(fed)
     return ""

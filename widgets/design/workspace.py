@@ -199,7 +199,8 @@ class DesignWorkspace(Workspace):
         """Mark the node that produced a value that is not finite; None clears the mark."""
         self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            self.canvas.show_message(f"{fault.node} produced a value that is not finite; its output is silenced")
+            name = next((node.label for node in self.patch().nodes if node.id == fault.node), "") or fault.node
+            self.canvas.show_message(f"{name} produced a value that is not finite; its output is silenced")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:
         """Set the target's tiles. A pending preview, or one of a removed tile, is requested again."""

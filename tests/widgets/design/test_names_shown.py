@@ -1,10 +1,12 @@
 """Names are shown as they were typed: & marks no key in menus and on buttons, and < begins no markup."""
 
-from design_samples import REGISTRY
+from design_samples import REGISTRY, drag, port
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMenu
 from windows import quiet_window
+
+from underfoot.engine.reports import Fault
 
 NAME = "Heel & toe <b>hard</b>"
 IN_MENUS = "Heel && toe <b>hard</b>"
@@ -35,6 +37,22 @@ def test_a_name_has_its_ampersand_in_the_menu_of_connections_and_in_undo(workspa
     workspace.canvas.patch_scene.select(["shaker"])
     QTest.keyClick(workspace.canvas, Qt.Key.Key_Delete)
     assert workspace.undo_action.text() == f"Undo: delete {IN_MENUS}"
+
+
+def test_messages_name_a_node_as_its_title_does(workspace):
+    canvas = workspace.canvas
+    canvas.add("through")
+    named(workspace, "hum")
+    canvas.connect_ports("hum.out", "step.force")
+    assert canvas.message == f"{NAME}.out → step.force; allowed: N, not m/s²; put a Scale node between"
+    canvas.connect_ports("hum.out", "through.signal")
+    canvas.connect_ports("through.out", "hum.frequency")
+    assert canvas.message == f"wires make a cycle: {NAME} ← through ← {NAME}; take one of these wires away"
+    canvas.connect_ports("hum.out", "shaker.acceleration")
+    drag(workspace, port(workspace, "through", "out", "out"), port(workspace, "shaker", "in", "acceleration"))
+    assert canvas.message.startswith(f"The wire from {NAME}.out gave way")
+    workspace.show_fault(Fault("hum", "t1", 0))
+    assert canvas.message.startswith(f"{NAME} produced")
 
 
 def test_a_name_has_its_ampersand_on_buttons(workspace):
