@@ -10,6 +10,7 @@ from PySide6.QtGui import (
     QDragLeaveEvent,
     QDragMoveEvent,
     QDropEvent,
+    QHideEvent,
     QKeyEvent,
     QMouseEvent,
 )
@@ -38,6 +39,7 @@ DROP_REACH = 10.0
 BESIDE_PX = 48
 """Distance of a new node from the node that feeds it, if it was chosen in the menu of connections."""
 
+_NO_KEYS = Qt.KeyboardModifier.NoModifier
 _ARROWS = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1), Qt.Key.Key_Down: (0, 1)}
 
 
@@ -49,11 +51,13 @@ class Canvas(EditableView):
     audition_requested = Signal(str)
     """A node whose button was pressed, to play it alone."""
 
+    # Of the class: the patch is shown before a canvas is made.
+    _dragged_wire: WireDrag | None = None
+    _dragged_group: tuple[QPointF, list[tuple[QGraphicsItem, QPointF]]] | None = None
+
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
         super().__init__(document, registry, parent)
-        self._dragged_wire: WireDrag | None = None
         self._pan: QPoint | None = None
-        self._dragged_group: tuple[QPointF, list[tuple[QGraphicsItem, QPointF]]] | None = None
         self._space_state = ""
         self.search = NodeSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
@@ -376,10 +380,7 @@ class Canvas(EditableView):
 
     def _escape(self) -> None:
         self.show_message("")
-        if self._dragged_wire is not None:
-            self._dragged_wire.end()
-            self._dragged_wire = None
-        elif self._is_dragging():
+        if self._dragged_wire is not None or self._is_dragging():
             self._cancel_drag()
         elif any(node.shows_all_ports for node in self.patch_scene.nodes.values()):
             for node in self.patch_scene.nodes.values():
@@ -390,16 +391,30 @@ class Canvas(EditableView):
 
     def _cancel_drag(self) -> None:
         """Cancel the drag, and restore the previous positions."""
+        if self._dragged_wire is not None:
+            self._dragged_wire.end()
+            self._dragged_wire = None
         self._dragged_group = None
-        grabber = self.patch_scene.mouseGrabberItem()
-        if grabber is not None:
-            grabber.ungrabMouse()
+        if self.patch_scene.mouseGrabberItem() is not None:
+            # As if the button came up: else Qt moves the next node from where this one was.
+            at, none = QPointF(self.viewport().mapFromGlobal(self.cursor().pos())), Qt.MouseButton.NoButton
+            up = QMouseEvent(QEvent.Type.MouseButtonRelease, at, at, Qt.MouseButton.LeftButton, none, _NO_KEYS)
+            super().mouseReleaseEvent(up)
         self.patch_scene.highlight_wire(None)
         for item in self.patch_scene.nodes_and_group_nodes():
             item.setPos(*item.node.at)
         for note in self.patch_scene.notes.values():
             note.setPos(*note.note.at)
         self.patch_scene.adjust_group_frames()
+
+    def _show(self) -> None:
+        if self._dragged_wire is not None or self._is_dragging():
+            self._cancel_drag()  # by a key the patch is edited meanwhile, and what is dragged may be gone
+        super()._show()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        self._cancel_drag()
+        super().hideEvent(event)
 
     def step_selection(self, by: int) -> None:
         """Select the next item in the order of the patch (`by` steps), and scroll to it."""

@@ -238,6 +238,32 @@ def test_delete_takes_nodes_and_their_wires_and_undo_brings_both(workspace):
     assert workspace.patch() == before
 
 
+@pytest.mark.parametrize(
+    ("key", "held"),
+    [(Qt.Key.Key_Escape, NONE), (Qt.Key.Key_Delete, NONE), (Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)],
+)
+def test_a_drag_that_a_key_ends_does_not_move_the_next_node(workspace, key, held):
+    canvas, place = workspace.canvas, middle(workspace, "hum")
+    drag(workspace, place, place + QPoint(0, 64), release=False)
+    QTest.keyClick(canvas, key, held)
+    ended = workspace.patch()
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, place + QPoint(0, 64), LEFT)
+    assert workspace.patch() == ended
+    place = middle(workspace, "step")
+    drag(workspace, place, place + QPoint(0, 64))
+    assert workspace.patch().node("step").at == (240.0, 64.0)
+
+
+def test_a_wire_that_is_pulled_off_ends_with_an_edit_by_a_key(workspace):
+    canvas, start = workspace.canvas, port(workspace, "step", "in", "force")
+    drag(workspace, start, start + QPoint(60, 120), release=False)
+    canvas.patch_scene.select(["push"])
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, start + QPoint(60, 120), LEFT)
+    assert not canvas.search.isVisible()
+    assert [node.id for node in workspace.patch().nodes] == ["step", "hum", "shaker"]
+
+
 def test_what_undo_or_redo_brings_back_is_selected(workspace):
     canvas, control = workspace.canvas, Qt.KeyboardModifier.ControlModifier
 
