@@ -319,7 +319,10 @@ class DesignWorkspace(Workspace):
         scene = self.canvas.patch_scene
         chosen = scene.selected()
         group = chosen[0] if len(chosen) == 1 and chosen[0] in scene.group_nodes else ""
+        had_focus = self.inspector.isAncestorOf(self.window().focusWidget() or self)
         self.inspector.show_selection(self.patch(), ids, group)
+        if had_focus and not self.inspector.isAncestorOf(self.window().focusWidget() or self):
+            self.canvas.setFocus()  # its field is gone, with the page of another selection
 
     def _publish(self, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"

@@ -6,6 +6,7 @@ from design_samples import LEFT, NONE, REGISTRY, sample, send
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
+from windows import quiet_window
 
 from underfoot import nodes
 from underfoot.drawing import Drawing, Series
@@ -401,3 +402,18 @@ def test_the_preview_has_the_name_that_a_node_was_given(qtbot, workspace):
     qtbot.waitUntil(lambda: workspace.preview.title.full_text == "Hum")
     workspace.document.edit(workspace.patch().name("hum", "Engine"), "Rename")
     qtbot.waitUntil(lambda: workspace.preview.title.full_text == "Engine")
+
+
+def test_undo_that_takes_the_node_of_a_field_away_leaves_the_focus_to_the_canvas(qtbot, tmp_path):
+    undo = Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier
+    workspace = quiet_window(qtbot, tmp_path).workspaces["Design"]
+    workspace.canvas.add("tone")
+    field = workspace.inspector.editors["frequency"].field
+    field.setFocus()
+    QTest.keyClicks(field, "60")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    QTest.keyClick(field, *undo)
+    assert field.hasFocus()
+    QTest.keyClick(field, *undo)
+    assert "tone" not in [node.id for node in workspace.patch().nodes]
+    assert workspace.canvas.hasFocus()
