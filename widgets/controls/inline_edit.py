@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QRect, Qt
+from PySide6.QtCore import QEvent, QRect, Qt, QTimer
 from PySide6.QtGui import QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QPlainTextEdit, QWidget
 
@@ -30,7 +30,7 @@ class InlineEdit(QPlainTextEdit):
     def open(self, over: QRect, text: str, on_done: Callable[[str], object], *, one_line: bool = True) -> None:
         """Open over a rectangle of the parent; `on_done` receives the text if it is committed.
 
-        If it returns False, the text is not allowed, and stays there to be changed if it was committed by a key.
+        If it returns False, the text is not allowed, and stays there to be changed.
         """
         self._on_done, self._is_line = on_done, one_line
         min_height = HEIGHT if one_line else NOTE_HEIGHT
@@ -55,8 +55,10 @@ class InlineEdit(QPlainTextEdit):
             return
         had_focus = self.hasFocus()
         text = " ".join(self.toPlainText().split()) if self._is_line else self.toPlainText().strip()
-        if commit and on_done(text) is False and had_focus:
+        if commit and on_done(text) is False and self.isVisible():
             self._on_done = on_done
+            if not had_focus:
+                QTimer.singleShot(0, self.setFocus)  # once the click elsewhere is done
             return
         self.hide()
         if had_focus:

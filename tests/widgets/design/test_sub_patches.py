@@ -98,7 +98,7 @@ def test_a_note_is_written_moved_edited_and_deleted(workspace):
 
 
 @pytest.mark.parametrize("key", [Qt.Key.Key_F2, Qt.Key.Key_T, Qt.Key.Key_G])
-def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, key):
+def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, qtbot, key):
     """A name of a node, a note, and a title of a group."""
     canvas, field = workspace.canvas, workspace.canvas.inline
     most, ending = (4000, CONTROL) if key == Qt.Key.Key_T else (80, NONE)
@@ -112,6 +112,12 @@ def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, key):
     assert canvas.message.startswith("'xxx")
     assert canvas.message.endswith(f"of at most {most} characters")
     assert workspace.patch() == before
+    QTest.mouseClick(
+        canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(4, 4)
+    )  # nor is it lost by a click elsewhere
+    qtbot.waitUntil(field.hasFocus)
+    assert field.toPlainText() == "x" * (most + 1)
+    QTest.keyClick(field, Qt.Key.Key_End, CONTROL)
     QTest.keyClick(field, Qt.Key.Key_Backspace)
     QTest.keyClick(field, Qt.Key.Key_Return, ending)
     assert field.isHidden()
