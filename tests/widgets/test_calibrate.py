@@ -4,6 +4,7 @@ import itertools
 import threading
 from functools import partial
 
+import msgspec
 import numpy as np
 import pytest
 from calibrate_driver import CalibrateDriver
@@ -15,6 +16,7 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QMessageBox,
+    QScrollArea,
     QWidget,
 )
 from windows import calibrate, dialog_of, quiet_window
@@ -25,7 +27,7 @@ from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import PressRequest, Sound
 from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement, DeviceError
-from underfoot.floor.layout import default_floor
+from underfoot.floor.layout import Floor, default_floor
 from underfoot.floor.profile import Profile, Response
 from underfoot.widgets.calibrate.measuring import Measurement, Pace, WatchedRig
 from underfoot.widgets.calibrate.page_view import PageView
@@ -475,3 +477,10 @@ def test_the_window_asks_before_it_closes_on_what_a_person_measured(qtbot, tmp_p
 
 def _button(window, button):
     return dialog_of(window, QMessageBox).button(button)
+
+
+def test_a_tile_with_a_long_id_makes_the_panel_no_wider(driver):
+    tile = msgspec.structs.replace(default_floor(1, 1).tiles[0], id="jump-field-front-left-entrance")
+    driver.workspace.set_target(Target(Floor((tile,))))
+    area = driver.workspace.choice.findChild(QScrollArea)
+    assert area.widget().minimumSizeHint().width() <= area.viewport().width()

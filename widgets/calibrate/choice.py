@@ -45,10 +45,10 @@ class ChoicePanel(QWidget):
         self.map = FloorMap()
         self.map.setFixedHeight(21 * theme.GRID)
         self.map.setToolTip("Click a tile, or choose one with the arrow keys")
-        self._tile = theme.label("", "muted")
-        self.flags = theme.label("", "force")
-        self.flags.setWordWrap(True)
-        self.flags.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+        self._tile, self.flags = theme.label("", "muted"), theme.label("", "force")
+        for lines in (self._tile, self.flags):  # which make the panel no wider than it is
+            lines.setWordWrap(True)
+            lines.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.cards: dict[str, KindCard] = {}
         self._group = QButtonGroup(self)
         self.history = QListWidget()
