@@ -119,7 +119,7 @@ def _name_and_unit(column: str) -> tuple[str, str]:
 class TilesEditor(ParameterEditor):
     """A choice of tiles: a button for all, and one for each known tile."""
 
-    MAX_BUTTONS = 16
+    MAX_BUTTONS, ROOM_PX = 16, 252
 
     def __init__(self, parameter: Tiles, parent: QWidget | None = None) -> None:
         super().__init__(parameter, parent)
@@ -144,14 +144,17 @@ class TilesEditor(ParameterEditor):
             button.deleteLater()
         self.buttons = {}
         few = 0 < len(ids) <= self.MAX_BUTTONS
-        for i, id in enumerate(("all", *ids) if few else ()):
-            button = QToolButton(self._holder)
+        for id in ("all", *ids) if few else ():
+            self.buttons[id] = button = QToolButton(self._holder)
             button.setText(id)
+            button.setToolTip(id)
             button.setCheckable(True)
             button.setMinimumWidth(44)
             button.clicked.connect(lambda on, id=id: self._toggled(id, on))
-            self._cells.addWidget(button, i // 5, i % 5)
-            self.buttons[id] = button
+        widest = max((button.sizeHint().width() for button in self.buttons.values()), default=1)
+        across = max(self.ROOM_PX // (widest + self._cells.spacing()), 1)
+        for i, button in enumerate(self.buttons.values()):
+            self._cells.addWidget(button, i // across, i % across)
         self._holder.setVisible(few)
         self.field.setVisible(not few)
         self._show()

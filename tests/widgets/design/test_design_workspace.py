@@ -151,6 +151,14 @@ def test_tiles_are_chosen_by_buttons(workspace):
     assert workspace.patch().node("shaker").parameters["tiles"] == "all"
 
 
+def test_the_buttons_of_tiles_with_long_ids_can_be_read(workspace, qtbot):
+    workspace.inspector.set_tiles(["jump-front-left", "jump-front-right", "landing"])
+    workspace.canvas.patch_scene.select(["shaker"])
+    buttons = workspace.inspector.editors["tiles"].buttons.values()
+    qtbot.waitUntil(lambda: all(button.isVisible() for button in buttons))
+    assert [button.text() for button in buttons if button.width() < button.sizeHint().width()] == []
+
+
 def test_with_nothing_selected_the_patch_itself_is_edited(workspace):
     workspace.canvas.patch_scene.select([])
     field = workspace.inspector.editors["title"].field
