@@ -193,6 +193,31 @@ def test_a_patch_that_is_refused_does_not_refuse_a_mark_that_takes_effect(stage)
     stage.marked.append((frame, "kept"))
 
 
+def test_a_value_that_is_set_while_a_preset_is_being_swapped_in_is_answered_and_holds_up_no_strike(stage):
+    def take(*cue, until_done):
+        """Take a cue, and wait until its command takes effect, which the player is not told yet."""
+        received = stage.server.counts.received
+        stage.send_message(*cue)
+        stage.playing.until(lambda: stage.server.counts.received > received, "the cue")
+        stage.player.tick(())
+        stage.playing.until(lambda: any(until_done(one.command) for one in stage.playing.of(CommandApplied)), cue[0])
+
+    def is_swap(command):
+        return isinstance(command, Swap) and command.patch == stage.playing.session.patch.dumps()
+
+    to_120_hz = Set("tone", "frequency", 120.0)
+    stage.until(lambda: any(is_swap(done.command) for done in stage.playing.of(CommandApplied)), "the hum")
+    take("/underfoot/play", "tacton-ws1", "t2", -3.0, 76, until_done=is_swap)
+    take("/underfoot/set", "tone", "frequency", 120.0, 77, until_done=lambda command: command == to_120_hz)
+    stage.send_message("/underfoot/strike", "t2", 1.0, 78)
+    played, was_set, struck = (stage.answer("/underfoot/played", number)[0] for number in (76, 77, 78))
+    assert played == stage.frame_of(lambda command: isinstance(command, Swap))
+    assert was_set == stage.frame_of(lambda command: command == to_120_hz)
+    assert struck > was_set >= played
+    stage.send_message("/underfoot/stop")
+    stage.until(lambda: stage.playing.session.patch == hum(), "all is as it was")
+
+
 def test_while_a_study_has_the_floor_cues_are_refused(stage):
     before = stage.server.counts.received
     stage.send_message("/underfoot/mark", "m", 81)

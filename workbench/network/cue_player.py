@@ -25,7 +25,10 @@ _REMEMBERED = 64  # patches that may still be swapped in
 
 @dataclass
 class _Pending:
-    """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one."""
+    """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one.
+
+    With both, the command counts once no earlier edit waits: its program may be one that the engine has not begun yet.
+    """
 
     cues: list[Received]
     command: Command | None = None
@@ -120,13 +123,14 @@ class CuePlayer:
         self.cued = cued
         played = self._composed(cued)
         moved = moved_numbers(self.session.patch, played, self.session.registry)
-        waits = any(pending.edit for pending in self._pending)
+        waiting = [pending for pending in self._pending if pending.edit]
         self._note(played)
         self.session.edit(played)
-        if moved is None or waits:
-            self._pending.append(_Pending(cues, edit=self._edits))
-        elif moved:
-            self._pending.append(_Pending(cues, command=moved[-1]))
+        if moved is None or moved:
+            edit = self._edits if moved is None or waiting else 0
+            self._pending.append(_Pending(cues, moved[-1] if moved else None, edit))
+        elif waiting:
+            waiting[-1].cues += cues
         else:
             self._answer(cues, self.session.health.frame)
 
@@ -168,8 +172,9 @@ class CuePlayer:
                     marked = command.frame(frame, self.session.target.rate)
                     self.server.send_mark(command.text, marked, self._ago_s(marked))
                 done = next((one for one in self._pending if one.command == command), None)
-                if done is not None:
+                if done is not None and not any(0 < one.edit < done.edit for one in self._pending):
                     self._answer(self._taken(lambda one: one is done), frame)
+                    self._strike_held()
             case PatchRefused(text):
                 self._refuse(lambda one: one.edit > 0, text)
             case Started():
