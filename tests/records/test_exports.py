@@ -264,11 +264,23 @@ def test_a_plate_that_is_not_described_is_said_in_a_line(tmp_path, name):
     assert "\n" not in str(refused.value)
 
 
-def test_an_export_that_is_stopped_leaves_nothing(path, tmp_path):
-    for suffix, one in formats().items():
-        with Recording(path) as recording, pytest.raises(ExportStopped):
-            one.write(ExportSource(recording, progress=lambda words, share: False), tmp_path / f"walk{suffix}")
-    assert not list(tmp_path.iterdir())
+@pytest.mark.parametrize("suffix", formats())
+def test_an_export_that_is_stopped_at_any_of_its_parts_leaves_nothing(path, tmp_path, suffix):
+    told = []
+    with Recording(path) as recording:
+        format_of(tmp_path / f"walk{suffix}").write(
+            ExportSource(recording, progress=lambda words, share: told.append(words) is None),
+            tmp_path / f"walk{suffix}",
+        )
+        for file in tmp_path.iterdir():
+            file.unlink()
+        for last in dict.fromkeys(told):
+            with pytest.raises(ExportStopped):
+                format_of(tmp_path / f"walk{suffix}").write(
+                    ExportSource(recording, progress=lambda words, share, last=last: words != last),
+                    tmp_path / f"walk{suffix}",
+                )
+            assert not list(tmp_path.iterdir()), last
 
 
 def test_what_a_format_cannot_carry_is_said(path, tmp_path):
