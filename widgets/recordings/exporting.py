@@ -185,5 +185,7 @@ class Exporting(QWidget):
         if is_over:
             self._timer.stop()
             self._process = None
-            process.end(1.0)
+            has_failed, how = process.has_failed, process.end(1.0)
+            if has_failed:  # otherwise it has said how it went
+                self.notified.emit(f"The export was lost: its process ended with {how}; export it again.")
             self.progressed.emit("")

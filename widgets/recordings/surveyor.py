@@ -75,6 +75,8 @@ class Surveyor(QObject):
                     self.failed.emit(message)
         if news:
             self.found.emit(self._survey)
+        if is_over and not self._survey.whole and process.has_failed:
+            self.failed.emit("The search for footsteps ended before it was done; open the recording again.")
         if is_over or self._survey.whole:
             self.stop()
             self.progressed.emit(Progress("", 1.0))

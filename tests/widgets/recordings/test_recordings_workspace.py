@@ -2,6 +2,7 @@
 
 import csv
 import math
+import multiprocessing
 import shutil
 
 import numpy as np
@@ -279,6 +280,26 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     opened.exporting.stop()
     qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert not (folder / "walk.csv").exists()
+
+
+def kill(name):
+    """Kill a process that the window has just started, as a system without memory does."""
+    (child,) = (one for one in multiprocessing.active_children() if one.name == f"underfoot {name}")
+    child.kill()
+
+
+def test_an_export_and_a_survey_that_are_killed_are_said_to_be_lost(opened, folder, qtbot):
+    said = []
+    opened.notified.connect(said.append)
+    path = opened.axis.content.opened.path
+    opened.exporting.begin(path, folder / "walk.csv", "measured")
+    kill("export")
+    qtbot.waitUntil(lambda: not opened.exporting.is_busy)
+    assert said == ["The export was lost: its process ended with signal 9; export it again."]
+    opened.surveyor.begin(path)
+    kill("survey")
+    qtbot.waitUntil(lambda: not opened.surveyor.is_busy)
+    assert said[1:] == ["The search for footsteps ended before it was done; open the recording again."]
 
 
 def test_what_cannot_be_opened_is_said(workspace, folder, qtbot):
