@@ -11,6 +11,7 @@ from made_recordings import ABOUT
 from underfoot.__main__ import cli
 from underfoot.errors import BadFile
 from underfoot.records.recording import APPLICATION_ID, Recording, Writer
+from underfoot.records.summary import summary_of
 
 
 @pytest.fixture
@@ -86,6 +87,14 @@ def test_tables_that_are_gone_or_hold_something_else_are_named(whole):
         with pytest.raises(BadFile, match="table vibration cannot be read"):
             recording.vibration()
         assert len(recording.force_samples()) == 200
+
+
+@pytest.mark.parametrize("tiles", ["'[0,'", "cast(x'5b30ff5d' as text)"], ids=["no list", "no text"])
+def test_the_summary_of_one_whose_envelopes_are_damaged_is_refused(whole, tiles):
+    with closing(sqlite3.connect(whole)) as base:
+        base.executescript(f"update envelope set tiles = {tiles}")
+    with pytest.raises(BadFile, match="table envelope cannot be read"):
+        summary_of(whole)
 
 
 def test_damaged_files_are_read_or_refused_in_one_line(whole, tmp_path):

@@ -204,7 +204,7 @@ class RecordingReader(QObject):
                 do()
             except UnderfootError as error:
                 self.failed.emit(str(error))
-            except sqlite3.Error as error:
+            except (sqlite3.Error, ValueError) as error:  # envelopes that are damaged, also those in the cache
                 self.failed.emit(f"The recording cannot be read: {error}")
         self._open_files.close()
 

@@ -293,7 +293,7 @@ class Recording:
             return
         has_all_tiles = table == "force" or (table == "vibration" and self.version < 4)
         columns = "first, count, data" if has_all_tiles else "first, count, data, tiles"
-        with self._readable(table):
+        with self.readable(table):
             (before,) = self._base.execute(f"select max(first) from {table} where first <= ?", (begin,)).fetchone()
             found = self._base.execute(
                 f"select {columns} from {table} where first >= ? and first < ? order by first{' desc' * reverse}",
@@ -376,7 +376,7 @@ class Recording:
         """Return the number of a table's first row, and the number after its last; None if it is empty."""
         if self._lacks(table):
             return None, None
-        with self._readable(table):
+        with self.readable(table):
             ask = f"select min(first) from {table}"
             (first,) = self._base.execute(ask).fetchone()
             last = self._base.execute(f"select first + count from {table} order by first desc limit 1").fetchone()
@@ -388,7 +388,7 @@ class Recording:
         """Return the marks in order of time."""
         if "mark" not in self._tables:
             return []
-        with self._readable("mark"):
+        with self.readable("mark"):
             return [Mark(*row) for row in self._base.execute("select id, frame, text from mark order by frame, id")]
 
     def add_mark(self, frame: int, text: str = "") -> Mark:
@@ -424,7 +424,7 @@ class Recording:
 
     def commands(self) -> list[tuple[int, str, str]]:
         """Return (frame, kind, body) of every command, in order."""
-        with self._readable("command"):
+        with self.readable("command"):
             found = list(self._base.execute("select frame, kind, body from command order by id"))
             for row in found:
                 if [type(value) for value in row] != [int, str, str] or row[0] < 0:
@@ -434,7 +434,7 @@ class Recording:
     def gaps(self, table: str = "vibration") -> list[Gap]:
         """Return the gaps between the blocks of a table."""
         found, end = [], None
-        with self._readable(table):
+        with self.readable(table):
             for first, count in self._base.execute(f"select first, count from {table} order by first"):
                 if end is not None and first > end:
                     found.append(Gap(end, first - end))
@@ -455,7 +455,7 @@ class Recording:
     def _whole(self, table: str) -> tuple[int, Rows]:
         """Return all rows of a table, and the number of the first; 0 in gaps."""
         first, end = (number or 0 for number in self.ends(table))
-        with self._readable(table):
+        with self.readable(table):
             whole = np.zeros((end - first, self._columns(table)), _TYPES[table])
             for at, rows in self.blocks(table):
                 whole[at - first : at - first + len(rows)] = rows
@@ -468,7 +468,7 @@ class Recording:
             raise BadFile(f"{self.path} is not a whole recording: its floor cannot be read") from None
 
     @contextmanager
-    def _readable(self, table: str) -> Iterator[None]:
+    def readable(self, table: str) -> Iterator[None]:
         """Raise `BadFile` if the table is damaged."""
         try:
             yield

@@ -57,7 +57,8 @@ def _force(recording: Recording, first: int, end: int, tiles: int) -> NDArray[np
     edges = np.linspace(first, max(end, first + 1), POINTS + 1)
     base = recording.envelope_base()
     if base is not None:
-        envelope = envelopes.read(base, "force", envelopes.COARSE, tiles + 1).column(tiles)
+        with recording.readable("envelope"):
+            envelope = envelopes.read(base, "force", envelopes.COARSE, tiles + 1).column(tiles)
         low, high = envelope.between(edges)
     else:
         low = high = np.full((POINTS, 1), np.nan, np.float32)

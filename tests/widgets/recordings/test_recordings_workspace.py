@@ -4,6 +4,8 @@ import csv
 import math
 import multiprocessing
 import shutil
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -280,6 +282,20 @@ def test_it_is_exported_in_a_process_that_can_be_stopped(opened, folder, qtbot):
     opened.exporting.stop()
     qtbot.waitUntil(lambda: not opened.exporting.is_busy)
     assert not (folder / "walk.csv").exists()
+
+
+def test_one_with_damaged_envelopes_is_said_and_the_next_one_opens(workspace, folder, walk, qtbot):
+    said = []
+    workspace.notified.connect(said.append)
+    damaged = folder / "damaged.underfoot"
+    shutil.copy(walk, damaged)
+    with closing(sqlite3.connect(damaged)) as base:
+        base.executescript("update envelope set tiles = '[0,'")
+    workspace.open_file(damaged)
+    qtbot.waitUntil(lambda: any(line.startswith("The recording cannot be read: ") for line in said))
+    workspace.open_file(walk)
+    qtbot.waitUntil(lambda: workspace.axis.content is not None and workspace.axis.content.opened.path == walk)
+    qtbot.waitUntil(lambda: workspace.axis.content.overview is not None)
 
 
 def kill(name):
