@@ -122,6 +122,20 @@ def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
     assert window.controller.session.patch.title == "Hiss"
 
 
+@pytest.mark.parametrize("method", ["__init__", "patch"])
+def test_a_scene_that_fails_as_it_begins_gives_the_session_back(scenes, window, qtbot, monkeypatch, method):
+    class Failing(scenes.kinds["footprints"]):
+        """A plug-in's."""
+
+    setattr(Failing, method, lambda *given: 1 / 0)
+    monkeypatch.setattr(scenes, "kinds", {**scenes.kinds, "footprints": Failing})
+    ask(scenes, qtbot, "footprints")
+    qtbot.waitUntil(lambda: "ZeroDivisionError" in scenes.panel.state.text())
+    assert scenes.panel.start.isEnabled()
+    assert not window.controller.is_lent
+    assert window.controller.session.patch.title == "Hiss"
+
+
 def test_the_projection_is_true_to_scale_follows_keys_and_closes_by_escape(scenes, qtbot):
     scene = start(scenes, qtbot, "touch-widgets")
     qtbot.mouseClick(scenes.panel.project, LEFT)

@@ -144,8 +144,8 @@ class ScenesWorkspace(ProjectingWorkspace):
                 before.join()  # a scene that is not wanted any more: its kernels are loaded to the end
             try:
                 self._made.emit(number, kind(floor, given))
-            except UnderfootError as error:
-                self._made.emit(number, str(error))
+            except Exception as error:
+                self._made.emit(number, _reason(error))
 
         self._maker = threading.Thread(target=make, name="make scene")
         self._maker.start()
@@ -184,11 +184,8 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._pending = 0
         if isinstance(made, str):
             self._fail(made)
-            return
-        for name, value in self._values[self.chosen].items():
-            if value != made.given[name]:
-                made.change(name, value)  # set while it was made
-        self._play(made)
+        else:
+            self._play(made)
 
     def _play(self, scene: Scene) -> None:
         controller = self._controller
@@ -197,10 +194,13 @@ class ScenesWorkspace(ProjectingWorkspace):
             self._show_availability()
             return
         try:
+            for name, value in self._values[self.chosen].items():
+                if value != scene.given[name]:
+                    scene.change(name, value)  # set while it was made
             self.stage = Stage(session, scene)
-        except UnderfootError as error:
+        except Exception as error:
             controller.take_back()
-            self._fail(str(error))
+            self._fail(_reason(error))
             return
         self.view.times = PaintTimes()
         self.view.times.clock = self._session_s
@@ -226,8 +226,8 @@ class ScenesWorkspace(ProjectingWorkspace):
             return
         try:
             moments = stage.tick()
-        except Exception as error:  # a scene may be anybody's: it ends, and not the window
-            self._fail(f"The scene was stopped: {type(error).__name__}: {error}")
+        except Exception as error:
+            self._fail(_reason(error))
             return
         painted = self.projection or self.view
         for moment in moments:
@@ -293,3 +293,10 @@ class ScenesWorkspace(ProjectingWorkspace):
         panel.walker_requested.connect(lambda on: self._send(Walk(on)))
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
         self._made.connect(self._take)
+
+
+def _reason(error: Exception) -> str:
+    """Return why a scene ends. A scene may be anybody's, and can raise anything: it ends, and not the window."""
+    return (
+        str(error) if isinstance(error, UnderfootError) else f"The scene was stopped: {type(error).__name__}: {error}"
+    )
