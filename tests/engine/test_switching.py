@@ -56,6 +56,25 @@ def test_a_rhythm_that_begins_at_once_plays_again_from_the_start(blocks):
     np.testing.assert_allclose(again[FADE:], first[FADE:], atol=2e-4)  # one after the DC block was at rest
 
 
+@pytest.mark.parametrize("together", [True, False])
+def test_a_strike_whose_time_has_not_come_goes_on_in_the_patch_that_follows(together):
+    patch = stepped_bank()
+    plain, swapped = (loop_of(patch, walking=False) for _ in range(2))
+    for loop in (plain, swapped):
+        loop.send(Strike("", "t2", 1.0, delay_s=0.5))
+    swapped.send(swap(patch, together=together), 32 * 300)
+    expected, found = (played(loop, RATE) for loop in (plain, swapped))
+    assert expected[RATE // 2 :, 1].any()
+    assert found.tobytes() == expected.tobytes()
+
+
+def test_a_patch_that_begins_anew_has_no_strike_of_the_one_before():
+    loop = loop_of(stepped_bank(), walking=False)
+    loop.send(Strike("", "t2", 1.0, delay_s=0.5))
+    loop.send(swap(stepped_bank(), anew=True), 32 * 300)
+    assert not played(loop, RATE).any()
+
+
 def test_a_start_is_recorded_as_it_was_sent():
     sent = swap(rhythmic(), anew=True, settle_s=0.25)
     assert from_text(*to_text(sent)) == sent

@@ -149,12 +149,18 @@ class Program:
     def take_over(self, old: "Program", frame: int) -> bool:
         """Take over the states of unchanged nodes (same id, type and sizes); their controls continue from their values.
 
-        Returns whether all nodes are unchanged.
+        Strikes whose time has not come go on to their nodes, unless the program begins anew. Returns whether all nodes
+        are unchanged.
         """
         p, q = self.tables, old.tables
         if old.tiles != self.tiles:
             return False
         all_stayed = True
+        if not self.begins_anew:
+            for struck, row, time, strength, duration in old._pending:
+                here = self.index.get(old.node_ids[struck], -1)
+                if here in self._struck:
+                    self._pending.append((here, row, time, strength, duration))
         for id, k in self.index.items():
             if self.begins_anew and id not in self._follow_floor:
                 continue
