@@ -7,6 +7,7 @@ import resource
 import subprocess
 import sys
 from contextlib import closing
+from functools import partial
 
 import numpy as np
 import pytest
@@ -171,22 +172,25 @@ def test_ids_that_differ_in_letter_case_only_are_refused_or_remarked_on(tmp_path
     assert [path.name for path in session.parent.iterdir()] == ["P01.session"]
 
 
+def fill_disk(typed, child):
+    """Let no file of the process grow, and type something."""
+    resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+    return typed
+
+
+def make_room(child):
+    resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    return ""
+
+
 def test_a_study_is_run_in_a_terminal(tmp_path):
     """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end.
 
-    An answer that a full disk refuses is written when there is room.
+    What a full disk refuses, an answer or a pause that ends by itself, is written when there is room.
     """
-
-    def fill_disk(child):  # no file of the process can grow
-        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
-        return "40"
-
-    def make_room(child):
-        resource.prlimit(child.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-        return ""
-
     stages = [
         {"id": "consent", "kind": "consent", "title": "Taking part"},
+        {"id": "rest", "kind": "pause", "seconds": 1.0},
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
     ]
     protocol = tmp_path / "a.json"
@@ -194,9 +198,11 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     command = ["experiment", str(protocol), "--participant", "P7", "--session", str(tmp_path / "p7.session")]
     typed = (
         ("agree", "yes"),
+        ("Pause of 1 s", partial(fill_disk, "")),
+        ("Make room", make_room),
         ("press Enter to begin", ""),
         ("How was it", "much"),
-        ("allowed: 0 (least) to 100", fill_disk),
+        ("allowed: 0 (least) to 100", partial(fill_disk, "40")),
         ("Make room", ""),
         ("Make room", make_room),
         ("press Enter to begin", ""),
@@ -204,7 +210,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     )
     assert in_terminal(command, typed) == 0
     file = SessionFile.open(tmp_path / "p7.session")
-    assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {"rating": 40.0}, {"rating": 60.0}]
+    assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, {"rating": 60.0}]
     file.close()
 
 

@@ -142,7 +142,10 @@ class _Terminal:
 
         _say(_HELP)
         while self._runner.phase is not Phase.END:
-            self._runner.poll(self._runner.session.poll())
+            try:
+                self._runner.poll(self._runner.session.poll())  # which stores pauses that end, and answers by foot
+            except BadFile as error:
+                self._say_refused(error)
             self._foot.tick(self._runner)
             self._show()
             line = self._lines.next()
@@ -158,14 +161,16 @@ class _Terminal:
                 _say(str(error))
                 self._shown.key = ""
             except BadFile as error:
-                self._disk_refused = True
-                _say(
-                    f"{error}. Make room and press Enter, which writes the answer first; type stop to stop without it."
-                )
+                self._say_refused(error)
             if self._runner.phase is Phase.STOPPED and not self._disk_refused:
                 _say(f"{self._runner.hint} Start again to go on; what was answered is kept.")
                 return
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
+
+    def _say_refused(self, error: BadFile) -> None:
+        """Say that the disk refuses an answer, which is kept."""
+        self._disk_refused = True
+        _say(f"{error}. Make room and press Enter, which writes the answer first; type stop to stop without it.")
 
     def _take(self, line: str) -> None:
         from underfoot.studies.phase import Phase
