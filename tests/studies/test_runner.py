@@ -355,6 +355,19 @@ def test_a_sound_card_that_goes_away_stops_a_study_until_it_is_back(session, unt
         assert runner.file.entries() == []
 
 
+def test_a_trigger_that_is_unplugged_is_said_and_the_study_goes_on(session, until, tmp_path):
+    master, slave = os.openpty()
+    name = os.ttyname(slave)
+    trigger = SerialTrigger(name)
+    for end in (master, slave):
+        os.close(end)
+    protocol = made_protocol("rating", {"blocks": 1}, {"WC": CONSTANT}, start="step")
+    with taking_part(session, protocol, tmp_path / "a", until, equipment=Equipment(markers=[trigger])) as person:
+        person.finish_study()
+        assert person.runner.messages == [f"no markers reach the trigger {name}: it was unplugged"]
+        assert len(person.runner.file.entries()) == 1
+
+
 def test_those_who_want_marks_get_them(session, until, tmp_path):
     """A byte for each on a real pseudo-terminal, and LSL streams where that is installed."""
     pylsl = pytest.importorskip("pylsl")

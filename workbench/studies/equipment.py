@@ -28,6 +28,11 @@ class Equipment:
         for marker in self.markers:
             marker.mark(what, text, ago_s)
 
+    @property
+    def problem(self) -> str:
+        """Why markers do not reach a recorder now; "" if all is well."""
+        return "; ".join(filter(None, (marker.problem for marker in self.markers)))
+
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Send new force samples in N, [sample, tile], to all recorders."""
         for marker in self.markers:

@@ -31,7 +31,9 @@ def place_of(page: "Page | Entry") -> str:
 
 
 class Markers(Protocol):
-    """A receiver of a study's events and forces."""
+    """A receiver of a study's events and forces; `problem` is why markers do not reach it now, or ""."""
+
+    problem: str
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
         """Receive a marker for an event `ago_s` seconds ago; `text` names the trial."""
@@ -48,6 +50,8 @@ class Markers(Protocol):
 
 class LslMarkers:
     """Two LSL streams: `Underfoot markers` (text, as it happens) and `Underfoot force` (newtons a tile)."""
+
+    problem = ""
 
     def __init__(self, floor: Floor, force_hz: float) -> None:
         """Open the streams; raise `BadValue` if the package pylsl is not installed."""
@@ -87,6 +91,7 @@ class SerialTrigger:
         """Open the port; raise `DeviceError` if that fails."""
         import serial
 
+        self._name, self.problem = port, ""
         try:
             with system_errors():
                 self._port = serial.Serial(port, BAUD, write_timeout=0.1)
@@ -97,8 +102,9 @@ class SerialTrigger:
         """Send the byte of a marker; a disconnected port does not end the study."""
         try:
             self._port.write(bytes([BYTES[what]]))
-        except OSError:
-            return
+            self.problem = ""
+        except OSError as error:
+            self.problem = f"no markers reach the trigger {self._name}: {port_reason(error)}"
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Do nothing, because a trigger has only bytes for markers."""

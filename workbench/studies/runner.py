@@ -73,6 +73,7 @@ class Runner:
         self._stimulus = TimedStimulus(self._apparatus)  # in learning, and for the level
         self._page_due = 0.0
         self._selected: tuple[FloorTarget | None, float] = (None, 0.0)
+        self._equipment_problem = ""  # the last one that was told
         self._is_stopped = False
         session.stop()  # silence while patches are compiled
 
@@ -152,6 +153,9 @@ class Runner:
                 self._lost(f"the engine was lost: {report.reason}")
             elif isinstance(report, Notice):
                 self.messages.append(report.text)
+        if self._equipment.problem != self._equipment_problem:
+            self._equipment_problem = self._equipment.problem
+            self.messages.append(self._equipment_problem or "markers are sent again")
         if self.presenter.problem:
             self.messages.append(self.presenter.problem)
             self.presenter.problem = ""

@@ -1,6 +1,7 @@
 """A serial port, through pyserial: USB, a real UART, or a pseudo-terminal."""
 
 import os
+import re
 import select
 import sys
 from collections.abc import Iterator, Sequence
@@ -176,7 +177,7 @@ def system_errors() -> Iterator[None]:
 
 
 def port_reason(error: Exception) -> str:
-    """Return in words why a serial port cannot be opened or read."""
+    """Return in words why a serial port cannot be opened, read or written to."""
     text = " ".join(str(error).split())
     known = {
         2: "there is no such port",
@@ -186,4 +187,5 @@ def port_reason(error: Exception) -> str:
     }
     if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
         return known[5]
-    return known.get(getattr(error, "errno", None) or 0, text)
+    told = re.search(r"\[Errno (\d+)\]", text)  # where pyserial passes a system's error on, in words only
+    return known.get(getattr(error, "errno", None) or (int(told[1]) if told else 0), text)
