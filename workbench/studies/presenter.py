@@ -41,6 +41,7 @@ class Presenter:
         )
         """The acceleration at full scale of each tile, m/s^2."""
         self._requested: Patch = session.patch
+        self._awaited = [session.patch.dumps()]  # patches with whose swap the requested one plays
         self.since_frame: int | None = 0
         """The frame from which the wanted patch plays; None until it does."""
         self.problem = ""
@@ -58,7 +59,12 @@ class Presenter:
         if patch == self._requested:
             return
         is_swapped = moved_numbers(self.session.patch, patch, self.session.registry) is None
-        self._requested, self.since_frame = patch, None if is_swapped else self.session.health.frame
+        if is_swapped:
+            self.since_frame, self._awaited = None, []
+        elif self.since_frame is not None:  # otherwise its program is being swapped in, with this or the former number
+            self.since_frame, self._awaited = self.session.health.frame, []
+        self._requested = patch
+        self._awaited.append(patch.dumps())
         self.session.edit(patch)
 
     def has_played(self, seconds: float) -> bool:
@@ -72,10 +78,9 @@ class Presenter:
 
     def take(self, reports: Iterable[Report]) -> None:
         """Process the session's reports."""
-        text = self._requested.dumps()
         for report in reports:
             match report:
-                case CommandApplied(frame, Swap(patch)) if patch == text:
+                case CommandApplied(frame, Swap(patch)) if patch in self._awaited:
                     self.since_frame = frame
                 case OutputChanged(silence=silence):
                     self.problem = self._silence = silence

@@ -1,0 +1,29 @@
+"""From which frame on a requested patch plays, on a real engine."""
+
+from made_patches import hum
+from people import open_session
+
+from underfoot.engine.commands import Swap
+from underfoot.engine.reports import CommandApplied
+from underfoot.studies.presenter import Presenter
+
+
+def test_a_level_that_is_set_while_its_stimulus_is_being_swapped_in_plays_from_then_on(until):
+    soft, loud = (hum(tone={"amplitude": amplitude}) for amplitude in (0.5, 1.0))
+    reports = []
+
+    def swapped():
+        reports.extend(session.poll())
+        done = [report for report in reports if isinstance(report, CommandApplied)]
+        return [one.frame for one in done if isinstance(one.command, Swap) and one.command.patch == soft.dumps()]
+
+    with open_session(until) as session:
+        presenter = Presenter(session)
+        presenter.request(soft)
+        (frame,) = until(swapped, "it is swapped in")
+        presenter.request(loud)  # before the presenter is told
+        assert presenter.since_frame is None
+        presenter.take(reports)
+        assert presenter.since_frame == frame
+        presenter.request(soft)
+        assert presenter.since_frame >= frame
