@@ -38,6 +38,20 @@ def test_unsaved_work_survives_a_crash_and_not_a_clean_close(qtbot, tmp_path):
     assert not kept.exists()
 
 
+def test_work_that_cannot_be_copied_is_said_once(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    said = []
+    window.open_patch.notified.connect(said.append)
+    kept = tmp_path / "unsaved" / "work-0.json"
+    kept.mkdir()
+    for amplitude in (1.0, 2.0):
+        window.open_patch.set_patch(noise_patch().set("noise", "amplitude", amplitude, REGISTRY))
+        window.open_patch.write_autosave()
+        qtbot.waitUntil(lambda: bool(said))
+    window.leave()
+    assert said == [f"Unsaved work would not survive a crash: {kept} cannot be written: is a directory"]
+
+
 def test_a_window_that_is_told_to_leave_keeps_unsaved_work(qtbot, tmp_path):
     first = quiet_window(qtbot, tmp_path)
     design(first).document.edit(noise_patch("Left behind"), "All")
