@@ -162,6 +162,13 @@ def test_a_start_after_a_restart_does_not_speak_of_a_crash(qtbot, tmp_path):
     assert "your unsaved work is restored" in quiet_window(qtbot, tmp_path).status.message
 
 
+def test_a_history_that_cannot_be_kept_does_not_keep_the_window_from_a_restart(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    (tmp_path / "undo.json").mkdir()
+    window.restart()
+    assert not window.isVisible()
+
+
 @pytest.mark.parametrize("chosen", ["dark", "light"])
 def test_the_application_has_the_colours_of_the_settings(qapp, chosen):
     application.application(Settings(theme=chosen))

@@ -310,6 +310,14 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     assert not kept.exists()
 
 
+def test_a_draft_that_cannot_be_kept_is_said_and_the_window_closes(made):
+    made.click(made.workspace.library.new)
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
+    (made.folder / "protocols" / UNSAVED).mkdir(parents=True)
+    made.workspace.close_down()
+    assert made.said[-1] == f"{made.folder / 'protocols' / UNSAVED} cannot be written: is a directory"
+
+
 def test_stimuli_come_from_a_table_after_asking(made):
     workspace, protocol_editor = made.workspace, made.protocol_editor
     made.click(workspace.library.new)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QWidget
 from underfoot.engine.commands import PressTile, Strike
 from underfoot.engine.reports import Costs, Fault, Health
 from underfoot.engine.target import Target
+from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
@@ -129,7 +130,10 @@ class DesignWorkspace(Workspace):
         self.canvas.patch_scene.forget_descriptions()
 
     def save_for_restart(self, folder: Path) -> None:
-        self.document.save_history(folder / UNDO_FILE)
+        try:
+            self.document.save_history(folder / UNDO_FILE)
+        except UnderfootError as error:
+            self.notified.emit(str(error))
 
     def close_down(self) -> None:
         self.side.presets.close_down()

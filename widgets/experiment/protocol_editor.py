@@ -120,12 +120,16 @@ class ProtocolEditor(QWidget):
             self._edit(Draft.of(study.protocol, self._registry, self._own), study.path, note if count else "")
 
     def keep_unsaved(self) -> None:
-        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again."""
+        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again; show
+        errors."""
         if self.draft is not None and self.is_changed:
             kept = json.dumps(
                 {"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()}
             )
-            write_file(make_folder(self._own) / UNSAVED, kept.encode())
+            try:
+                write_file(make_folder(self._own) / UNSAVED, kept.encode())
+            except UnderfootError as error:
+                self.notified.emit(str(error))
 
     def restore_unsaved(self) -> None:
         """Open the editor with the draft that was unsaved when the window was closed; show errors."""
