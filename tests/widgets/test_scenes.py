@@ -122,6 +122,17 @@ def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
     assert window.controller.session.patch.title == "Hiss"
 
 
+@pytest.mark.parametrize("is_projected", [False, True], ids=["in the pane", "on the floor"])
+def test_a_scene_whose_picture_fails_is_ended_and_not_the_program(scenes, window, qtbot, is_projected):
+    scene = start(scenes, qtbot, "frozen-pond")
+    if is_projected:
+        scenes.project()
+    scene.shapes = lambda: 1 / 0
+    qtbot.waitUntil(lambda: scenes.stage is None)
+    assert "ZeroDivisionError" in scenes.panel.state.text()
+    assert window.controller.session.patch.title == "Hiss"
+
+
 @pytest.mark.parametrize("method", ["__init__", "patch"])
 def test_a_scene_that_fails_as_it_begins_gives_the_session_back(scenes, window, qtbot, monkeypatch, method):
     class Failing(scenes.kinds["footprints"]):

@@ -18,12 +18,14 @@ CAPITAL_SHARE = 0.72
 def paint_shapes(painter: QPainter, shapes: Iterable[Shape], to_pixels: QTransform) -> None:
     """Paint shapes; `to_pixels` converts from the floor's frame, y upwards, to the painter's pixels."""
     painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setTransform(to_pixels, True)
-    for shape in shapes:
-        painter.setOpacity(shape.opacity)
-        _paint(shape, painter)
-    painter.restore()
+    try:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setTransform(to_pixels, True)
+        for shape in shapes:
+            painter.setOpacity(shape.opacity)
+            _paint(shape, painter)
+    finally:
+        painter.restore()
 
 
 @singledispatch

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -61,6 +61,8 @@ class SceneView(QWidget):
 
     pressed = Signal(str, float, float, float)
     """Tile, x and y in metres of its frame, force in newtons; 0 ends the press."""
+    failed = Signal(object)
+    """The exception that the scene's picture raised."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -110,7 +112,7 @@ class SceneView(QWidget):
         for tile in self._floor.tiles:
             painter.drawPolygon(to_pixels.map(QPolygonF([QPointF(x, y) for x, y in tile.corners_m().tolist()])))
         if self._scene is not None:
-            paint_shapes(painter, self._scene.shapes(), to_pixels)
+            _paint_scene(self._scene, painter, to_pixels, self.failed)
             painter.end()
             self.times.add_picture(began)
 
@@ -153,6 +155,9 @@ class SceneView(QWidget):
 class SceneProjection(TrueScaleWindow):
     """A scene on a whole screen, at true scale; centred on the floor, and adjusted by keys."""
 
+    failed = Signal(object)
+    """The exception that the scene's picture raised."""
+
     def __init__(self, scene: Scene, placement: Placement) -> None:
         super().__init__(placement)
         self.setWindowTitle(f"{scene.title} on the floor – Underfoot")
@@ -177,7 +182,7 @@ class SceneProjection(TrueScaleWindow):
         began = time.perf_counter()
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor("black"))
-        paint_shapes(painter, self._scene.shapes(), self.to_pixels())
+        _paint_scene(self._scene, painter, self.to_pixels(), self.failed)
         if time.monotonic() < self._hint_until:
             line = QRectF(0, self.height() - 4 * theme.GRID, self.width(), 4 * theme.GRID)
             painter.setFont(theme.font())
@@ -189,6 +194,14 @@ class SceneProjection(TrueScaleWindow):
 
     def _show_hint(self) -> None:
         self._hint_until = time.monotonic() + HINT_S
+
+
+def _paint_scene(scene: Scene, painter: QPainter, to_pixels: QTransform, failed: SignalInstance) -> None:
+    """Paint the picture of a scene. What it raises is emitted: out of a `paintEvent` it would end the program."""
+    try:
+        paint_shapes(painter, scene.shapes(), to_pixels)
+    except Exception as error:
+        failed.emit(error)
 
 
 def bounds(floor: Floor) -> np.ndarray:

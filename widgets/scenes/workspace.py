@@ -173,6 +173,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         if self.projection is None:
             self.projection = SceneProjection(self.stage.scene, self._settings.placement)
             self.projection.times.clock = self._session_s
+            self.projection.failed.connect(self._end_failed, Qt.ConnectionType.QueuedConnection)
             self._follow_projection(self.projection)
         screens = QGuiApplication.screens()
         self.projection.show_on(screens[min(max(self.panel.screen_choice.currentIndex(), 0), len(screens) - 1)])
@@ -213,6 +214,11 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.stop()
         self._show_availability()
         self.panel.state.setText(why)
+
+    def _end_failed(self, error: Exception) -> None:
+        """End a scene whose picture failed, some time after that was painted."""
+        if self.stage is not None:
+            self._fail(_reason(error))
 
     def _add_reports(self, reports: list[Report]) -> None:
         if self.stage is not None:
@@ -291,6 +297,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         panel.project_requested.connect(self.project)
         panel.changed.connect(self.change)
         panel.walker_requested.connect(lambda on: self._send(Walk(on)))
+        self.view.failed.connect(self._end_failed, Qt.ConnectionType.QueuedConnection)
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
         self._made.connect(self._take)
 
