@@ -210,11 +210,15 @@ class OpenPatch(QObject):
     def restore_or_open(self, path: Path | None, default_patch: Patch) -> None:
         """Open, at the start, the work left by a crash, else the requested file, else this patch."""
         recovered = self.autosave.recover(self._registry, self.nodes.register_nodes)
-        if path is not None and self.read(path):
+
+        def keep() -> None:
             if recovered is not None:
-                self.autosave.put_aside()
+                self._submit(self.autosave.put_aside)  # after the copies before
                 self.notified.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
-        elif recovered is not None:
+
+        if path is not None and self.read(path, keep):
+            return
+        if recovered is not None:
             other = recovered.other
             self.other = SlotContent(other.patch, other.path, self._saved_patch(other)) if other is not None else None
             self._set_document(recovered.patch, recovered.path, saved=self._saved_patch(recovered))
@@ -223,14 +227,14 @@ class OpenPatch(QObject):
         else:
             self._set_document(default_patch, None, saved=default_patch)
 
-    def read(self, path: Path) -> bool:
-        """Open the patch in a file; if that fails, report it and change nothing.
+    def read(self, path: Path, then: Callable[[], object] = lambda: None) -> bool:
+        """Open the patch in a file, and call `then`; if that fails, report it and change nothing.
 
         Returns whether it is open now; a question may have to be answered first.
         """
-        return self.nodes.when_allowed(path, lambda: self._read(path))
+        return self.nodes.when_allowed(path, lambda: self._read(path, then))
 
-    def _read(self, path: Path) -> bool:
+    def _read(self, path: Path, then: Callable[[], object]) -> bool:
         try:
             patch = self.nodes.load(path)
         except UnderfootError as error:
@@ -241,15 +245,16 @@ class OpenPatch(QObject):
             return False
         unknown = self._unknown_files(patch, path.absolute().parent)
         if unknown:
-            self._ask_for_files(path, patch, unknown)
+            self._ask_for_files(path, patch, unknown, then)
             return False
-        self._open(path, patch)
+        self._open(path, patch, then)
         return True
 
-    def _open(self, path: Path, patch: Patch) -> None:
+    def _open(self, path: Path, patch: Patch, then: Callable[[], object]) -> None:
         self._set_document(patch, path, saved=patch)
         self._settings.remember_file(path)
         self.notified.emit(self.nodes.missing_text(patch) or f"{path.name} is open.")
+        then()
 
     def _set_document(self, patch: Patch, path: Path | None, saved: Patch) -> None:
         self._preset_openings.clear()
@@ -376,7 +381,7 @@ class OpenPatch(QObject):
         named = (os.path.abspath(path) for path in outside_files(patch, self._registry, folder))
         return [name for name in named if name not in self._settings.outside_files]
 
-    def _ask_for_files(self, path: Path, patch: Patch, files: list[str]) -> None:
+    def _ask_for_files(self, path: Path, patch: Patch, files: list[str], then: Callable[[], object]) -> None:
         """Open the patch if the user allows it to read files outside its folder."""
         some = "\n".join(files[:5]) + (f"\nand {len(files) - 5} more" if len(files) > 5 else "")
         text = f"“{path.name}” reads sound files outside its own folder:\n\n{some}"
@@ -388,7 +393,7 @@ class OpenPatch(QObject):
         def answered(answer: int) -> None:
             if _Answer(answer) == _Answer.Open:
                 self._settings.outside_files += files
-                self._open(path, patch)
+                self._open(path, patch, then)
 
         box.finished.connect(answered)
         box.open()

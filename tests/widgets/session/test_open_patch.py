@@ -274,6 +274,25 @@ def test_a_patch_that_reads_files_outside_its_folder_is_opened_once_the_person_s
     assert window.open_patch.patch == patch
 
 
+def test_work_left_by_a_crash_is_kept_when_the_file_of_the_start_is_opened_after_a_question(qtbot, tmp_path):
+    first = quiet_window(qtbot, tmp_path)
+    design(first).document.edit(noise_patch("Left behind"), "All")
+    first.leave()
+    folder = tmp_path / "patches"
+    folder.mkdir()
+    Patch(title="Outside").add("wav-player", REGISTRY, file="../rain.wav").save(folder / "outside.json")
+    second = quiet_window(qtbot, tmp_path, folder / "outside.json")
+    assert second.open_patch.patch.title == "Left behind"
+    second.open_patch.write_autosave()
+    question = dialog_of(second, QMessageBox)
+    qtbot.mouseClick(question.button(QMessageBox.StandardButton.Open), Qt.MouseButton.LeftButton)
+    assert second.open_patch.patch.title == "Outside"
+    assert "Unsaved work from last time is kept" in second.status.message
+    second.close()
+    assert not second.isVisible()
+    assert quiet_window(qtbot, tmp_path).open_patch.patch.title == "Left behind"
+
+
 def test_a_patch_that_the_person_saved_is_opened_without_a_question(qtbot, tmp_path):
     window = quiet_window(qtbot, tmp_path)
     own = Patch(title="Own").add("wav-player", REGISTRY, file=str(tmp_path / "sounds" / "own.wav"))
