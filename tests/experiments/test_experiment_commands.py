@@ -186,7 +186,8 @@ def make_room(child):
 def test_a_study_is_run_in_a_terminal(tmp_path):
     """Two trials begun by Enter and answered by typing; a line that cannot be is said again; then it is at its end.
 
-    What a full disk refuses, an answer or a pause that ends by itself, is written when there is room.
+    What a full disk refuses, an answer or a pause that ends by itself, is written when there is room; a note is typed
+    again.
     """
     stages = [
         {"id": "consent", "kind": "consent", "title": "Taking part"},
@@ -201,6 +202,8 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
         ("Pause of 1 s", partial(fill_disk, "")),
         ("Make room", make_room),
         ("press Enter to begin", ""),
+        ("How was it", partial(fill_disk, "note tired")),
+        ("Make room and type it again", lambda child: f"note tired{make_room(child)}"),
         ("How was it", "much"),
         ("allowed: 0 (least) to 100", partial(fill_disk, "40")),
         ("Make room", ""),
@@ -211,6 +214,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     assert in_terminal(command, typed) == 0
     file = SessionFile.open(tmp_path / "p7.session")
     assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, {"rating": 60.0}]
+    assert [note.text for note in file.notes()].count("tired") == 1
     file.close()
 
 

@@ -168,8 +168,14 @@ class _Terminal:
         _say(f"{self._runner.page.title}. {self._runner.page.text}")
 
     def _say_refused(self, error: BadFile) -> None:
-        """Say that the disk refuses an answer, which is kept."""
-        self._disk_refused = True
+        """Say that the disk refuses an answer, which is kept, or a note, which is not."""
+        from underfoot.studies.phase import Phase
+
+        self._disk_refused = self._runner.phase is Phase.STOPPED
+        if not self._disk_refused:
+            _say(f"{error}. Make room and type it again.")
+            self._shown.key = ""
+            return
         _say(f"{error}. Make room and press Enter, which writes the answer first; type stop to stop without it.")
 
     def _take(self, line: str) -> None:
