@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from windows import dialog_of
 
+from underfoot.errors import BadFile
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.store import SessionFile
 from underfoot.nodes import REGISTRY
@@ -243,6 +244,23 @@ def test_stop_note_and_present_again_by_the_experimenter(bench):
     assert bench.runner.page.attempt == 2
     assert [note.text for note in bench.runner.file.notes()][-1] == "shoes changed"
     assert bench.entries()[0].spoiled == "fire drill"
+
+
+def test_a_note_that_the_disk_refuses_stays_to_be_kept_later(bench, monkeypatch):
+    def refuse(file, text):
+        raise BadFile(f"{file.path} cannot be written: database or disk is full")
+
+    bench.choose(stages=[rated()], stimuli={"WC": CONSTANT})
+    desk = bench.workspace.experimenter
+    bench.until(Phase.READY)
+    bench.qtbot.keyClicks(desk.note_field, "shoes changed")
+    with monkeypatch.context() as full:
+        full.setattr(SessionFile, "add_note", refuse)
+        bench.click(desk.note_button)
+    assert desk.note_field.text() == "shoes changed"
+    bench.click(desk.note_button)
+    assert not desk.note_field.text()
+    assert [note.text for note in bench.runner.file.notes()] == ["shoes changed"]
 
 
 def test_leaving_and_coming_back_goes_on_at_the_next_trial(bench):

@@ -166,14 +166,16 @@ class RunningStudy(QObject):
         """Show drawings of the answers so far, or why there are none."""
         self.experimenter.drawings.show_drawings([one for found in findings for one in found.drawings], why_not)
 
-    def _do(self, what: Callable[[Runner], object]) -> None:
-        """Do an action of the runner; show its error, if any."""
+    def _do(self, what: Callable[[Runner], object], note: str = "") -> None:
+        """Do an action of the runner; show its error, if any, and again the `note` that it did not take."""
         if self.runner is None:
             return
         try:
             what(self.runner)
         except UnderfootError as error:
             self.notified.emit(str(error))
+            if note:
+                self.experimenter.note_field.setText(note)
 
     def _go(self) -> None:
         """Begin a presentation, or continue from a page without questions."""
@@ -214,8 +216,8 @@ class RunningStudy(QObject):
         experimenter.stop_requested.connect(lambda: self._do(lambda runner: runner.stop("by the experimenter")))
         experimenter.continue_requested.connect(lambda: self._do(lambda runner: runner.go_on()))
         experimenter.spoil_requested.connect(lambda why: self._do(lambda runner: runner.spoil(why)))
-        experimenter.repeat_requested.connect(lambda why: self._do(lambda runner: runner.repeat_last(why)))
-        experimenter.note_given.connect(lambda text: self._do(lambda runner: runner.note(text)))
+        experimenter.repeat_requested.connect(lambda why: self._do(lambda runner: runner.repeat_last(why), why))
+        experimenter.note_given.connect(lambda text: self._do(lambda runner: runner.note(text), text))
         experimenter.window_requested.connect(self.show_participant)
         experimenter.leave_requested.connect(self.leave)
         experimenter.answered.connect(self._answer)
