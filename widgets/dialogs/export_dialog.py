@@ -76,7 +76,6 @@ class ExportDialog(QDialog):
         self.write.clicked.connect(self._start_or_stop)
         self.formats.currentItemChanged.connect(lambda *_: self._show_format())
         self._lay_out()
-        self._show_busy(False)
         self.formats.setCurrentRow(0)
         self.resize(104 * theme.GRID, 64 * theme.GRID)
         self.formats.setFocus()
@@ -127,9 +126,8 @@ class ExportDialog(QDialog):
         self.losses_title.setText("WHAT WILL BE LOST" if lines else "NOTHING WILL BE LOST")
         self.losses.clear()
         self.losses.addItems([pretty_text(line) for line in lines])
-        self.playing_note.setEnabled("parameters" not in self.format.carries and not self._writing.is_awaited)
-        if not self._writing.is_awaited:
-            self.message.setText("")
+        self._show_busy(False)  # no other can be chosen while one is written
+        self.message.setText("")
 
     # --- writing ---
 
@@ -163,7 +161,7 @@ class ExportDialog(QDialog):
     def _show_busy(self, busy: bool) -> None:
         self.progress.setVisible(busy)
         self.formats.setDisabled(busy)
-        self.playing_note.setDisabled(busy)
+        self.playing_note.setDisabled(busy or "parameters" in self.format.carries)  # such a format is not played
         self.write.setText("Stop" if busy else "Export…")
 
 

@@ -99,6 +99,16 @@ def test_stop_ends_it_and_nothing_is_written(opened, qtbot, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_what_it_plays_on_is_chosen_only_for_what_is_played(opened, qtbot, tmp_path):
+    dialog = opened(SINE)
+    assert dialog.playing_note.isEnabled()
+    choose(dialog, "share")
+    assert not dialog.playing_note.isEnabled()
+    export_to(qtbot, dialog, tmp_path / "sine")
+    qtbot.waitUntil(lambda: dialog.message.text().startswith("Written"), timeout=LONG_MS)
+    assert not dialog.playing_note.isEnabled()
+
+
 def test_what_cannot_be_written_is_said(opened, qtbot, tmp_path):
     dialog = opened(Patch(title="Empty"))
     dialog.playing_note.setCurrentText(STEP)
