@@ -1,6 +1,7 @@
 """What the Calibrate workspace does with results: profiles, reports, and the tile shown on the floor."""
 
 import math
+import threading
 
 import pytest
 from calibrate_driver import LEFT
@@ -8,7 +9,7 @@ from calibrate_samples import MIDDLE
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
-from windows import choose_file
+from windows import LONG_MS, choose_file
 
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
@@ -33,8 +34,13 @@ def test_an_earlier_part_is_compared_and_restored(driver):
     driver.qtbot.mouseClick(choice.history.viewport(), LEFT, pos=place)
     assert [overview.table.item(1, column).text() for column in range(3)] == ["Level", "20 dB", "10 dB"]
     driver.wait(lambda: overview.drawings.plots and len(overview.drawings.plots[0].drawing.series) == 2)
+    slow_disk = threading.Event()
+    driver.workspace.profiles.do(lambda: str(slow_disk.wait(LONG_MS / 1e3)))
     driver.click(choice.restore)
+    driver.qtbot.mouseClick(choice.restore, LEFT)
+    slow_disk.set()
     driver.wait(lambda: driver.written)
+    driver.workspace.profiles.close()
     assert Profile.load(driver.file()).response.made == "2026-01-01"
     assert Profile.load(driver.file()).earlier[0].response.made == "2026-01-02"
 

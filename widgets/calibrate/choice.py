@@ -84,7 +84,7 @@ class ChoicePanel(QWidget):
         foot.addWidget(self.plates)
         self.map.tile_chosen.connect(self.tile_chosen)
         self.history.currentRowChanged.connect(self._compare)
-        self.restore.clicked.connect(lambda: self.restore_requested.emit(self._indices[self.history.currentRow()]))
+        self.restore.clicked.connect(self._restore)
         self.setFocusProxy(self.map)
 
     def _lay_out(self) -> tuple[QWidget, QHBoxLayout]:
@@ -132,6 +132,10 @@ class ChoicePanel(QWidget):
 
     def _choose(self, key: str) -> None:
         self.kind_chosen.emit(key)
+
+    def _restore(self) -> None:
+        self.restore.setEnabled(False)  # a second click would be meant for the list as it was
+        self.restore_requested.emit(self._indices[self.history.currentRow()])
 
     def _compare(self, row: int) -> None:
         self.restore.setEnabled(row >= 0)
