@@ -38,8 +38,10 @@ def test_an_earlier_part_is_compared_and_restored(driver):
     driver.workspace.profiles.do(lambda: str(slow_disk.wait(LONG_MS / 1e3)))
     driver.click(choice.restore)
     driver.qtbot.mouseClick(choice.restore, LEFT)
+    driver.click(choice.cards["fsr"])
     slow_disk.set()
     driver.wait(lambda: driver.written)
+    assert [kind for _, kind, _ in driver.written] == ["response"]  # whatever is shown by now
     driver.workspace.profiles.close()
     assert Profile.load(driver.file()).response.made == "2026-01-01"
     assert Profile.load(driver.file()).earlier[0].response.made == "2026-01-02"

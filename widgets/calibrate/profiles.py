@@ -24,14 +24,14 @@ class Profiles(QObject):
     """The profiles of one floor, without blocking on the disk: `changed` follows when they are loaded."""
 
     changed = Signal()
-    saved = Signal(str)
-    """A tile's profile was written."""
+    saved = Signal(str, str)
+    """A tile's profile was written, with another part of this kind."""
     not_saved = Signal(str)
     """A tile's profile could not be written: the reason."""
     notified = Signal(str)
     """A line about a file that cannot be read or written, or was written."""
     _read = Signal(object, object)
-    _wrote = Signal(object, object, str)
+    _wrote = Signal(object, object, str, str)
 
     def __init__(self, root: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -55,12 +55,12 @@ class Profiles(QObject):
 
     def save(self, tile: str, result: Result) -> None:
         """Store a result in a tile's profile; the part it replaces goes into the history."""
-        self._submit(self._write, self.folder, tile, result.apply, f"The profile of {tile} is saved")
+        self._submit(self._write, self.folder, tile, result.kind, result.apply, f"The profile of {tile} is saved")
 
     def restore(self, tile: str, index: int) -> None:
         """Put `earlier[index]` of a tile's profile into use again."""
-        text = f"An earlier calibration of {tile} is in use again"
-        self._submit(self._write, self.folder, tile, lambda profile: profile.restored(index), text)
+        kind, text = self.of(tile).earlier[index].kind, f"An earlier calibration of {tile} is in use again"
+        self._submit(self._write, self.folder, tile, kind, lambda profile: profile.restored(index), text)
 
     def do(self, work: Callable[[], str]) -> None:
         """Queue other work with the disk; its result or error is emitted by `said`."""
@@ -86,7 +86,7 @@ class Profiles(QObject):
                 self.notified.emit(str(error))
         self._read.emit(folder, found)
 
-    def _write(self, folder: Path, tile: str, change: Callable[[Profile], Profile], text: str) -> None:
+    def _write(self, folder: Path, tile: str, kind: str, change: Callable[[Profile], Profile], text: str) -> None:
         path = folder / f"{tile}.json"
         try:
             profile = change(load_for_tile(path, tile) if path.exists() else Profile(tile=tile))
@@ -96,7 +96,7 @@ class Profiles(QObject):
         except (UnderfootError, OSError) as error:
             self.not_saved.emit(f"Nothing is saved: {error}")
         else:
-            self._wrote.emit(folder, profile, f"{text}: {path}")
+            self._wrote.emit(folder, profile, kind, f"{text}: {path}")
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
@@ -111,9 +111,9 @@ class Profiles(QObject):
             self.by_tile = found
             self.changed.emit()
 
-    def _set_one(self, folder: Path, profile: Profile, text: str) -> None:
+    def _set_one(self, folder: Path, profile: Profile, kind: str, text: str) -> None:
+        self.notified.emit(text)
         if folder == self.folder:
             self.by_tile[profile.tile] = profile
             self.changed.emit()
-        self.notified.emit(text)
-        self.saved.emit(profile.tile)
+            self.saved.emit(profile.tile, kind)

@@ -275,20 +275,20 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def _save(self, result: Result) -> None:
         self.profiles.save(self.tile.id, result)
 
-    def _saved(self, tile: str) -> None:
-        if self._stack.currentWidget() is self.wizard:
+    def _saved(self, tile: str, kind: str) -> None:
+        if self._stack.currentWidget() is self.wizard and (tile, kind) == (self.tile.id, self._kind.key):
             self.wizard.mark_saved()
             if self._measurement is not None:
                 self._measurement.stop()
-        self._remember_plate(tile)
-        self.profile_changed.emit(self.profiles.of(tile), self._kind.key, self.profiles.folder)
+        if kind == "plate":
+            self._remember_plate(tile)
+        self.profile_changed.emit(self.profiles.of(tile), kind, self.profiles.folder)
 
     def _remember_plate(self, tile: str) -> None:
         """Have the equipment of studies suggest the plate that was just calibrated."""
         path = plate_file(self.profiles.folder / f"{tile}.json")
-        if self._kind.key == "plate":
-            port = (self._settings.references.get("plate", "").split() or [SIMULATED])[0]
-            self._settings.calibrated_plate = f"{port}:{path}"
+        port = (self._settings.references.get("plate", "").split() or [SIMULATED])[0]
+        self._settings.calibrated_plate = f"{port}:{path}"
 
     def _not_saved(self, why: str) -> None:
         self.notified.emit(why)
