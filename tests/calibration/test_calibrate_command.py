@@ -10,9 +10,12 @@ import pytest
 from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.result import Result
-from underfoot.errors import BadFile
+from underfoot.calibration.rigs.simulated_hand import SimulatedHand
+from underfoot.commands.rigs import PressingRig
+from underfoot.errors import BadFile, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
+from underfoot.floor.simulated_tile import SimulatedTile
 
 TILE = default_floor(1, 1).tiles[0]
 
@@ -103,6 +106,25 @@ def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     refused = underfoot("calibrate", "centroid", "--target", "udp:127.0.0.1:9999", "--profile", "none.json")
     assert (refused.status, refused.out) == (1, "")
     assert refused.error == "underfoot: places needs forces first: calibrate forces, and give its --profile\n"
+
+
+@pytest.mark.parametrize("gone_at", [1, 200])
+def test_a_line_that_is_gone_ends_a_calibration_by_hand_only_while_nothing_was_measured(
+    underfoot, folder, monkeypatch, gone_at
+):
+    class Gone(SimulatedHand):
+        reads = 0
+
+        def read(self):
+            self.reads += 1
+            if self.reads == gone_at:
+                raise DeviceError("nothing comes of tile 0: is it plugged in?")
+            return super().read()
+
+    monkeypatch.setattr(PressingRig, "open", lambda *_: Gone(SimulatedTile(TILE), rate_hz=100.0))
+    found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
+    assert "underfoot: nothing comes of tile 0: is it plugged in?" in found.error
+    assert (found.status or 0, "Forces are accurate to" in found.out) == ((1, False) if gone_at == 1 else (0, True))
 
 
 @pytest.mark.parametrize(

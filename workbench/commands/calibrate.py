@@ -12,7 +12,7 @@ import click
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.options import chosen, click_parameters
-from underfoot.errors import BadMeasurement, BadValue
+from underfoot.errors import BadMeasurement, BadValue, DeviceError
 
 if TYPE_CHECKING:
     from underfoot.calibration.declaration import Calibration, MeasurementSetup
@@ -87,7 +87,10 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
 
 
 def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", setup: "MeasurementSetup") -> "Result":
-    """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused."""
+    """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused.
+
+    A line that is gone ends it only while nothing was measured.
+    """
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run
 
@@ -105,8 +108,9 @@ def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", s
         while True:
             try:
                 return run(procedure, opened, answers, show, calibration.skips_optional)
-            except BadMeasurement as error:
-                if not by_hand or procedure.page.press is None:
+            except (BadMeasurement, DeviceError) as error:
+                is_nothing_lost = isinstance(error, DeviceError) and not procedure.drawings
+                if not by_hand or procedure.page.press is None or is_nothing_lost:
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
     finally:

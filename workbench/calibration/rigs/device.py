@@ -79,8 +79,8 @@ class DeviceRig:
     beside the tile have values at their times, and left out where those were silent for longer than `SILENT_S`. A
     sensor that has sent nothing yet has none.
 
-    `read` never waits. When the line is lost, readings stop until it is back. After `silent_reads` calls without a
-    reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
+    `read` never waits. When the line is lost, readings stop until it is back. After every `silent_reads` calls without
+    a reading, ten seconds of `procedure.run`, it raises `DeviceError`. Close it when done.
     """
 
     def __init__(
@@ -126,6 +126,7 @@ class DeviceRig:
         if not frames:
             self._empty_reads += 1
             if self._empty_reads > self._silent_reads:
+                self._empty_reads = 0  # said, and said again after as long
                 why = self.notices() if silent == self._tile else ""
                 raise DeviceError(f"nothing comes of tile {silent}: {why or 'is it plugged in?'}")
             return NO_READINGS
