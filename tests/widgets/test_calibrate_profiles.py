@@ -152,6 +152,17 @@ def test_a_result_that_cannot_be_saved_stays_and_can_be_saved_later(driver):
     assert not driver.wizard.saving.isEnabled()
 
 
+def test_a_folder_of_profiles_that_cannot_be_made_is_said_in_words(driver):
+    driver.begin()
+    driver.go("result")
+    driver.workspace.profiles.folder.parent.mkdir(parents=True, exist_ok=True)
+    driver.workspace.profiles.folder.write_text("a file where the folder is to be")
+    driver.click(driver.wizard.saving)
+    driver.wait(driver.wizard.refusal.isVisible)
+    assert driver.wizard.refusal.text().startswith(f"Nothing is saved: {driver.workspace.profiles.folder} cannot be")
+    assert "Errno" not in driver.wizard.refusal.text()
+
+
 # --- on the floor ---
 
 

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from underfoot.calibration.files.plate_profiles import write_plate_file
 from underfoot.calibration.result import Result
 from underfoot.errors import UnderfootError
+from underfoot.files import make_folder
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, load_for_tile
 from underfoot.widgets.session.profile_folder import profile_folder
@@ -90,7 +91,7 @@ class Profiles(QObject):
         path = folder / f"{tile}.json"
         try:
             profile = change(load_for_tile(path, tile) if path.exists() else Profile(tile=tile))
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             profile.save(path)
             write_plate_file(profile, path)
         except (UnderfootError, OSError) as error:
