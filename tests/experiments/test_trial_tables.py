@@ -43,6 +43,21 @@ def analysis_of(tmp_path, text):
         ),
         ("rating", "stimulus,rating", "a,soft", "trial 1 of P1: rating is 'soft'; allowed: a number"),
         ("rating", "stimulus,rating", "a,nan", "trial 1 of P1: rating is nan; allowed: a number"),
+        ("constant-stimuli", "stimulus,felt", "a,Yes", "trial 1 of P1: felt is 'Yes'; allowed: yes or no"),
+        ("staircases", "staircase,comparison,level_db,felt", "above,a,1,1", "trial 1 of P1: felt is 1; allowed: yes"),
+        (
+            "target-selection",
+            "selected,time_s,width_m,distance_m,bearing_rad",
+            "true,1,1,1,1",
+            "trial 1 of P1: selected is True; allowed: yes or no",
+        ),
+        (
+            "constant-stimuli",
+            "stimulus,interval,comparison_at",
+            "a,1,second",
+            "trial 1 of P1: interval is 1; allowed: first or second",
+        ),
+        ("abx", "correct,answered", "A,a", "trial 1 of P1: answered is 'a'; allowed: A or B"),
         ("staircases", "staircase,comparison,level_db", "above,TD,", "columns is 'level_db'; allowed: a table of"),
     ],
 )

@@ -14,9 +14,10 @@ from underfoot.experiments.analysis.questionnaires import questionnaires
 from underfoot.experiments.analysis.right_answers import right_answers
 from underfoot.experiments.analysis.sensitivity import sensitivity
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.blind_comparison import METHOD
+from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
+from underfoot.experiments.questions import FIRST, NO, SECOND, YES
 from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped
 
 LEAST_PEOPLE = 5
@@ -106,6 +107,14 @@ _NUMBERS = (
     *("width_m", "distance_m", "bearing_rad"),
 )
 _WHOLE = ("number", "correct")
+_WORDS = {
+    "felt": (YES, NO),
+    "selected": (YES, NO),
+    "interval": (FIRST, SECOND),
+    "comparison_at": (FIRST, SECOND),
+    "answered": SLOTS,
+}
+"""The words of answers; any other would count as the opposite."""
 _MOST, _MOST_FACTOR, _MOST_STIMULI = 1e6, 1e15, 1000
 
 
@@ -137,6 +146,8 @@ def _check_cells(rows: Sequence[Row]) -> None:
             value = row.get(name, 0)
             require(isinstance(value, int | float) and abs(value) <= _MOST, place + name, value, "a number up to 1e6")
         require(row.get("right", 0) in (0, 1), place + "right", row.get("right"), "0 or 1")
+        for name, words in _WORDS.items():
+            require(row.get(name, words[0]) in words, place + name, row.get(name), " or ".join(words))
         for name in _WHOLE if "number" in row else ():
             value = row.get(name)
             good = isinstance(value, int | float) and value % 1 == 0 and 0 < value <= _MOST_STIMULI
