@@ -74,6 +74,7 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
     Raises `BadValue` for an unknown method, or a missing column.
     """
     found = []
+    _check_truths(rows)
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         require(method in ANALYSES, "method", method, ", ".join(ANALYSES))
         analysis = ANALYSES[method]
@@ -136,6 +137,14 @@ def _trial_rows(rows: Sequence[Row]) -> list[Row]:
     as_text = ({name: str(row[name]) for name in words if name in row} for row in rows)
     whole = ({name: int(row[name]) for name in _WHOLE if "number" in row} for row in rows)
     return [_TrialRow({**row, **text, **number}) for row, text, number in zip(rows, as_text, whole, strict=True)]
+
+
+def _check_truths(rows: Sequence[Row]) -> None:
+    """Raise `BadValue` where a trial is said to be practice, or empty, in words: it would not count."""
+    for row in rows:
+        for name in ("practice", "catch", "announced"):
+            place = f"trial {row.get('trial')} of {row.get('participant')}: {name}"
+            require(row.get(name, False) in (False, True), place, row.get(name), "true or false")
 
 
 def _check_cells(rows: Sequence[Row]) -> None:
