@@ -158,6 +158,14 @@ def test_a_tile_that_the_floor_does_not_have_and_a_wrong_rate_are_said(until):
     assert "tile t1 sends 500 samples a second, not 1000" in said
 
 
+def test_a_device_without_a_clock_is_said(until):
+    """As of a first sketch; nothing was felt and nothing was said."""
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, i, 1000 * i if t else 0, 0) for i in range(300) for t in (0, 1)])
+        pulled(source, until, 300)
+        assert "tile t1 sends the same microseconds in all frames, so its samples have no time" in source.take_notices()
+
+
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
     now = [1000.0]

@@ -65,6 +65,10 @@ class TransportReader:
         """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
         return self._parser.period_us(tile)
 
+    def stands_still(self, tile: int) -> bool:
+        """Return whether a tile's microseconds do not change from frame to frame."""
+        return self._parser.stands_still(tile)
+
     def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
         if not self._parser.is_contested(tile):

@@ -181,6 +181,11 @@ class Parser:
         known = self._state.tiles[tile]
         return int(known["period_us"]) if known["accepted"] >= WINDOW else 0
 
+    def stands_still(self, tile: int) -> bool:
+        """Return whether a tile's microseconds have been the same in its last `WINDOW` frames or more."""
+        known = self._state.tiles[tile]
+        return bool(known["age"] >= WINDOW and known["period_us"] == 0)
+
     def counts_of(self, tile: int) -> FrameCounts:
         """Return the counts of one tile's frames; corrupted ones belong to no tile."""
         known = self._state.tiles[tile]
