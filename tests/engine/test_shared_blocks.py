@@ -50,6 +50,13 @@ def test_files_of_others_are_left_alone(tmp_path, monkeypatch):
     )
 
 
+def test_memory_that_cannot_be_made_is_refused_in_one_line(monkeypatch):
+    """As in a sandbox: it was said that what is printed cannot be written."""
+    monkeypatch.setattr("underfoot.engine.shared_blocks.SharedMemory", lambda *given, **named: os.mkdir(BLOCKS))
+    with pytest.raises(DeviceError, match="no shared memory in /dev/shm: file exists"):
+        new_block(64)
+
+
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="nothing can be reserved here")
 def test_memory_without_room_is_refused_in_one_line_and_leaves_nothing():
     """A container has 64 MB: the first write beyond them ended the program with a bus error."""

@@ -3,7 +3,7 @@
 import os
 import re
 import secrets
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
@@ -15,12 +15,14 @@ _NAME = re.compile(r"underfoot_(\d+)_[0-9a-f]+")
 
 def new_block(size: int) -> SharedMemory:
     """Create a block of this process, all zero; `DeviceError` if there is no room for it."""
-    memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
     try:
-        _reserve(_BLOCKS / memory.name, size)
+        memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
+        with ExitStack() as unless_reserved:
+            unless_reserved.callback(memory.unlink)
+            unless_reserved.callback(memory.close)
+            _reserve(_BLOCKS / memory.name, size)
+            unless_reserved.pop_all()
     except OSError as error:
-        memory.close()
-        memory.unlink()
         room = f"{str(error.strerror).lower()}; the session needs {size / 1e6:.1f} MB more"
         cure = "end other programs, or give a container more, as --shm-size=1g"
         raise DeviceError(f"no shared memory in {_BLOCKS}: {room} ({cure})") from None
