@@ -108,7 +108,7 @@ class FloorMap(QWidget):
         if tile != self._chosen_tile:
             self._chosen_tile = tile
             self.tile_chosen.emit(tile)
-        self.setToolTip(self._tooltip())
+        self._describe()
         self.update()
 
     def chosen_tile(self) -> str:
@@ -118,7 +118,7 @@ class FloorMap(QWidget):
     def set_press(self, force_n: float) -> None:
         """Set the force of a press with the mouse."""
         self._press_n = force_n
-        self.setToolTip(self._tooltip())
+        self._describe()
 
     def set_loads(self, load_n: ArrayLike, untared: ArrayLike) -> None:
         """Set the load of each tile in newtons, and which tiles are untared."""
@@ -246,9 +246,12 @@ class FloorMap(QWidget):
             tile, self._pressed_tile = self._pressed_tile, ""
             self.pressed.emit(tile, 0.0, 0.0, 0.0)
 
-    def _tooltip(self) -> str:
+    def _describe(self) -> None:
+        """Say what is selected, in the tooltip and to screen readers."""
         press = f" Hold the mouse button to press a tile with {quantity(self._press_n, 'N')}." if self.can_press else ""
-        return f"Tile {self._chosen_tile} is selected. Click a tile to select it.{press}"
+        text = f"Tile {self._chosen_tile} is selected. Click a tile to select it.{press}"
+        self.setToolTip(text)
+        self.setAccessibleDescription(text)
 
     # --- paint ---
 

@@ -46,6 +46,7 @@ def test_arrows_go_to_the_next_tile_that_way(floor_map, qtbot):
     for key, tile in ((Qt.Key.Key_Right, "b"), (Qt.Key.Key_Left, "a"), (Qt.Key.Key_Up, "c"), (Qt.Key.Key_Down, "a")):
         qtbot.keyClick(floor_map, key)
         assert floor_map.chosen_tile() == tile
+        assert floor_map.accessibleDescription().startswith(f"Tile {tile} is selected.")
     qtbot.keyClick(floor_map, Qt.Key.Key_Down)
     assert floor_map.chosen_tile() == "a"
 

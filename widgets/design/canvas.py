@@ -19,6 +19,7 @@ from shiboken6 import isValid
 
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
+from underfoot.quantities import counted
 from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
@@ -434,7 +435,23 @@ class Canvas(EditableView):
             if node.shows_all_ports and id not in ids:
                 node.set_ports(node.driven, shows_all=False)
         self.map.update()
+        self.setAccessibleDescription(self._spoken_selection())
         self.selected.emit(ids)
+
+    def _spoken_selection(self) -> str:
+        """Return what a screen reader says of the selection: names, and the neighbours of a single node."""
+        scene = self.patch_scene
+        titles = {id: item.description.title for id, item in (*scene.nodes.items(), *scene.group_nodes.items())}
+        chosen = scene.selected()
+        if len(chosen) != 1:
+            return f"{counted(len(chosen), 'item')} selected" if chosen else "Nothing selected"
+        if chosen[0] in scene.notes:
+            return f"Note: {scene.notes[chosen[0]].note.text}"
+        ends = [scene.group_view.ends(wire) for wire in scene.patch.wires]
+        sources = dict.fromkeys(titles[a] for a, b in ends if b == chosen[0] and a in titles)
+        targets = dict.fromkeys(titles[b] for a, b in ends if a == chosen[0] and b in titles)
+        words = ((sources, "from"), (targets, "to"))
+        return ", ".join([titles[chosen[0]], *(f"{word} {' and '.join(names)}" for names, word in words if names)])
 
 
 def _dropped(event: QDropEvent) -> str:

@@ -238,6 +238,25 @@ def test_delete_takes_nodes_and_their_wires_and_undo_brings_both(workspace):
     assert workspace.patch() == before
 
 
+def test_a_screen_reader_is_told_what_is_selected(workspace):
+    canvas = workspace.canvas
+    canvas.connect_ports("hum.out", "shaker.acceleration")
+    said = []
+    for _ in range(4):
+        QTest.keyClick(canvas, Qt.Key.Key_N)
+        said.append(canvas.accessibleDescription())
+    assert said == ["Push, to Step", "Step, from Push", "Hum, to Shaker", "Shaker, from Hum"]
+    canvas.select_all()
+    assert canvas.accessibleDescription() == "4 items selected"
+    canvas.add_note(QPointF(0, 400))
+    QTest.keyClicks(canvas.inline, "Loud")
+    QTest.keyClick(canvas.inline, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+    canvas.patch_scene.select(["note"])
+    assert canvas.accessibleDescription() == "Note: Loud"
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert canvas.accessibleDescription() == "Nothing selected"
+
+
 @pytest.mark.parametrize(
     ("key", "held"),
     [(Qt.Key.Key_Escape, NONE), (Qt.Key.Key_Delete, NONE), (Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)],
