@@ -7,7 +7,7 @@ import pytest
 from made_studies import TD, protocol_text
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QScrollArea, QTableWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QScrollArea, QTableWidget
 from study_hand import CTRL, Hand
 from windows import choose_file, dialog_of, quiet_window
 
@@ -93,6 +93,26 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
     assert mine.title == f"{preset.title}, my own"
     assert (mine.stages, mine.stimuli, mine.participant, mine.sounds) == (
         preset.stages, preset.stimuli, preset.participant, preset.sounds)  # fmt: skip
+
+
+def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
+    made.click(made.workspace.library.new)
+    made.page(1)
+    questions = made.protocol_editor.questions
+    made.click(questions.add)
+    made.qtbot.keyClicks(QApplication.focusWidget(), "How old are you?")
+    passed = []
+    while len(passed) < 6:
+        made.qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+        passed.append(questions.table.currentColumn())
+    assert questions.questions[0]["text"] == "How old are you?"
+    assert passed == [2, 3, 4, 5, 6, 6]
+    assert questions.add.hasFocus()
+    questions.table.setCurrentCell(0, 0)
+    questions.table.setFocus()
+    made.qtbot.keyClick(questions.table, Qt.Key.Key_Tab, Qt.KeyboardModifier.ShiftModifier)
+    assert not questions.table.isAncestorOf(QApplication.focusWidget())
+    assert not questions.table.hasFocus()
 
 
 def test_the_lists_have_the_names_that_are_read_out(made):

@@ -40,7 +40,7 @@ class QuestionTable(QWidget):
     def __init__(self, questions: list[dict[str, Any]], rows_seen: int = 4) -> None:
         super().__init__()
         self.questions = questions
-        self.table = QTableWidget(0, len(COLUMNS))
+        self.table = _Table(0, len(COLUMNS))
         self.table.setAccessibleName("Questions")
         self.table.setHorizontalHeaderLabels([column.capitalize() for column in COLUMNS])
         self.table.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
@@ -100,6 +100,7 @@ class QuestionTable(QWidget):
         field = _FIELDS[column]
         if isinstance(field, Choice):
             box = ChoiceBox()
+            box.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # Tab comes to it by way of the table
             box.setAccessibleName(column.capitalize())
             box.addItems(list(field.options))
             box.setCurrentText(str(question.get(column, field.default)))
@@ -134,3 +135,12 @@ class QuestionTable(QWidget):
             del self.questions[row]
             self._show()
             self.changed.emit()
+
+
+class _Table(QTableWidget):
+    """Tab goes from cell to cell, and from the last one out of the table, as Shift+Tab from the first."""
+
+    def focusNextPrevChild(self, next: bool) -> bool:
+        end = (self.rowCount() - 1, self.columnCount() - 1) if next else (0, 0)
+        self.setTabKeyNavigation(self.rowCount() > 0 and (self.currentRow(), self.currentColumn()) != end)
+        return super().focusNextPrevChild(next)
