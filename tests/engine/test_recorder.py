@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import resource
 import signal
 import sqlite3
 from contextlib import closing, suppress
@@ -261,6 +262,19 @@ def test_a_place_that_cannot_be_written_is_told_in_one_line(rings, record, until
     until(lambda: recorder.death() == "", "it ends by itself")
 
 
+def test_what_a_full_disk_refuses_at_the_end_is_told(rings, record, until):
+    recorder = record()
+    until(lambda: recorder.receive() or recorder.has_begun)
+    rings.write(4_800)
+    until(lambda: kept_by(recorder) == 4_800)
+    resource.prlimit(recorder.pid, resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+    rings.write(4_800)
+    recorder.end(9_600)
+    until(recorder.has_ended)
+    (said,) = recorder.last_notices
+    assert "a.uf is not recorded any further" in said
+
+
 # --- in a session ---
 
 
@@ -311,6 +325,12 @@ def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):
         playing.until(lambda: playing.of(Notice), "it is told")
         playing.until(lambda: playing.session.recording is None, "it ends")
         assert playing.of(ProcessDied) == []
+
+
+def test_one_that_is_ended_before_it_cannot_be_made_is_told(until, tmp_path):
+    with live(stepped_bank(), until, record=tmp_path / "none" / "a.uf", start=False) as playing:
+        playing.session.end_recording()
+        playing.until(lambda: playing.of(Notice), "it is told")
 
 
 def test_what_was_recorded_later_cannot_be_replayed(rings, record):

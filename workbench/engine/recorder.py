@@ -114,6 +114,8 @@ class Recorder:
         self.path = path
         self.has_begun = False
         """Whether the file exists."""
+        self.last_notices: list[str] = []
+        """What `has_ended` received, one line each."""
         self._rings = rings
         for ring in rings.values():
             ring.keep(ring.written)
@@ -173,7 +175,6 @@ class Recorder:
         self._end = EndRecording(frame)
         if not self._readers:
             self._process.send(self._end)
-            self._process.hang_up()
 
     def has_ended(self, within_s: float = 0.0) -> bool:
         """Return whether the file is closed, after `end`. Wait up to `within_s`; then the process is killed.
@@ -182,12 +183,13 @@ class Recorder:
         """
         until = time.monotonic() + within_s
         while self._readers and self._process.is_alive:
-            self.receive()
+            self.last_notices += self.receive()
             if not self._readers or time.monotonic() >= until:
                 break
             wait_for_any([self._process], _LOOK_S)
         if within_s == 0.0 and self._process.is_alive:
             return False
+        self.last_notices += self.receive()
         self._process.end(within_s)
         return True
 
@@ -222,7 +224,7 @@ class Recorder:
 
 
 def run(connection: Connection, job: Job) -> None:
-    """Write until the connection ends, then close the file; the main function of the process.
+    """Write until the recording or the connection ends, then close the file; the main function of the process.
 
     A recording that was ended before the first frame leaves no file.
     """
@@ -254,13 +256,13 @@ def run(connection: Connection, job: Job) -> None:
 
 
 def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], begin: Begin) -> bool:
-    """Write until the connection ends; return whether the recording was ended before."""
+    """Write until the recording or the connection ends; return whether it was the recording."""
     messages, next_command, messages_sent = begin.first_message, begin.first_command, -1
-    kept_commands, end, connected = writer.commands(), None, True
-    while connected:
+    kept_commands, end, goes_on = writer.commands(), None, True
+    while goes_on:
         due = time.monotonic() + COMMIT_S
         try:
-            while connection.poll(max(due - time.monotonic(), 0.0)):
+            while goes_on and connection.poll(max(due - time.monotonic(), 0.0)):
                 message = connection.recv()
                 messages += not isinstance(message, EndRecording)
                 match message:
@@ -273,9 +275,9 @@ def _write(connection: Connection, writer: Writer, readers: dict[str, Reader], b
                     case RecordAbout(key, value):
                         writer.set_about(key, value)
                     case EndRecording(frame):
-                        end = frame
+                        end, goes_on = frame, False
         except (EOFError, OSError):
-            connected = False  # the session has ended, or its process is gone
+            goes_on = False  # the session has ended, or its process is gone
         for reader in readers.values():
             reader.look()
         time.sleep(_SEEN_S)

@@ -160,7 +160,9 @@ class Session:
                 self._compiler.start()
         self._restart_compiler()
         self._restart_recorder()
-        self._ending_recorders = [recorder for recorder in self._ending_recorders if not recorder.has_ended()]
+        for recorder in [one for one in self._ending_recorders if one.has_ended()]:
+            self._reports.extend(Notice(text) for text in recorder.last_notices)
+            self._ending_recorders.remove(recorder)
         reports, self._reports = self._reports, []
         return reports
 
