@@ -122,6 +122,15 @@ def test_a_scene_that_fails_is_ended_and_not_the_window(scenes, window, qtbot):
     assert window.controller.session.patch.title == "Hiss"
 
 
+def test_a_scene_that_fails_as_a_parameter_is_changed_is_ended(scenes, window, qtbot):
+    scene = start(scenes, qtbot, "footprints")
+    scene.change = lambda name, value: 1 / 0
+    scenes.change("ground", "silent")
+    assert scenes.stage is None
+    assert "ZeroDivisionError" in scenes.panel.state.text()
+    assert window.controller.session.patch.title == "Hiss"
+
+
 @pytest.mark.parametrize("is_projected", [False, True], ids=["in the pane", "on the floor"])
 def test_a_scene_whose_picture_fails_is_ended_and_not_the_program(scenes, window, qtbot, is_projected):
     scene = start(scenes, qtbot, "frozen-pond")

@@ -118,7 +118,10 @@ class ScenesWorkspace(ProjectingWorkspace):
         """Change a parameter of the chosen scene, also while it plays."""
         self._values[self.chosen][parameter] = value
         if self.stage is not None:
-            self.stage.scene.change(parameter, value)
+            try:
+                self.stage.scene.change(parameter, value)
+            except Exception as error:
+                self._fail(_reason(error))
 
     # --- playing ---
 
