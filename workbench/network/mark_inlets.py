@@ -150,6 +150,8 @@ def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
 
     >>> split_marks(b"begin\\r\\nwal", False)
     (['begin'], b'wal')
+    >>> list(map(len, split_marks(b"a" * 2500, True)[0]))
+    [1000, 1000, 500]
     >>> split_marks(b"\\x05", False), split_marks(b"A", True)
     ((['trigger 5'], b''), (['trigger 65'], b''))
     """
@@ -157,7 +159,9 @@ def split_marks(came: bytes, is_over: bool) -> tuple[list[str], bytes]:
     for value in came:
         if value in b"\r\n" or len(text) >= _LONGEST_LINE:
             found, text = [*found, text.decode(errors="replace").strip()], b""
-        elif value < 32 and value != 9:
+        if value in b"\r\n":
+            continue
+        if value < 32 and value != 9:
             found.append(f"trigger {value}")
         else:
             text += bytes([value])
