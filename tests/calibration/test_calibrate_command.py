@@ -1,7 +1,9 @@
 """`underfoot calibrate fsr|centroid`: files in, profile, report and figures out."""
 
+import io
 import json
 import re
+import sys
 
 import made_sensors
 import numpy as np
@@ -11,8 +13,9 @@ from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, 
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.result import Result
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
-from underfoot.commands.rigs import PressingRig
-from underfoot.errors import BadFile, DeviceError
+from underfoot.commands.rigs import PressingRig, ShakingRig
+from underfoot.engine.shaker_rigs import SimulatedShaker
+from underfoot.errors import BadFile, BadMeasurement, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -125,6 +128,31 @@ def test_a_line_that_is_gone_ends_a_calibration_by_hand_only_while_nothing_was_m
     found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
     assert "underfoot: nothing comes of tile 0: is it plugged in?" in found.error
     assert (found.status or 0, "Forces are accurate to" in found.out) == ((1, False) if gone_at == 1 else (0, True))
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_sound_that_failed_is_taken_again_where_somebody_can_press_a_key(underfoot, folder, monkeypatch, is_terminal):
+    class Loses(SimulatedShaker):
+        plays = 0
+
+        def play(self, sound):
+            self.plays += 1
+            if self.plays == 3:
+                raise BadMeasurement("the sound card lost samples while it played; take it again")
+            return super().play(sound)
+
+    monkeypatch.setattr(ShakingRig, "open", lambda *_: Loses(SimulatedTile(TILE)))
+    monkeypatch.setattr(sys, "stdin", Terminal() if is_terminal else io.StringIO())
+    found = underfoot("calibrate", "vibration", "--target", "sound", "--no-loads")
+    assert "the sound card lost samples while it played" in found.error
+    assert (found.status or 0, "A full-scale signal gives" in found.out) == ((0, True) if is_terminal else (1, False))
+
+
+class Terminal(io.StringIO):
+    """A terminal at which any key was pressed."""
+
+    def isatty(self):
+        return True
 
 
 @pytest.mark.parametrize(

@@ -109,9 +109,13 @@ def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", s
             try:
                 return run(procedure, opened, answers, show, calibration.skips_optional)
             except (BadMeasurement, DeviceError) as error:
+                page = procedure.page
+                can_repeat = page.press is not None or (page.sound is not None and sys.stdin.isatty())
                 is_nothing_lost = isinstance(error, DeviceError) and not procedure.drawings
-                if not by_hand or procedure.page.press is None or is_nothing_lost:
+                if not by_hand or not can_repeat or is_nothing_lost:
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
+                if page.sound is not None:
+                    click.pause("underfoot: press any key", err=True)
     finally:
         opened.close()
