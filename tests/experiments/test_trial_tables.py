@@ -178,6 +178,22 @@ def test_right_answers_count_however_a_program_writes_1(tmp_path, one, zero):
     assert shares.rows[0][:5] == ("all", 1, 2, 3, pytest.approx(2 / 3))
 
 
+def test_staircases_of_a_table_that_was_sorted_by_level_are_those_that_were_climbed(tmp_path):
+    """Down 2 dB after each yes, up after each no: the order of the trials is the staircase."""
+    level, rows = 6, []
+    for trial in range(1, 31):
+        yes = level > (trial % 3)
+        rows.append((level, f"P1,staircases,{trial},above,TD,{level},{'yes' if yes else 'no'}"))
+        level += -2 if yes else 2
+    header = f"{HEADER},staircase,comparison,level_db,felt"
+    found = [
+        analysis_of(tmp_path, "\n".join([header, *(row for _, row in order)]))[0].tables
+        for order in (rows, sorted(rows))
+    ]
+    assert found[0][0].rows[0][2] == pytest.approx(1.5, abs=1.0)  # the threshold, in dB
+    assert repr(found[1]) == repr(found[0])
+
+
 def test_words_that_look_like_numbers_stay_words(tmp_path):
     rows = "P1,free-labels,1,7,12\nP1,free-labels,2,hum,12\nP2,free-labels,1,7,twelve\n"
     (found,) = analysis_of(tmp_path, f"{HEADER},stimulus,label\n{rows}")

@@ -128,7 +128,12 @@ class _TrialRow(dict[str, Any]):
 
 
 def _trial_rows(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows for an analysis: a factor's values are all numbers, or all text; numbers of stimuli are whole."""
+    """Return the rows for an analysis, of each person in the order of trials, which spreadsheets can sort otherwise.
+
+    A factor's values are all numbers, or all text; numbers of stimuli are whole.
+    """
+    people = grouped(rows, "participant").values()
+    rows = [row for part in people for row in sorted(part, key=lambda row: float(row.get("trial", 0)))]
     words = []
     for name in factors_of(rows):
         values = [row[name] for row in rows if name in row]
