@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_studies import TD, made_protocol, preset_protocol
+from made_studies import TD, made_protocol, preset_protocol, protocol_text
 from scipy.stats import binomtest
 
 from underfoot.drawing.svg import svg
@@ -18,7 +18,9 @@ from underfoot.experiments.analysis.power import power_of
 from underfoot.experiments.analysis.report import text_of
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import truths_of
+from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import SimulationSettings, jobs_of, simulate, simulated_rows, summaries
+from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
 pytest.importorskip("statsmodels")
@@ -74,6 +76,29 @@ def test_where_only_the_level_differs_it_is_judged_and_the_curve_goes_around_thr
         assert abs(one.median - one.truth) < 4.0 * one.spread_of(20) + 0.05 * abs(one.truth), one
     told = text_of(analysed(simulated_rows(made, 0, 1, {})[0], made, Settings(bootstrap=0)))
     assert ("PSE" in told, "threshold" in told) == (bool(standard), not standard)
+
+
+def test_estimates_of_two_stages_are_beside_the_truth_of_their_own():
+    """One PSE at each of two standards: together they had one truth, and a bias of half of what lies between."""
+    levels = {f"L{k}": {**TD, "level_m_s2": k / 10} for k in range(2, 11)}
+    stages = [
+        {
+            "id": name,
+            "kind": "trials",
+            "method": {
+                "kind": "constant-stimuli",
+                "parameters": {"standard": f"L{at}", "comparisons": [f"L{at + k}" for k in (-2, -1, 1, 2)]},
+            },
+        }
+        for name, at in (("soft", 4), ("loud", 8))
+    ]
+    made = Protocol.loads(protocol_text(stages=stages, stimuli=levels), REGISTRY)
+    found = {one.name: one for one in summaries(simulate(jobs_of(made, Path(), 10)[0])) if one.share == 1.0}
+    assert set(found) == {f"{name} in {stage}" for name in ("pse", "slope", "intercept") for stage in ("soft", "loud")}
+    for stage, truth in (("soft", 0.4), ("loud", 0.8)):
+        one = found[f"pse in {stage}"]
+        assert one.truth == pytest.approx(truth)
+        assert abs(one.bias) < 0.04
 
 
 @pytest.mark.parametrize("standard", ["gravel", ""])

@@ -14,6 +14,7 @@ import numpy as np
 from underfoot.arguments import seed_of
 from underfoot.errors import require
 from underfoot.experiments.analysis.analyses import ANALYSES, settings_of
+from underfoot.experiments.analysis.estimate import Estimate
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.observers import SimulatedParticipant
 from underfoot.experiments.protocol import Protocol
@@ -61,15 +62,21 @@ def jobs_of(
 
 
 def simulate(job: Job) -> list[EstimateRow]:
-    """Return the estimates of a job's people. A module-level function of plain data, which any process can run."""
+    """Return the estimates of a job's people. A module-level function of plain data, which any process can run.
+
+    Where several stages have estimates, these have the stage in their names.
+    """
     protocol = Protocol.loads(job.protocol, REGISTRY, folder=Path(job.folder))
     how, found = job.conditions, list[EstimateRow]()
+    several = sum(stage.method is not None and not stage.practice for stage in protocol.stages) > 1
     for person in range(job.first, job.end):
         rows, participant = simulated_rows(protocol, person, how.seed, dict(how.truth))
-        truths = {name: v for observer in participant.observers.values() for name, v in observer.truths().items()}
+        truths = {stage: observer.truths() for stage, observer in participant.observers.items()}
         for share in SHARES:
-            for name, value, low, high in _estimates(protocol, rows, share, how.bootstrap):
-                found.append((person, name, share, value, low, high, truths.get(name, math.nan)))
+            for stage, one in _estimates(protocol, rows, share, how.bootstrap):
+                name = f"{one.name} in {stage}" if several else one.name
+                truth = truths[stage].get(one.name, math.nan)
+                found.append((person, name, share, one.value, one.low, one.high, truth))
     return found
 
 
@@ -85,13 +92,11 @@ def simulated_rows(
     return list(rows_of(protocol, name, study.entries)), participant
 
 
-def _estimates(
-    protocol: Protocol, rows: Sequence[Row], share: float, bootstrap: int
-) -> Iterable[tuple[str, float, float, float]]:
+def _estimates(protocol: Protocol, rows: Sequence[Row], share: float, bootstrap: int) -> Iterable[tuple[str, Estimate]]:
     for (stage, method), part in grouped(counted(rows), "stage", "method").items():
         settings = settings_of(protocol, stage, Settings(bootstrap=bootstrap if share == 1.0 else 0))
         for estimate in ANALYSES[method].estimates(_first(part, share), settings):
-            yield estimate.name, estimate.value, estimate.low, estimate.high
+            yield stage, estimate
 
 
 def _first(rows: Sequence[Row], share: float) -> Sequence[Row]:
