@@ -52,6 +52,10 @@ class Workspace(QWidget):
     files_pasted = Signal(list)
     """Paths of pasted files, to be opened like dropped ones."""
 
+    focused_first: QWidget | None = None
+    """What has the focus once the workspace is shown. As its focus proxy, it would take every Tab out of the workspace,
+    too, and the keyboard would never leave."""
+
     def attach(self, context: WorkspaceContext) -> None:
         """Show the present state and follow its changes. Called once."""
 

@@ -57,7 +57,7 @@ class WorkspaceStack(QStackedWidget):
         self._create(name)
         self.setCurrentWidget(self[name])
         self.chosen_changed.emit(name)
-        self[name].setFocus()
+        (self[name].focused_first or self[name]).setFocus()
         for other, workspace in self._by_name.items():
             workspace.set_active(other == name)
 

@@ -81,7 +81,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         layout.setSpacing(0)
         layout.addWidget(self.choice)
         layout.addWidget(self._stack, 1)
-        self.setFocusProxy(self.choice)
+        self.focused_first = self.choice
         self._connect()
 
     # --- workspace interface ---

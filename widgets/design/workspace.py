@@ -244,7 +244,7 @@ class DesignWorkspace(Workspace):
         for splitter in (self._middle, self._across):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
-        self.setFocusProxy(self.canvas)
+        self.focused_first = self.canvas
         self.canvas.setFocus()
 
     def _say(self, text: str) -> None:

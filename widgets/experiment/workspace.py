@@ -62,7 +62,7 @@ class ExperimentWorkspace(Workspace):
         layout.setSpacing(0)
         layout.addWidget(self.library)
         layout.addWidget(_scrolling(self.stack), 1)
-        self.setFocusProxy(self.library)
+        self.focused_first = self.library
         self._connect()
         self._show_study(self.library.study)
 

@@ -62,7 +62,7 @@ class MonitorWorkspace(Workspace):
         self._connect()
         self.set_duration(self.time.duration_s)
         self.set_level(0.0)
-        self.setFocusProxy(self.map)
+        self.focused_first = self.map
 
     # --- workspace ---
 

@@ -334,7 +334,6 @@ class RecordingList(QWidget):
         column.addWidget(self.list, 1)
         column.addWidget(self.problem)
         column.addLayout(line)
-        self.setFocusProxy(self.list)
 
 
 def summary_text(summary: Summary) -> str:

@@ -310,7 +310,7 @@ class RecordingsWorkspace(Workspace):
             Qt.ShortcutContext.WidgetWithChildrenShortcut
         )
         self.axis.forward_keys_of(self.steps)
-        self.setFocusProxy(self.axis)
+        self.focused_first = self.axis
 
     def _build(self) -> None:
         # From the outside in: a widget that gets another parent has the style of all within it looked up again.

@@ -72,7 +72,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         layout.addWidget(self.list)
         layout.addWidget(self.view, 1)
         layout.addWidget(self.panel)
-        self.setFocusProxy(self.list)
+        self.focused_first = self.list
         self._connect()
         self.list.list.setCurrentRow(0)
 
