@@ -417,9 +417,13 @@ class EditableView(PatchView):
         return node.label or self.registry[node.type].label
 
     def _count_text(self, ids: Sequence[str], patch: Patch | None = None) -> str:
-        """Return the name of a single item, or the number of several, for the name of an undo step."""
-        patch = patch or self.document.patch
-        nodes = [node for node in patch.nodes if node.id in set(ids)]
+        """Return the name of a single node, or the numbers of nodes and notes, for the name of an undo step."""
+        patch, wanted = patch or self.document.patch, set(ids)
+        nodes = [node for node in patch.nodes if node.id in wanted]
+        notes = sum(note.id in wanted for note in patch.notes)
+        words = [counted(notes, "note")] if notes else []
         if len(nodes) == 1:
-            return nodes[0].label or self.registry[nodes[0].type].label
-        return counted(len(nodes), "node") if nodes else counted(len(ids), "note")
+            words.insert(0, nodes[0].label or self.registry[nodes[0].type].label)
+        elif nodes:
+            words.insert(0, counted(len(nodes), "node"))
+        return " and ".join(words)

@@ -95,6 +95,12 @@ def test_a_note_is_written_moved_edited_and_deleted(workspace):
     canvas.patch_scene.select(["note"])
     QTest.keyClick(canvas, Qt.Key.Key_Delete)
     assert workspace.patch().notes == ()
+    assert workspace.undo_action.text() == "Undo: delete 1 note"
+    workspace.undo_action.trigger()
+    for chosen, words in ((["hum", "note"], "Hum and 1 note"), (["hum", "step", "note"], "2 nodes and 1 note")):
+        canvas.patch_scene.select(chosen)
+        QTest.keyClick(canvas, Qt.Key.Key_Right)
+        assert workspace.undo_action.text() == f"Undo: move {words}"
 
 
 @pytest.mark.parametrize("key", [Qt.Key.Key_F2, Qt.Key.Key_T, Qt.Key.Key_G])
