@@ -93,6 +93,7 @@ class DesignWorkspace(Workspace):
         open_patch.paths_changed.connect(lambda patch: self.document.edit(patch, "Save in another folder"))
         self.patch_edited.connect(open_patch.set_patch)
         controller.opened.connect(self._set_target)
+        self._set_target(controller.target)
         self.silence_hint.begin(controller.is_playing)
         controller.playing_changed.connect(self.silence_hint.begin)
         controller.bridge.costs_measured.connect(self.show_costs)

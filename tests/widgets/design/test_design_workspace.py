@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, sample, send
+from on_screen import show
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
@@ -11,11 +12,13 @@ from windows import quiet_window
 from underfoot import nodes
 from underfoot.drawing import Drawing, Series
 from underfoot.engine.reports import Costs, Distributions, Fault, Outlines, Preview
+from underfoot.engine.target import Target
 from underfoot.errors import BadFile
 from underfoot.floor.layout import default_floor
 from underfoot.patch.patch import Patch
 from underfoot.widgets.design.shared_parameters import shared_parameters
 from underfoot.widgets.design.workspace import DesignWorkspace
+from underfoot.widgets.window import MainWindow
 
 # --- the inspector ---
 
@@ -157,6 +160,15 @@ def test_the_buttons_of_tiles_with_long_ids_can_be_read(workspace, qtbot):
     buttons = workspace.inspector.editors["tiles"].buttons.values()
     qtbot.waitUntil(lambda: all(button.isVisible() for button in buttons))
     assert [button.text() for button in buttons if button.width() < button.sizeHint().width()] == []
+
+
+def test_the_tiles_of_the_floor_are_offered_before_its_session_is_open(qtbot, tmp_path):
+    window = MainWindow(tmp_path, Target(default_floor(1, 2)))
+    qtbot.addWidget(window, before_close_func=lambda w: w.leave())
+    show(qtbot, window)
+    design = window.workspaces["Design"]
+    design.canvas.add("tile-output")
+    assert list(design.inspector.editors["tiles"].buttons) == ["all", "t1", "t2"]
 
 
 def test_with_nothing_selected_the_patch_itself_is_edited(workspace):
