@@ -204,7 +204,7 @@ class DesignWorkspace(Workspace):
         """Mark the node that produced a value that is not finite; None clears the mark."""
         self.canvas.patch_scene.show_fault(fault.node if fault else None)
         if fault:
-            name = next((node.label for node in self.patch().nodes if node.id == fault.node), "") or fault.node
+            name = self.patch().name_of(fault.node)
             self.canvas.show_message(f"{name} produced a value that is not finite; its output is silenced")
 
     def set_floor(self, tiles: Sequence[Tile]) -> None:

@@ -113,8 +113,7 @@ class Listening(QObject):
             self._steps_when_swapped = True
             if not self._controller.is_playing:
                 self._controller.play()
-            nodes = self._open_patch.patch.nodes
-            name = next((node.label for node in nodes if node.id == output.node), "") or output.node
+            name = self._open_patch.patch.name_of(output.node)
             self.notified.emit(f"Auditioning {name} on {output.tile or 'all tiles'}: {text}. A, again, ends it.")
         self.changed.emit()
 

@@ -114,6 +114,10 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         known = ", ".join(node.id for node in self.nodes)
         raise BadValue(f"there is no node {id!r}; allowed: {known or 'none, the patch is empty'}")
 
+    def name_of(self, id: str) -> str:
+        """Return the name that a node was given; its id if it has none, or is not there."""
+        return next((node.label for node in self.nodes if node.id == id), "") or id
+
     def group(self, id: str) -> Group:
         """Return the group with this id; `BadValue` if there is none."""
         for group in self.groups:
