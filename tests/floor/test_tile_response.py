@@ -36,6 +36,11 @@ def test_what_no_response_explains_is_scipy_s_incoherent_power():
     assert response_of(given, done, RATE).unexplained == pytest.approx(expected, abs=1e-2)
 
 
+@pytest.mark.parametrize("seconds", [0.3, 1.0])
+def test_of_what_has_nothing_to_do_with_the_command_nothing_is_explained(seconds):
+    assert response_of(noise(seconds), noise(seconds, seed=2), RATE).unexplained == pytest.approx(1.0, abs=0.02)
+
+
 def test_a_tile_is_off_its_command_when_it_is_told_enough_for_long_enough():
     watch = ResponseMonitor(4, RATE)
     told = np.outer(noise(), [1.0, 1.0, 0.001, 0.0])

@@ -69,8 +69,10 @@ def response_of(commanded_m_s2: ArrayLike, measured_m_s2: ArrayLike, rate_hz: fl
         if asked_here > 1e-6 * float(power.sum()) and done_here > 0.0:
             transfer[k] = 10.0 * math.log10(done_here / asked_here)
     levels = [sole.band_levels(signal, rate_hz) for signal in (commanded, measured)]
-    unexplained = math.sqrt(max(1.0 - float(explained.sum()) / total, 0.0)) if total > 0.0 else 0.0
-    return TileResponse(bands, levels[0], levels[1], transfer, unexplained)
+    windows = len(measured_spectra)
+    # A response fitted to n windows explains 1 / n of noise, too.
+    left = (1.0 - float(explained.sum()) / total) * windows / (windows - 1) if total > 0.0 else 0.0
+    return TileResponse(bands, levels[0], levels[1], transfer, math.sqrt(min(max(left, 0.0), 1.0)))
 
 
 class ResponseMonitor:
