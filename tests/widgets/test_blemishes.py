@@ -7,7 +7,7 @@ from design_samples import REGISTRY, sample
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
 from windows import quiet_window
 
 from underfoot.nodes import REGISTRY as NODES
@@ -169,3 +169,11 @@ def test_tab_comes_to_every_control_and_back(qtbot, tmp_path, name):
     there = [part for part in there if part.isVisible() and part.isEnabled() and part.focusProxy() is None]
     missed = {part.accessibleName() for part in there if part not in passed and not part.visibleRegion().isEmpty()}
     assert missed <= {"A", "B"}  # the keys of a group of which one is checked: arrows go on from there
+
+
+def test_the_key_of_the_menu_is_no_button_s(qtbot, tmp_path):
+    """Of two with the same key, neither would be used."""
+    window = quiet_window(qtbot, tmp_path)
+    window.workspaces.create_all()
+    keys = [button.shortcut() for button in window.findChildren(QAbstractButton) if not button.shortcut().isEmpty()]
+    assert keys.count(window.main_bar.menu.shortcut()) == 1

@@ -52,7 +52,7 @@ class StudyLibrary(QWidget):
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)  # titles wrap
         self.new, self.copy_button, self.edit, self.delete, self.open = (
             QPushButton("&New study…"),
-            QPushButton("&Make a copy…"),
+            QPushButton("Make a &copy…"),
             QPushButton("&Edit…"),
             QPushButton("Delete…"),
             QPushButton("Open a protocol…"),
