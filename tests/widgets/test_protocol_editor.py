@@ -115,6 +115,18 @@ def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
     assert not questions.table.hasFocus()
 
 
+def test_tab_stops_only_at_what_can_be_set(made):
+    made.click(made.workspace.library.new)
+    for page in range(5):
+        made.page(page)
+        passed = []
+        made.protocol_editor.tabs.button(page).setFocus()
+        while QApplication.focusWidget() not in passed and len(passed) < 30:
+            passed.append(QApplication.focusWidget())
+            made.qtbot.keyClick(passed[-1], Qt.Key.Key_Tab)
+        assert [part for part in passed if type(part) is QScrollArea] == []
+
+
 def test_the_lists_have_the_names_that_are_read_out(made):
     made.click(made.workspace.library.new)
     editor = made.protocol_editor

@@ -64,6 +64,7 @@ class ItemList(QWidget):
             buttons.addWidget(button, index // 3, index % 3)
         self.detail = QScrollArea()
         self.detail.setWidgetResizable(True)
+        self.detail.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.detail.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         left = QVBoxLayout()
         left.addWidget(self.list, 1)

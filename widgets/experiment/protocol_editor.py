@@ -327,6 +327,7 @@ def _is_own_key(event: QKeyEvent) -> bool:
 def _scrolling() -> QScrollArea:
     area = QScrollArea()
     area.setWidgetResizable(True)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     return area
 
 
