@@ -31,6 +31,24 @@ def test_the_fit_is_where_scipys_likelihood_is_largest():
     assert (found.intercept, found.slope) == pytest.approx((best.x[0], best.x[1] / 100.0), rel=1e-5)
 
 
+def test_the_likelihood_with_lapses_is_climbed_to_its_highest_top():
+    """A lapse looks like a shallow curve: there is a lower top, without lapses. SciPy's on a grid knows the highest."""
+    yes, six = np.array([0, 1, 0, 6, 6, 6, 6]), np.full(7, 6)
+
+    def likelihood(pse, slope, lapse):
+        chance = np.clip(lapse + (1.0 - 2.0 * lapse) * norm.cdf(slope * (X - pse)), 1e-12, 1.0 - 1e-12)
+        return (yes * np.log(chance) + (six - yes) * np.log(1.0 - chance)).sum()
+
+    tops = [
+        likelihood(pse, slope, lapse)
+        for pse in np.linspace(70.0, 110.0, 41)
+        for slope in np.geomspace(0.01, 3.0, 30)
+        for lapse in (0.0, 0.02, 0.04, 0.08)
+    ]
+    found = psychometric.fit(X, yes, six, with_lapses=True)
+    assert likelihood(found.pse, found.slope, found.lapse) > max(tops) - 0.01
+
+
 def test_lapses_are_found_where_there_are_some():
     """The best curve of exact shares is the one that they come from."""
     fine = np.linspace(20.0, 200.0, 30)

@@ -215,6 +215,12 @@ def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
     return Curve(a - b * middle / width, b / width, covariance=((vii, vis), (vis, vss)))
 
 
+_STARTS = ((1.0, 0.01), (4.0, 0.05))
+"""Where the likelihood is climbed from: factor on the steepness of the curve without lapses, and lapse rate. From the
+first alone, one of fifteen curves is left on a lower top.
+"""
+
+
 def _lapsing(start: Curve, levels: Array, counts: Array, totals: Array) -> Curve:
     from scipy.optimize import minimize
 
@@ -224,7 +230,10 @@ def _lapsing(start: Curve, levels: Array, counts: Array, totals: Array) -> Curve
         return float(-(counts * np.log(chance) + (totals - counts) * np.log1p(-chance)).sum())
 
     middle, width = float(levels.mean()), float(levels.std()) or 1.0
-    first = [start.intercept + start.slope * middle, start.slope * width, 0.01]
-    found = minimize(loss, first, method="L-BFGS-B", bounds=[(-20, 20), (-50, 50), (0.0, MOST_LAPSES)])
-    a, b, lapse = (float(value) for value in found.x)
+    height, steepness = start.intercept + start.slope * middle, start.slope * width
+    bounds = [(-20, 20), (-50, 50), (0.0, MOST_LAPSES)]
+    tops = [
+        minimize(loss, [k * height, k * steepness, lapse], method="L-BFGS-B", bounds=bounds) for k, lapse in _STARTS
+    ]
+    a, b, lapse = (float(value) for value in min(tops, key=lambda top: float(top.fun)).x)
     return Curve(a - b * middle / width, b / width, lapse)
