@@ -44,6 +44,7 @@ ACTIONS = (
     CanvasAction("replace", "Replace by…", ("R",)),
     CanvasAction("group", "Group", ("Ctrl+G",)),
     CanvasAction("ungroup", "Ungroup", ("Ctrl+Shift+G",)),
+    CanvasAction("take out", "Take out of the group", ("Shift+G",)),
     CanvasAction("collapse", "Collapse to a sub-patch, or open it", ("Ctrl+E",)),
     CanvasAction("enter", "Look into the sub-patch", ()),
     CanvasAction("leave", "Back out of the sub-patch", ("U", "Alt+Up")),
@@ -116,7 +117,7 @@ def context_menu(
     if chosen.selected:
         menu.addActions([actions["rename"], actions["group"]])
         if chosen.is_group:
-            menu.addAction(actions["ungroup"])
+            menu.addActions([actions["take out"], actions["ungroup"]])
             colour = menu.addMenu("Colour")
             colour.addActions([actions[action.name] for action in COLOUR_ACTIONS])
         menu.addAction(actions["collapse"])

@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QGraphicsItem, QWidget
 from shiboken6 import isValid
 
+from underfoot.patch.grouping import put_into
 from underfoot.patch.groups import COLOURS
 from underfoot.patch.node import Registry
 from underfoot.quantities import counted
@@ -24,7 +25,7 @@ from underfoot.widgets.design.actions import Selection, connect_menu, context_me
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
 from underfoot.widgets.design.editable_view import EditableView
-from underfoot.widgets.design.group_items import GroupNodeItem, NoteItem, item_rect
+from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import PAD, TITLE
 from underfoot.widgets.design.node_list import MIME
@@ -54,6 +55,7 @@ class Canvas(EditableView):
 
     # Of the class: the patch is shown before a canvas is made.
     _dragged_wire: WireDrag | None = None
+    _pressed_at = QPointF()
     _dragged_group: tuple[QPointF, list[tuple[QGraphicsItem, QPointF]]] | None = None
 
     def __init__(self, document: Document, registry: Registry, parent: QWidget | None = None) -> None:
@@ -81,6 +83,7 @@ class Canvas(EditableView):
             "replace": self.open_replacements,
             "group": self.group,
             "ungroup": self.ungroup,
+            "take out": self.take_out,
             "collapse": self.collapse,
             "enter": self.enter,
             "leave": self.leave_group,
@@ -176,6 +179,7 @@ class Canvas(EditableView):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         place = self.mapToScene(event.position().toPoint())
         button = event.button()
+        self._pressed_at = place
         self._nudges += 1
         if button == Qt.MouseButton.MiddleButton or (button == Qt.MouseButton.LeftButton and self._space_state):
             self._pan = event.position().toPoint()
@@ -233,6 +237,7 @@ class Canvas(EditableView):
             if self.patch_scene.mouseGrabberItem() is not None:
                 self.patch_scene.adjust_group_frames()
                 self.patch_scene.highlight_wire(self._wire_under_dragged())
+                self.patch_scene.highlight_frame(self._frame_entered(place))
 
     def _wire_under_dragged(self) -> WireItem | None:
         """Return the wire into which the dragged node would be inserted; only a single unwired node can be."""
@@ -243,6 +248,16 @@ class Canvas(EditableView):
             return None
         return self.patch_scene.wire_for(item.node.type, item_rect(item))
 
+    def _frame_entered(self, place: QPointF) -> GroupFrameItem | None:
+        """Return the frame of the group into which nodes and notes are dragged; whole groups stay as they are."""
+        scene = self.patch_scene
+        moved = scene.places().keys()
+        opened = (group for group in scene.group_view.opened if moved >= set(group.members))
+        if self._dragged_group is not None or not moved or moved & scene.group_nodes.keys() or any(opened):
+            return None
+        frame = scene.frame_around(place, without=moved)
+        return None if frame is None or frame.frame_rect().contains(self._pressed_at) else frame
+
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if self._pan is not None:
             self._pan = None
@@ -251,17 +266,21 @@ class Canvas(EditableView):
         if self._dragged_wire is not None:
             self._drop_wire(event.position().toPoint())
             return
-        wire = self._wire_under_dragged()
+        wire, frame = self._wire_under_dragged(), self._frame_entered(self.mapToScene(event.position().toPoint()))
         super().mouseReleaseEvent(event)
         self._dragged_group = None
         self.patch_scene.highlight_wire(None)
+        self.patch_scene.highlight_frame(None)
         places = self.patch_scene.places()
         if places:
-            patch = self.document.patch.move(places)
+            patch, what = self.document.patch.move(places), f"Move {self._count_text(self.patch_scene.members(places))}"
             if wire is not None and len(places) == 1:
                 self.insert(patch, next(iter(places)), wire.wire)
+            elif frame is not None:
+                group = frame.shown_group
+                self.document.edit(put_into(patch, places, group.id), f"{what} into {group.title or 'the group'}")
             else:
-                self.document.edit(patch, f"Move {self._count_text(self.patch_scene.members(places))}")
+                self.document.edit(patch, what)
 
     def _drop_wire(self, at: QPoint) -> None:
         """End the drag of a wire on a port, on the empty canvas, or elsewhere."""
@@ -402,6 +421,7 @@ class Canvas(EditableView):
             up = QMouseEvent(QEvent.Type.MouseButtonRelease, at, at, Qt.MouseButton.LeftButton, none, _NO_KEYS)
             super().mouseReleaseEvent(up)
         self.patch_scene.highlight_wire(None)
+        self.patch_scene.highlight_frame(None)
         for item in self.patch_scene.nodes_and_group_nodes():
             item.setPos(*item.node.at)
         for note in self.patch_scene.notes.values():

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
 from underfoot.patch.grouping import grouped, put_into, ungrouped
-from underfoot.patch.groups import Note, SplitGroup, chain
+from underfoot.patch.groups import Note, SplitGroup, chain, innermost, parents
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.quantities import counted
@@ -74,6 +74,7 @@ class EditableView(PatchView):
         `from_port` (name, and "in" or "out") is connected to the node, instead of `old_wire`. A node that feeds an
         input has its right edge at `place`. `into` is a wire into which the node is inserted.
         """
+        frame = None if place is None else self.patch_scene.frame_around(place)
         if place is None:
             place = self.mapToScene(self.viewport().rect().center()) - QPointF(48.0, 28.0)
         patch = self.document.patch.disconnect([old_wire]) if old_wire else self.document.patch
@@ -81,7 +82,7 @@ class EditableView(PatchView):
         at = self._free_place(type, place, ends_there=feeds)
         after = patch.add(type, self.registry, at, **self.registry[type].initial)
         id = after.nodes[-1].id
-        around = self._group_of(into) if into else self.inside
+        around = self._group_of(into) if into else frame.shown_group.id if frame else self.inside
         if around:
             after = put_into(after, [id], around)
         if from_port is not None:
@@ -351,6 +352,18 @@ class EditableView(PatchView):
         members = self._members()
         self.document.edit(ungrouped(self.document.patch, gone), "Ungroup")
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
+
+    def take_out(self) -> None:
+        """Take the selected nodes and notes out of their innermost open group."""
+        patch, opened = self.document.patch, {group.id for group in self.patch_scene.group_view.opened}
+        around, above = innermost(patch.groups), parents(patch.groups)
+        leaving = [id for id in self.patch_scene.selected() if around.get(id, "") in opened]
+        if not leaving:
+            self.show_message("Select nodes or notes of a group")
+            return
+        for id in leaving:
+            patch = put_into(patch, [id], above[around[id]])
+        self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
 
     def _group_of_selection(self) -> str:
         """Return the innermost open group that contains the whole selection."""

@@ -59,6 +59,7 @@ class GroupFrameItem(QGraphicsItem):
     def __init__(self, group: Group) -> None:
         super().__init__()
         self.shown_group = group
+        self._is_entered = False
         self._items: Sequence[QGraphicsItem] = ()
         self._rect = QRectF()
         self.setZValue(-3.0)
@@ -84,6 +85,11 @@ class GroupFrameItem(QGraphicsItem):
         """Return the frame, in scene coordinates."""
         return self._rect
 
+    def set_entered(self, on: bool) -> None:
+        """Show whether what is dragged would be put into the group."""
+        self._is_entered = on
+        self.update()
+
     def title_rect(self) -> QRectF:
         """Return the title, in scene coordinates, by which the mouse drags the frame."""
         return QRectF(self._rect.left(), self._rect.top(), self._rect.width(), TITLE)
@@ -94,8 +100,9 @@ class GroupFrameItem(QGraphicsItem):
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         colour = theme.PALETTE[COLOURS[self.shown_group.colour]]
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, 0.55)), 1.0))
-        painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, 0.08)))
+        line, ground = (1.0, 0.16) if self._is_entered else (0.55, 0.08)
+        painter.setPen(QPen(QColor(theme.mixed(colour, theme.GROUND, line)), 1.0))
+        painter.setBrush(QColor(theme.mixed(colour, theme.GROUND, ground)))
         painter.drawRoundedRect(self._rect, 8.0, 8.0)
         painter.setFont(theme.font(bold=True))
         painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))

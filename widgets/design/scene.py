@@ -1,6 +1,6 @@
 """The drawn patch: one item for each node and wire, of which only changed ones are updated."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
@@ -262,6 +262,12 @@ class PatchScene(QGraphicsScene):
         hits = [frame for frame in self.group_frames.values() if frame.title_rect().contains(place)]
         return max(hits, key=GroupFrameItem.zValue, default=None)
 
+    def frame_around(self, place: QPointF, without: Collection[str] = ()) -> GroupFrameItem | None:
+        """Return the innermost frame around a position, of a group that has none of `without`."""
+        frames = [one for one in self.group_frames.values() if not set(without) & set(one.shown_group.members)]
+        hits = [frame for frame in frames if frame.frame_rect().contains(place)]
+        return max(hits, key=GroupFrameItem.zValue, default=None)
+
     def port_at(self, place: QPointF) -> tuple[NodeItem, PlacedPort] | None:
         """Return the node and port at a mouse position."""
         area = QRectF(place.x() - REACH, place.y() - REACH, 2 * REACH, 2 * REACH)
@@ -307,6 +313,11 @@ class PatchScene(QGraphicsScene):
                 if item is not None:
                     item.set_highlighted(item is wire)
             self._highlighted = wire
+
+    def highlight_frame(self, frame: GroupFrameItem | None) -> None:
+        """Highlight the frame of the group into which something would be put, and no other."""
+        for one in self.group_frames.values():
+            one.set_entered(one is frame)
 
     def sizes(self) -> dict[str, tuple[float, float]]:
         return {id: item.size for id, item in self.movable().items()}

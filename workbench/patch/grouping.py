@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable
 
 import msgspec
 
-from underfoot.patch.groups import Group, chain, check_members, innermost
+from underfoot.patch.groups import Group, chain, check_members, innermost, without
 from underfoot.patch.patch import Patch
 
 
@@ -21,13 +21,23 @@ def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str =
 
 
 def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
-    """Return the patch with new, ungrouped nodes and notes added to this group and to those that contain it."""
+    """Return the patch with nodes and notes in this group and those that contain it, and in no other; "" for none.
+
+    Groups that become empty are removed.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = grouped(Patch().add("gain", REGISTRY).add("mix", REGISTRY), ["gain"])
+    >>> [put_into(patch, ["mix"], "group").groups[0].members, put_into(patch, ["gain"], "").groups]
+    [('gain', 'mix'), ()]
+    """
     around = set(chain(patch.groups, id))
-    groups = tuple(
-        msgspec.structs.replace(group, members=(*group.members, *members)) if group.id in around else group
-        for group in patch.groups
-    )
-    return msgspec.structs.replace(patch, groups=groups)
+    groups: list[Group] = []
+    for group in patch.groups:
+        if group.id in around:
+            groups.append(msgspec.structs.replace(group, members=tuple(dict.fromkeys((*group.members, *members)))))
+        else:
+            groups += without([group], members)
+    return msgspec.structs.replace(patch, groups=tuple(groups))
 
 
 def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:

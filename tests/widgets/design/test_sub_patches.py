@@ -1,8 +1,8 @@
 """Names, notes, groups and sub-patches on the canvas, by mouse and keys."""
 
 import pytest
-from design_samples import LEFT, NONE, REGISTRY, drag, middle, port
-from PySide6.QtCore import QPoint, QPointF, Qt
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
@@ -41,6 +41,13 @@ def collapse(workspace, *ids):
 
 def in_view(workspace, place):
     return workspace.canvas.mapFromScene(place)
+
+
+def frame_picture(workspace, frame):
+    """The colour of a frame's ground, beside its title."""
+    canvas = workspace.canvas
+    corner = canvas.mapFromScene(frame.frame_rect().bottomRight() - QPointF(5.0, 5.0))
+    return canvas.viewport().grab().toImage().pixelColor(corner).name()
 
 
 def menu_texts(workspace, place, reason=QContextMenuEvent.Reason.Mouse):
@@ -167,6 +174,72 @@ def test_a_group_that_would_cut_another_is_refused_in_words(row):
     QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
     assert row.canvas.message == "It would hold a part of the group “Body”; take all of it, or nothing"
     assert len(row.patch().groups) == 1
+
+
+# --- into groups and out of them ---
+
+
+@pytest.fixture
+def chain(row):
+    """The row, whose two nodes in the middle are a group named "Chain"."""
+    row.canvas.patch_scene.select(["through", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    write(row, "Chain")
+    return row
+
+
+def members(workspace):
+    return [set(group.members) for group in workspace.patch().groups]
+
+
+def test_a_node_that_is_dragged_into_a_frame_is_in_the_group_and_is_taken_out_by_a_key(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    place, inside = middle(chain, "hum"), middle(chain, "through")
+    plain = frame_picture(chain, frame)
+    drag(chain, place, inside, release=False)
+    assert frame_picture(chain, frame) != plain
+    send(chain.canvas.viewport(), QEvent.Type.MouseButtonRelease, inside, LEFT)
+    assert members(chain) == [{"hum", "through", "through1"}]
+    assert chain.document.stack.undoText() == "Move Hum into Chain"
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert members(chain) == [{"through", "through1"}]
+    assert chain.document.stack.undoText() == "Take Hum out of the group"
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert chain.canvas.message == "Select nodes or notes of a group"
+    for _ in range(2):
+        QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
+    assert members(chain) == [{"through", "through1"}]
+    assert chain.patch().node("hum").at == (0.0, 0.0)
+
+
+def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
+    chain.canvas.patch_scene.select(["through", "through1"])
+    assert "Take out of the group" in menu_texts(chain, middle(chain, "through"))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert members(chain) == []
+
+
+def test_nodes_that_are_dragged_away_from_their_group_stay_in_it(chain):
+    chain.canvas.patch_scene.select([])
+    place = middle(chain, "through")
+    drag(chain, place, place + QPoint(-80, 160))
+    assert members(chain) == [{"through", "through1"}]
+    assert chain.document.stack.undoText() == "Move Through"
+
+
+def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
+    chain.canvas.patch_scene.select(["hum", "shaker"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
+    write(chain, "Ends")
+    drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(0, 8))
+    assert members(chain) == [{"through", "through1"}, {"hum", "shaker"}]
+
+
+def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"].frame_rect()
+    chain.canvas.add("beat", frame.bottomLeft() + QPointF(40.0, -4.0))
+    chain.canvas.add("beat", frame.bottomLeft() + QPointF(0.0, 200.0))
+    assert members(chain) == [{"through", "through1", "beat"}]
 
 
 # --- sub-patches ---
