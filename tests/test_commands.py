@@ -391,8 +391,16 @@ def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, f
     assert (folder / "steps.csv").is_file()
 
 
+@pytest.fixture
+def with_hangup():
+    """A closed terminal is told as ever, also where the tests run under `nohup`, which commands respect."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
-def test_monitor_keeps_its_steps_when_its_terminal_is_closed(folder):
+def test_monitor_keeps_its_steps_when_its_terminal_is_closed(folder, with_hangup):
     """As by a connection that is lost: the table was lost, too, and an empty file lay there."""
     window, terminal = os.openpty()
     command = [sys.executable, "-m", "underfoot", "monitor", "simulator", "--steps", "steps.csv", "--record", "a.uf"]
@@ -408,7 +416,7 @@ def test_monitor_keeps_its_steps_when_its_terminal_is_closed(folder):
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, name):
+def test_monitor_ends_well_when_it_is_told_to(underfoot, folder, rehearsed, with_hangup, name):
     number = getattr(signal, name)
 
     class Interrupting(list):
