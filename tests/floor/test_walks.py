@@ -9,7 +9,7 @@ import pytest
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.floor import simulated_loads
 from underfoot.floor.contacts import Contact, ContactTracker
-from underfoot.floor.gait_summary import gait_of
+from underfoot.floor.gait_summary import PersonGait, gait_of
 from underfoot.floor.layout import default_floor
 from underfoot.floor.walks import WalkTracker
 from underfoot.models import gait
@@ -268,3 +268,9 @@ def test_who_comes_while_somebody_alike_walks_is_somebody_else():
     person = persons_of(straight(0, 0.0, 0.3, 0.2, 12) + straight(12, 2.55, 0.3, 1.5, 8))[0]
     assert {person[id] for id in range(12)} == {1}
     assert {person[id] for id in range(12, 20)} == {2}
+
+
+@pytest.mark.parametrize(("support_ms", "said"), [(120.0, "both feet 120 ms"), (-415.0, "neither foot 415 ms")])
+def test_the_line_of_a_person_says_which_feet_are_down(support_ms, said):
+    unknown = [math.nan] * 5
+    assert PersonGait(1, 4, *unknown, support_ms, math.nan, math.nan).line() == f"person 1: 4 steps, {said}"

@@ -153,7 +153,7 @@ class EquipmentDialog(QDialog):
             "plate": "Goes to each stimulus's stiffness, in 4 s, never under a load. A simulated one has "
             "40 to 160 N/mm, and needs no calibration. Others: see Calibrate, Stiffness.",
             "masking": "The protocol's noise and metronome, for headphones; where the protocol has none, nothing.",
-            "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115200 baud.",
+            "trigger": "A byte for each begin (1), onset (2), end (3), answer (4) and stop (5), at 115,200 baud.",
             "lsl": "Markers and forces as streams of the Lab Streaming Layer."
             if find_spec("pylsl") is not None
             else 'Needs the package pylsl: pip install "underfoot[lsl]".',

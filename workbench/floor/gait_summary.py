@@ -32,13 +32,14 @@ class PersonGait:
 
     def line(self) -> str:
         """Return a readable line."""
+        feet = "both feet" if self.double_support_ms >= 0.0 else "neither foot"
         figures = (
             (self.cadence_per_min, "{:.0f} steps a minute"),
             (self.step_length_mm, "length {:.0f} mm"),
             (self.step_width_mm, "width {:.0f} mm"),
             (self.stance_ms, "stance {:.0f} ms"),
             (self.swing_ms, "swing {:.0f} ms"),
-            (self.double_support_ms, "both feet {:.0f} ms"),
+            (abs(self.double_support_ms), feet + " {:.0f} ms"),
             (self.stance_asymmetry_percent, "stance {:.0f} % asymmetric"),
             (self.length_asymmetry_percent, "length {:.0f} %"),
         )

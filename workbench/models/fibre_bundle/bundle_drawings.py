@@ -25,7 +25,7 @@ def bundle_of(values: Mapping[str, Any]) -> FibreBundle:
 def bundle_drawings(values: Mapping[str, Any], title: str = "Load over strain") -> tuple[Drawing, ...]:
     """Return drawings of a node's bundle under a load that rises in 0.8 s: newtons over strain, event sizes, intervals.
 
-    They show the mean and one of eight bundles; the quasi-static limit of an infinite bundle is N (1 - P(x)) k_F x.
+    The first shows one bundle beside the quasi-static limit of an infinite one, N (1 - P(x)) k_F x; the others, eight.
     `title` is that of the first one; `values` are those of the node "fibre-bundle".
 
     >>> from underfoot.nodes import REGISTRY

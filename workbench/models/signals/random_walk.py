@@ -20,7 +20,7 @@ from underfoot.models.signals.random import normal
 LEVELS = 21
 """Number of halvings between independent points (23 minutes apart, at 48 kHz) and neighbours of the grid."""
 LONGEST_S = 30.0
-"""Longest time constant: the correlation of the farthest points is then e^-46."""
+"""Longest time constant: the correlation of the farthest points is then e^-46 at 48 kHz, e^-12 at 192."""
 STATE = Layout("random_walk", "at", "here", "there", "tau", point=(LEVELS + 1,), value=(LEVELS + 1,))
 """Last grid point passed (0: none, else its index plus one), values there and at the next point; per level the last
 point drawn, counted likewise, and its value; and the time constant for which these hold."""
