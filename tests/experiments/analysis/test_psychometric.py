@@ -118,6 +118,14 @@ def test_what_has_no_curve_is_refused(x, yes):
         psychometric.fit(x, yes, TWENTY)
 
 
+def test_a_steep_slope_has_no_upper_bound_where_answers_drawn_from_it_turn_at_once():
+    """Of such answers to a curve as steep as this one, many have both answers at one level alone, or at none."""
+    pse, slope, intercept = psychometric.estimates(X, [0, 0, 1, 6, 10, 10, 10], [10] * 7, bootstrap=100)
+    assert (slope.high, intercept.low) == (np.inf, -np.inf)
+    assert 0.05 < slope.low < slope.value < 0.2
+    assert X[2] <= pse.low < pse.value < pse.high <= X[4]
+
+
 @pytest.mark.parametrize("bootstrap", [0, 60])
 @pytest.mark.parametrize("with_lapses", [False, True])
 @pytest.mark.parametrize(

@@ -152,10 +152,12 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     lines = [(str(person), one) for person, several in people.items() for one in several]
     shown = [(person, one) for person, each in lines for one in (each, *_jnd(each))]
     how = f"Intervals of {settings.bootstrap} bootstrap draws." if settings.bootstrap else "Intervals by covariance."
-    if any(math.isinf(one.high) for _, one in lines):
+    if any(math.isinf(one.low) and math.isinf(one.high) for _, one in lines):
         how += f" From -inf to inf: the slope may be 0, and these trials do not bound the {called}."
     if any(math.isnan(one.value) for _, one in lines):
         how += " Empty: the answers are all alike; or, of a slope, they turn between two levels, or at one."
+    if any(math.isinf(one.low) != math.isinf(one.high) for _, one in lines):
+        how += " A bound of inf, and of 0 for the JND: these trials do not bound the slope."
     how += f" JND: from the {called} to where the share is three quarters, 0.6745 / slope."
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]

@@ -104,8 +104,9 @@ def estimates(
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Estimate PSE, slope and intercept with 95 % intervals: from `bootstrap` draws, or for 0 from the covariance.
 
-    Bootstrap curves that cannot be fitted are omitted. With lapses, intervals need draws. Where the slope's interval
-    holds 0, the PSE has no bounds. Where the answers turn at once, slope and intercept are NaN.
+    Bootstrap curves that cannot be fitted are omitted; the slope of those that turn at once is endless. With lapses,
+    intervals need draws. Where the slope's interval holds 0, the PSE has no bounds. Where the answers turn at once,
+    slope and intercept are NaN.
 
     >>> pse, _, _ = estimates([52, 64, 76, 90, 106, 124, 146], [4, 5, 5, 4, 6, 5, 5], [10] * 7, bootstrap=40)
     >>> pse.low, pse.high
@@ -123,13 +124,13 @@ def estimates(
     chance = curve.at(levels)
     again = []
     for _ in range(bootstrap):
+        drawn = random.binomial(totals, chance)
         with suppress(BadMeasurement):
-            again.append(fit(levels, random.binomial(totals, chance), totals, with_lapses=with_lapses))
-    found = []
-    for name in ("pse", "slope", "intercept"):
-        value = getattr(curve, name)
-        found.append(Estimate(name, value, *_bias_corrected(value, [getattr(one, name) for one in again])))
-    bounded, slope, intercept = found
+            again.append(_figures(fit(levels, drawn, totals, with_lapses=with_lapses), _turn(levels, drawn, totals)))
+    bounded, slope, intercept = (
+        Estimate(name, value, *_bias_corrected(value, [figures[k] for figures in again]))
+        for k, (name, value) in enumerate(zip(("pse", "slope", "intercept"), _figures(curve, None), strict=True))
+    )
     if slope.covers(0.0):
         bounded = replace(bounded, low=-math.inf, high=math.inf)
     return replace(bounded, value=pse), slope, intercept
@@ -159,6 +160,14 @@ def _turn(x: ArrayLike, yes: ArrayLike, of: ArrayLike) -> Estimate | None:
     return Estimate("pse", 0.5 * float(last_no + first_yes), low, high)
 
 
+def _figures(curve: Curve, turn: Estimate | None) -> tuple[float, float, float]:
+    """Return PSE, slope and intercept; where the answers turn at once, of an endless slope at that PSE."""
+    if turn is None:
+        return curve.pse, curve.slope, curve.intercept
+    steep = math.copysign(math.inf, curve.slope)
+    return turn.value, steep, -steep * turn.value
+
+
 def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
     z = Z_95
     (vii, vis), (_, vss) = curve.covariance
@@ -182,18 +191,18 @@ def _by_covariance(curve: Curve) -> tuple[Estimate, Estimate, Estimate]:
 
 
 def _bias_corrected(value: float, drawn: list[float]) -> tuple[float, float]:
-    """Return bias-corrected percentiles (Efron 1981).
+    """Return bias-corrected percentiles (Efron 1981); infinite where too many draws are.
 
     Curves fitted to few trials are too steep, and bootstrapped ones more so.
     """
     from scipy.special import ndtr, ndtri
 
-    kept = np.array([one for one in drawn if math.isfinite(one)])
+    kept = np.array([one for one in drawn if not math.isnan(one)])
     if len(kept) < 20:
         return math.nan, math.nan
     below = float(np.clip(np.mean(kept < value), 0.5 / len(kept), 1.0 - 0.5 / len(kept)))
-    low, high = np.percentile(kept, 100.0 * ndtr(2.0 * ndtri(below) + np.array([-Z_95, Z_95])))
-    return float(low), float(high)
+    low, high = (100.0 * float(ndtr(2.0 * ndtri(below) + z)) for z in (-Z_95, Z_95))
+    return float(np.percentile(kept, low, method="lower")), float(np.percentile(kept, high, method="higher"))
 
 
 def _probit(levels: Array, counts: Array, totals: Array) -> Curve:
