@@ -127,7 +127,21 @@ def test_who_skips_every_sensor_is_told_so_and_can_go_back():
         procedure.skip()
     assert procedure.result is None
     procedure.back()
-    assert procedure.page.key == "setup"
+    assert procedure.page.key == "sensor4-tare"
+
+
+@pytest.mark.parametrize("page", ["sensor2-tare", "sensor2-hold"])
+def test_back_after_skip_returns_to_the_skipped_sensor_and_keeps_the_one_before_it(page):
+    procedure, hand = FsrProcedure(TILE), Hand()
+    walked(procedure, hand, QUICK, "sensor2-tare")
+    first = [data.step.page.key for data in procedure.step_data()]
+    walked(procedure, hand, QUICK, page)
+    procedure.skip()
+    assert procedure.page.key == "sensor3-tare"
+    procedure.back()
+    assert procedure.page.key == "sensor2-tare"
+    assert [data.step.page.key for data in procedure.step_data()] == first
+    assert run(procedure, hand, QUICK).figures["sensors_calibrated"] == 4.0
 
 
 @pytest.mark.parametrize(

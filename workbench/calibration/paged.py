@@ -151,13 +151,13 @@ class PagedProcedure:
         self._conclude_if_last()
 
     def back(self) -> None:
-        """Return to the previous page, and discard the data taken since."""
+        """Return to the previous page, or to the first of a skipped group; discard the data taken since."""
         if self._at == 0:
             return
         at = self._at - 1
-        while at in self._skipped:
-            self._skipped.discard(at)
-            at -= 1
+        if at in self._skipped:
+            at = next(k for k, step in enumerate(self._steps) if step.group == self._steps[at].group)
+        self._skipped = {k for k in self._skipped if k < at}
         self._step_data = {k: readings for k, readings in self._step_data.items() if k < at}
         self._answers = {k: answers for k, answers in self._answers.items() if k < at}
         self._result = None
