@@ -183,6 +183,13 @@ def test_what_cannot_be_right_is_refused_with_the_reason(sweep, recorded, reason
     assert "\n" not in str(error.value)
 
 
+def test_strong_hum_is_named_where_the_sweep_does_not_explain_the_recording():
+    recorded = 0.02 * heard(SWEEP)
+    recorded += 0.05 * np.sin(2.0 * np.pi * 50.0 * np.arange(recorded.size) / RATE)
+    with pytest.raises(BadMeasurement, match=r"explains \d+ % .* the rest is hum or noise"):
+        measure(SWEEP, recorded, RATE)
+
+
 def test_coarse_samples_hum_and_strong_distortion_are_measured_all_the_same():
     coarse = np.round(0.1 * heard(SWEEP) * 32768.0) / 32768.0
     found = measure(SWEEP, coarse, RATE)

@@ -63,9 +63,12 @@ def require_explained(f: Array, recording: Array, left: Array, noise: Array) -> 
     most = float(np.max(strange[octaves] / whole[octaves], initial=0.0))
     if share < _EXPLAINED or most > _STRANGE:
         percent = 100.0 * max(min(share, 1.0 - most), 0.0)
+        if float(np.nan_to_num(noise).sum()) > 0.5 * float(left.sum()):
+            why = "the rest is hum or noise, heard without the sweep, too; look for its source, or another channel?"
+        else:
+            why = "another channel, another sweep, or a signal far too close to the noise?"
         raise BadMeasurement(
-            f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; "
-            "another channel, another sweep, or a signal far too close to the noise?"
+            f"sweep and recording do not fit: the sweep explains {percent:.0f} % of what was heard; {why}"
         )
 
 
