@@ -11,9 +11,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 from windows import LONG_MS, choose_file
 
+from underfoot.calibration.files.plate_profiles import plate_file
+from underfoot.calibration.result import Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
-from underfoot.floor.profile import Latency, Profile, Response
+from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
 
 # --- profiles ---
 
@@ -150,6 +152,18 @@ def test_a_result_that_cannot_be_saved_stays_and_can_be_saved_later(driver):
     assert not driver.wizard.refusal.isVisible()
     assert Profile.load(driver.file()).response is not None
     assert not driver.wizard.saving.isEnabled()
+
+
+def test_a_profile_is_saved_although_the_own_file_of_its_plate_cannot_be_written(driver):
+    plate = PlateStiffness(made="2026-11-01", positions=(0.0, 1.0), stiffness_n_mm=(20.0, 60.0))
+    own_file = plate_file(driver.file())
+    own_file.mkdir()
+    result = Result("plate", "Plate", (), "Stiff.", True, apply=lambda profile: profile.with_part(plate))
+    driver.workspace.profiles.save("t1", result)
+    driver.wait(lambda: driver.said)
+    assert driver.said[0].startswith(f"The profile of t1 is saved: {driver.file()}; but not the plate's own file")
+    assert str(own_file) in driver.said[0]
+    assert driver.workspace.profiles.of("t1").plate == Profile.load(driver.file()).plate == plate
 
 
 def test_a_folder_of_profiles_that_cannot_be_made_is_said_in_words(driver):

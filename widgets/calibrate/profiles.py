@@ -93,11 +93,15 @@ class Profiles(QObject):
             profile = change(load_for_tile(path, tile) if path.exists() else Profile(tile=tile))
             make_folder(folder)
             profile.save(path)
-            write_plate_file(profile, path)
         except (UnderfootError, OSError) as error:
             self.not_saved.emit(f"Nothing is saved: {error}")
-        else:
-            self._wrote.emit(folder, profile, kind, f"{text}: {path}")
+            return
+        text = f"{text}: {path}"
+        try:
+            write_plate_file(profile, path)
+        except (UnderfootError, OSError) as error:
+            text += f"; but not the plate's own file, which studies use: {error}"
+        self._wrote.emit(folder, profile, kind, text)
 
     def _do(self, work: Callable[[], str]) -> None:
         try:
