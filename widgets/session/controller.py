@@ -202,7 +202,7 @@ class SessionController(QObject):
         if kind == "response":
             self.send(TileEqualiser.of_profile(profile.tile, profile))
             self.equaliser_changed.emit(profile.tile)
-        elif kind in ("fsr", "centroid") and self.session is not None:
+        elif kind in ("fsr", "centroid", "latency") and self.session is not None:
             self.reopen()
 
     def close(self) -> None:

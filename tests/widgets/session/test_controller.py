@@ -109,8 +109,8 @@ def test_a_round_trip_in_a_profile_does_not_open_the_session_for_ever(controller
     assert controller.session.target.round_trip_frames == 0, "on the simulator it is that of the simulated tile"
 
 
-@pytest.mark.parametrize("kind", ["fsr", "centroid"])
-def test_a_part_of_a_profile_that_forces_are_read_through_is_used_at_once(controller, qtbot, tmp_path, kind):
+@pytest.mark.parametrize("kind", ["fsr", "centroid", "latency"])
+def test_a_part_of_a_profile_that_a_session_reads_when_it_opens_is_used_at_once(controller, qtbot, tmp_path, kind):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.start()
     opened = QSignalSpy(controller.opened)
