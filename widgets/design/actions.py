@@ -1,6 +1,6 @@
 """Actions of the canvas with their keys, and the menus that offer them; independent of the canvas class."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -145,20 +145,18 @@ def connect_menu(
     canvas: QWidget,
     patch: Patch,
     registry: Registry,
-    node: str,
+    outputs: Sequence[tuple[str, str]],
     connect: Callable[[str, str], object],
     add: Callable[[str], object],
 ) -> QMenu:
-    """Return a menu of all inputs that the outputs of `node` can be wired to.
+    """Return a menu of all inputs that these outputs can be wired to; each has a text, and its end "node.port".
 
     `connect` takes source and target; `add` takes a source, for which a new node is asked.
     """
-    type = registry[patch.node(node).type]
     menu = Menu(canvas)
     menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    for output in type.outputs:
-        source = f"{node}.{output.name}"
-        into = menu if len(type.outputs) == 1 else menu.addMenu(display_name(output.name))
+    for shown, source in outputs:
+        into = menu if len(outputs) == 1 else menu.addMenu(literal(shown))
         into.addAction("A new node…", partial(add, source))
         for target in open_targets(patch, registry, source):
             id, _, port = target.partition(".")

@@ -126,18 +126,19 @@ class Canvas(EditableView):
         self.search.ask_for_replacement(self.mapFromScene(item.pos()), item.node.type)
 
     def open_connect_menu(self) -> None:
-        """Open a menu, beside the selected node, of all inputs that its outputs can be wired to."""
-        ids = self.selected_ids()
-        if len(ids) != 1 or ids[0] not in self.patch_scene.nodes:
+        """Open a menu, beside the selected node or sub-patch, of all inputs that its outputs can be wired to."""
+        chosen = [item for item in self.patch_scene.nodes_and_group_nodes() if item.isSelected()]
+        if len(chosen) != 1:
             self.show_message("Select one node to connect its output")
             return
-        corner = self.mapFromScene(self.patch_scene.nodes[ids[0]].sceneBoundingRect().topRight())
+        corner = self.mapFromScene(chosen[0].sceneBoundingRect().topRight())
+        outputs = [(port.row.text, chosen[0].end(port)) for port in chosen[0].geometry.ports if port.side == "out"]
 
         def add(source: str) -> None:
             at = corner + QPoint(BESIDE_PX, BESIDE_PX)
             self.search.ask_for_end(at, self.mapToScene(at), (source, "out"))
 
-        menu = connect_menu(self, self.document.patch, self.registry, ids[0], self.connect_ports, add)
+        menu = connect_menu(self, self.document.patch, self.registry, outputs, self.connect_ports, add)
         menu.popup(self.viewport().mapToGlobal(corner))
         menu.setActiveAction(menu.actions()[0])
 

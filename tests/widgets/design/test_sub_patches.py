@@ -280,6 +280,16 @@ def test_wires_are_drawn_to_a_sub_patch_and_pulled_off_it(row):
     assert ("hum.out", "through.signal") in row.patch().wires
 
 
+def test_the_outputs_of_a_sub_patch_are_connected_by_a_key(row):
+    row.document.edit(row.patch().disconnect([("through1.out", "shaker.acceleration")]), "Disconnect")
+    collapse(row, "through", "through1")
+    QTest.keyClick(row.canvas, Qt.Key.Key_C)
+    menu = QApplication.activePopupWidget()
+    next(action for action in menu.actions() if "shaker" in action.text()).trigger()
+    menu.close()
+    assert ("through1.out", "shaker.acceleration") in row.patch().wires
+
+
 def test_enter_goes_in_and_the_crumbs_lead_out(row):
     collapse(row, "through", "through1")
     QTest.keyClick(row.canvas, Qt.Key.Key_Return)
