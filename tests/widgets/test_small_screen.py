@@ -1,4 +1,4 @@
-"""The Experiment workspace on a screen of 1280 x 800 at 200 %, which has 640 x 400 points: it scrolls."""
+"""Workspaces on a screen of 1280 x 800 at 200 %, which has 640 x 400 points: they scroll."""
 
 from itertools import combinations
 
@@ -7,6 +7,10 @@ from on_screen import show
 from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
 from study_hand import Hand
+
+from underfoot.widgets.recordings.workspace import RecordingsWorkspace
+from underfoot.widgets.scenes.workspace import ScenesWorkspace
+from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture
@@ -56,3 +60,30 @@ def test_a_page_is_no_wider_than_the_window_where_a_title_or_a_message_is_long(m
         workspace.stack.setCurrentWidget(page)
         qtbot.waitUntil(lambda page=page: page.isVisible() and area.viewport().width() > 900)
         qtbot.waitUntil(lambda: area.widget().width() == area.viewport().width())
+
+
+def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
+    workspace = ScenesWorkspace()
+    qtbot.addWidget(workspace)
+    workspace.resize(640, 340)
+    show(qtbot, workspace)
+    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.view))
+    qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 0)
+    assert area.horizontalScrollBar().maximum() == 0
+    parts = (workspace.list, workspace.view, workspace.panel)
+    assert not [pair for pair in combinations(parts, 2) if pair[0].geometry().intersects(pair[1].geometry())]
+    assert all(area.widget().rect().contains(part.geometry()) for part in parts)
+
+
+def test_steps_stance_and_floor_of_a_recording_lie_beside_each_other(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
+    workspace = RecordingsWorkspace(Settings())
+    qtbot.addWidget(workspace, before_close_func=lambda one: one.close_down())
+    workspace.resize(640, 340)
+    show(qtbot, workspace)
+    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.steps))
+    qtbot.waitUntil(lambda: area.horizontalScrollBar().maximum() > 0)
+    parts = (workspace.steps.table, workspace.steps.plot, workspace.readout.map)
+    places = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
+    assert not [pair for pair in combinations(places, 2) if pair[0].intersects(pair[1])]
+    assert all(area.widget().rect().contains(place) for place in places)

@@ -1,4 +1,4 @@
-"""A part of a window that scrolls where there is no room for all of it."""
+"""Parts of a window that scroll where there is no room for all of them."""
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
@@ -59,3 +59,14 @@ class Scrolled(QScrollArea):
     def _fit(self) -> None:
         self._held.resize(self.viewport().width(), max(self._height(), self.viewport().height()))
         self.updateGeometry()
+
+
+def scrolling(held: QWidget) -> QScrollArea:
+    """Return what is held so that it scrolls on a screen that is too small for it, instead of overlapping."""
+    held.setProperty("role", "ground")
+    held.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    area.setWidget(held)
+    return area

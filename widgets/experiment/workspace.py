@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QStackedWidget, QWidget
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
 from underfoot.widgets.controls.question import ask
+from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.library import StudyLibrary
@@ -182,13 +183,8 @@ class ExperimentWorkspace(Workspace):
 
 
 def _scrolling(pages: QStackedWidget) -> QScrollArea:
-    """Return the pages so that they scroll on a screen that is too small for them, instead of overlapping."""
-    pages.setProperty("role", "ground")
-    pages.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-    area = QScrollArea()
-    area.setWidgetResizable(True)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    area.setWidget(pages)
+    """Return the pages so that they scroll; another page begins at its corner."""
+    area = scrolling(pages)
     for bar in (area.horizontalScrollBar(), area.verticalScrollBar()):
         pages.currentChanged.connect(lambda _, bar=bar: bar.setValue(0))
     return area

@@ -18,6 +18,7 @@ from underfoot.records.survey import Survey
 from underfoot.widgets import theme
 from underfoot.widgets.controls.elided_label import ElidedLabel
 from underfoot.widgets.controls.panels import column, tool_button, with_header
+from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.recordings.exporting import Exporting
 from underfoot.widgets.recordings.mark_editing import MarkEditing
@@ -320,7 +321,7 @@ class RecordingsWorkspace(Workspace):
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("recordings down")
         layout.addWidget(self.recordings)
-        layout.addWidget(down, 1)
+        layout.addWidget(scrolling(down), 1)
         head, shrinking = self._head(), ((self.facts,), (self.playback.button, self.export_button))
         timeline = with_header(head, self.timeline, shrinking)
         column(timeline, self.readout.text, body=timeline, parent=down)

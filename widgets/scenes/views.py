@@ -99,7 +99,7 @@ class SceneView(QWidget):
         return QSize(640, 640)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(240, 240)
+        return QSize(16 * theme.GRID, 30 * theme.GRID)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         began = time.perf_counter()

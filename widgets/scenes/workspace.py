@@ -16,6 +16,7 @@ from underfoot.scenes import discover
 from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
 from underfoot.scenes.stage import Stage
+from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.scenes.panels import SceneList, ScenePanel
@@ -66,9 +67,12 @@ class ScenesWorkspace(ProjectingWorkspace):
         self._poll_timer.setInterval(POLL_MS)
         self._poll_timer.timeout.connect(self._poll)
         self.list, self.view, self.panel = SceneList(self.kinds.values()), SceneView(), ScenePanel()
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
+        row = QWidget()
+        outer, layout = QHBoxLayout(self), QHBoxLayout(row)
+        for line in (outer, layout):
+            line.setContentsMargins(0, 0, 0, 0)
+            line.setSpacing(0)
+        outer.addWidget(scrolling(row))
         layout.addWidget(self.list)
         layout.addWidget(self.view, 1)
         layout.addWidget(self.panel)
