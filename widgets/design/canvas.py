@@ -331,15 +331,20 @@ class Canvas(EditableView):
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
         if event.mimeData().hasFormat(MIME):
             event.acceptProposedAction()
-            self.patch_scene.highlight_wire(self._wire_at_drop(event))
+            wire = self._wire_at_drop(event)
+            self.patch_scene.highlight_wire(wire)
+            place = self.mapToScene(event.position().toPoint())
+            self.patch_scene.highlight_frame(None if wire else self.patch_scene.frame_around(place))
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
         self.patch_scene.highlight_wire(None)
+        self.patch_scene.highlight_frame(None)
 
     def dropEvent(self, event: QDropEvent) -> None:
         type = _dropped(event)
         wire = self._wire_at_drop(event)
         self.patch_scene.highlight_wire(None)
+        self.patch_scene.highlight_frame(None)
         if type in self.registry:
             event.acceptProposedAction()
             self.add(type, self.mapToScene(event.position().toPoint()), into=wire.wire if wire else None)

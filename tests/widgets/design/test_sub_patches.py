@@ -2,13 +2,14 @@
 
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.node_list import MIME
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -233,6 +234,19 @@ def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
     write(chain, "Ends")
     drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(0, 8))
     assert members(chain) == [{"through", "through1"}, {"hum", "shaker"}]
+
+
+def test_a_frame_lights_up_under_a_node_from_the_palette(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    plain, data = frame_picture(chain, frame), QMimeData()
+    data.setData(MIME, b"beat")
+    place = QPointF(in_view(chain, frame.frame_rect().bottomLeft() + QPointF(40.0, -4.0)))
+    how = (Qt.DropAction.CopyAction, data, LEFT, NONE)
+    chain.canvas.dragMoveEvent(QDragMoveEvent(place.toPoint(), *how))
+    assert frame_picture(chain, frame) != plain
+    chain.canvas.dropEvent(QDropEvent(place, *how))
+    assert members(chain) == [{"through", "through1", "beat"}]
+    assert frame_picture(chain, frame) == plain
 
 
 def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
