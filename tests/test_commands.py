@@ -21,7 +21,7 @@ from underfoot.__main__ import cli
 from underfoot.commands.render import line_of
 from underfoot.engine import session
 from underfoot.engine.commands import Play
-from underfoot.engine.reports import CommandApplied, Fault, Notice, ProcessDied, Started
+from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChanged, ProcessDied, Started
 from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
@@ -309,7 +309,7 @@ class Rehearsed:
 
     @property
     def health(self):
-        return SimpleNamespace(running=self.running)
+        return SimpleNamespace(running=self.running, frame=self.now * 48)
 
     def poll(self):
         reports, self.newton = self.left.pop(0)
@@ -376,11 +376,20 @@ def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
 
 
 def test_monitor_keeps_its_steps_when_the_engine_fails_for_good(underfoot, folder, rehearsed):
-    failed = Notice("the engine fails again and again; it is not started any more")
+    failed = OutputChanged("the engine fails again and again; it is not started any more", "nothing")
     rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), ([], 0.0), ([failed], 0.0)], False
     said = underfoot("monitor", "simulator", "--steps", "steps.csv")
     assert (said.status, said.error.splitlines()[-1]) == (1, f"underfoot: {failed.text}")
     assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 > 1
+
+
+def test_monitor_goes_on_while_its_engine_is_started_again(underfoot, folder, rehearsed):
+    """It ended with the first line that came meanwhile, whatever that said."""
+    said = [Notice("t1 is silent")], 0.0
+    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), said, ([], 0.0), ([], 0.0)], False
+    ended = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")
+    assert (ended.status, ended.error.splitlines()) == (0, ["underfoot: t1 is silent"])
+    assert len((folder / "steps.csv").read_text().splitlines()) > 1
 
 
 def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, folder, rehearsed):

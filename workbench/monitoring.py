@@ -13,7 +13,17 @@ from msgspec.structs import asdict, replace
 
 from underfoot.devices.accelerometers import LINK, accelerometers_of
 from underfoot.devices.transports import target_forms
-from underfoot.engine.reports import Compiling, Fault, Notice, ProcessDied, Report, Started
+from underfoot.engine.reports import (
+    NOTHING,
+    Compiling,
+    Fault,
+    Health,
+    Notice,
+    OutputChanged,
+    ProcessDied,
+    Report,
+    Started,
+)
 from underfoot.engine.session import Session
 from underfoot.engine.target import Target, live_target, require_source, sound_device
 from underfoot.errors import BadFile, BadValue, DeviceError
@@ -170,13 +180,15 @@ class SessionStream:
 
     def _messages(self) -> Iterator[str]:
         for report in self._session.poll():
-            yield from messages_of(report, self._session.health.running)
+            yield from messages_of(report, self._session.health)
 
 
-def messages_of(report: Report, running: bool) -> Iterator[str]:
-    """Yield the messages of a report to the user; `DeviceError` for an engine that cannot run."""
+def messages_of(report: Report, health: Health) -> Iterator[str]:
+    """Yield the messages of a report to the user; `DeviceError` for an engine that cannot begin, or is given up."""
     match report:
-        case Notice(text) if not running:
+        case OutputChanged(text, where) if where == NOTHING:
+            raise DeviceError(text)
+        case Notice(text) if not health.running and not health.frame:
             raise DeviceError(text)
         case Notice(text) | Started(notice=text) if text:
             yield text

@@ -15,7 +15,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
-from underfoot.errors import BadFile, BadValue, DeviceError, require
+from underfoot.errors import BadFile, BadValue, require
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -162,16 +162,13 @@ class _Show:
         self._stopped = True
 
     def _play(self, session: "Session", stage: "Stage") -> None:
-        from underfoot.engine.reports import Notice
+        from underfoot.monitoring import messages_of
 
         now_s, film_s = 0.0, 0.0
         while not self._stopped and (self.options.seconds is None or now_s < self.options.seconds):
             reports = session.poll()
-            for report in reports:
-                if isinstance(report, Notice):
-                    if not session.health.running:
-                        raise DeviceError(report.text)
-                    print(f"underfoot: {report.text}", file=sys.stderr, flush=True)
+            for line in (line for report in reports for line in messages_of(report, session.health)):
+                print(f"underfoot: {line}", file=sys.stderr, flush=True)
             stage.take(reports)
             for moment in stage.tick():
                 now_s = moment.time_s

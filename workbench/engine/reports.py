@@ -9,6 +9,8 @@ from underfoot.engine.commands import Command
 
 SOUND_CARD = "sound card"
 """The output in `Started` if a sound card plays."""
+NOTHING = "nothing"
+"""The output in `OutputChanged` if no engine plays any more."""
 
 
 class Started(Struct, frozen=True):

@@ -35,6 +35,7 @@ from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.recorder import RecordAbout, RecordCommand, Recorder, RecordMark
 from underfoot.engine.repeats import Repeats
 from underfoot.engine.reports import (
+    NOTHING,
     CommandApplied,
     Compiled,
     Compiling,
@@ -472,6 +473,6 @@ class Session:
         allowed = self._restarts.allows_after_death()
         if not allowed:
             line = f"the {name} fails again and again; it is not started any more"
-            silent = OutputChanged(line, "nothing", "the engine has failed; choose the target again")
+            silent = OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
             self._reports.append(silent if name == "engine" else Notice(line))
         return allowed
