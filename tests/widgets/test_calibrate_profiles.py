@@ -71,12 +71,16 @@ def test_a_profile_that_cannot_be_read_is_said(driver):
 
 
 @pytest.mark.parametrize("other", ["t2", "kitchen"])
-def test_a_profile_of_another_tile_is_flagged_and_takes_no_part_of_this_one(driver, other):
+def test_a_profile_of_another_tile_is_flagged_and_takes_no_part_of_this_one(driver, tmp_path, other):
     Profile(tile=other).with_part(Latency(made="2026-11-01", round_trip_ms=3.0)).save(driver.file("t1"))
     driver.workspace.profiles.follow(default_floor())
     driver.wait(lambda: f"Profile of {other} is used on t1." in driver.workspace.choice.flags.text())
     driver.begin()
     driver.go("result")
+    page = tmp_path / "report" / "response.html"
+    _choose_folder(driver, page.parent)
+    driver.wait(lambda: any(str(page) in line for line in driver.said))
+    assert "<td>t1</td>" in page.read_text()
     driver.click(driver.wizard.saving)
     driver.wait(lambda: f"is the profile of tile {other}; allowed: t1" in driver.wizard.refusal.text())
     assert Profile.load(driver.file("t1")).response is None

@@ -314,7 +314,9 @@ class CalibrateWorkspace(ProjectingWorkspace):
 
     def write_report(self, result: Result, folder: Path) -> None:
         """Write a page with plots, figures and raw data into a folder; return a line with its path."""
-        profile = self.profiles.of(self.tile.id)
+        tile, profile = self.tile.id, self.profiles.of(self.tile.id)
+        if profile.tile != tile:
+            profile = Profile(tile=tile)
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report
