@@ -11,6 +11,7 @@ import pytest
 
 from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
 from underfoot.calibration.files.report import write_report
+from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.result import Result
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.commands.rigs import PressingRig, ShakingRig
@@ -128,6 +129,25 @@ def test_a_line_that_is_gone_ends_a_calibration_by_hand_only_while_nothing_was_m
     found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
     assert "underfoot: nothing comes of tile 0: is it plugged in?" in found.error
     assert (found.status or 0, "Forces are accurate to" in found.out) == ((1, False) if gone_at == 1 else (0, True))
+
+
+def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underfoot, folder, monkeypatch):
+    conclude, reasons = FsrProcedure.conclude, ["no sensor can be calibrated"]
+
+    def refuse_once(procedure):
+        if reasons:
+            raise BadMeasurement(reasons.pop())
+        return conclude(procedure)
+
+    monkeypatch.setattr(FsrProcedure, "conclude", refuse_once)
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    arguments = ("--cell", "9.1:0.05:120", "--report", "report", "--profile", "t1.json")
+    found = underfoot("calibrate", "forces", "--target", "serial:none", *arguments)
+    assert found.status == 1
+    assert "underfoot: what was measured is in report\nunderfoot: no sensor can be calibrated\n" in found.error
+    assert "no sensor can be calibrated" in (folder / "report" / "fsr.html").read_text()
+    assert not (folder / "t1.json").exists()
+    assert underfoot("calibrate", "forces", "--pairs", "report/fsr-pairs.csv", "--profile", "t1.json").status == 0
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])

@@ -7,6 +7,7 @@ import pytest
 from underfoot.calibration.procedure import run, step
 from underfoot.calibration.procedures.centroid import CentroidProcedure, places
 from underfoot.calibration.procedures.fsr import FsrProcedure
+from underfoot.calibration.result import Inconclusive
 from underfoot.calibration.rig import PressRequest, Readings
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.errors import BadMeasurement, BadValue
@@ -372,6 +373,19 @@ def test_a_press_at_another_place_and_an_unsteady_one_are_refused():
     shaking = newtons(load=lambda press, force: force * (1.0 + 0.15 * draws.standard_normal(force.size)), force=False)
     with pytest.raises(BadMeasurement, match="the press is unsteady: its force varies by"):
         run(CentroidProcedure(TILE), shaking, {"form": "quick", "loads_n": (100.0,)})
+
+
+def test_presses_that_lead_to_no_result_are_not_lost():
+    own = tuple((0.038 * np.cos(turn), 0.038 * np.sin(turn)) for turn in range(6))
+    procedure = CentroidProcedure(TILE)
+    swapped = Hand(lambda corners: corners[:, [1, 0, 3, 2]])
+    with pytest.raises(Inconclusive, match="sensors 1 and 2 and 3 and 4 look swapped") as refused:
+        run(procedure, swapped, {"pattern": "own", "places_m": own, "loads_n": (100.0, 300.0)})
+    (name, header, rows), measured = refused.value.result.raw[0], refused.value.result
+    assert (name, header.count(",") + 1, rows.shape) == ("presses", 8, (12, 7))
+    assert (measured.good, measured.quantities, measured.verdict) == (False, (), str(refused.value))
+    assert procedure.page.key == "release"
+    assert procedure.result is None
 
 
 def test_a_tile_that_is_silent_under_load_is_refused():

@@ -3,16 +3,17 @@
 import math
 import threading
 
+import numpy as np
 import pytest
 from calibrate_driver import LEFT
-from calibrate_samples import MIDDLE
+from calibrate_samples import MIDDLE, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 from windows import LONG_MS, choose_file
 
 from underfoot.calibration.files.plate_profiles import plate_file
-from underfoot.calibration.result import Result
+from underfoot.calibration.result import Inconclusive, Result
 from underfoot.engine.target import Target
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
@@ -122,6 +123,30 @@ def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp
     assert driver.settings.folder == str(folder)
     assert driver.files() == []
     assert driver.wizard.saving.isEnabled()
+
+
+def test_what_was_measured_can_be_reported_also_without_a_result(driver, tmp_path, monkeypatch):
+    raw = (("bell", "frequency_hz,level", np.array([[50.0, 1.0]])),)
+    measured = Result("response", "Weighing of t1", (), "it rings of nothing", False, raw=raw)
+
+    def refuse(procedure, recorded):
+        raise Inconclusive(measured)
+
+    monkeypatch.setattr(Weighing, "take_recording", refuse)
+    driver.begin()
+    driver.go("bell")
+    assert not driver.wizard.reporting.isVisible()
+    driver.click(driver.wizard.going)
+    driver.wait(driver.wizard.refusal.isVisible)
+    assert driver.wizard.refusal.text() == "it rings of nothing"
+    assert not driver.wizard.saving.isVisible()
+    folder = tmp_path / "report"
+    _choose_folder(driver, folder)
+    driver.wait(lambda: any(str(folder / "response.html") in line for line in driver.said))
+    assert (folder / "response-bell.csv").read_text().splitlines()[1:] == ["50,1"]
+    driver.click(driver.wizard.backing)
+    driver.wait(lambda: driver.page == "note")
+    assert not driver.wizard.reporting.isVisible()
 
 
 def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(driver, tmp_path):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from underfoot.calibration.procedure import Page, PageProgress, Procedure, step
-from underfoot.calibration.result import Result
+from underfoot.calibration.result import Inconclusive, Result
 from underfoot.calibration.rig import PressRequest, Readings, Rig, Sound
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, UnderfootError
@@ -38,7 +38,8 @@ class Pace:
 @dataclass(frozen=True)
 class Snapshot:
     """State of a procedure. `is_waiting` is true while it waits for the user; `is_automatic` while it runs without.
-    `rejection` is the reason for which the page's measurement was rejected, in one line.
+    `rejection` is the reason for which the page's measurement was rejected, in one line. `inconclusive` has the raw
+    data of all pages, where they lead to no result.
     """
 
     page: Page
@@ -48,6 +49,7 @@ class Snapshot:
     is_waiting: bool = True
     is_automatic: bool = False
     rejection: str = ""
+    inconclusive: Result | None = None
 
 
 class Measurement(QObject):
@@ -172,6 +174,7 @@ class _Worker:
         self._orders, self._send_snapshot, self._pace, self._by_hand = orders, send_snapshot, pace, by_hand
         self._is_requested = self._is_automatic = False
         self._rejection = ""
+        self._inconclusive: Result | None = None
         self._values: Mapping[str, Any] = {}
         self._snapshot: Snapshot | None = None
         self._sent_s = self._drawn_s = self._page_began_s = self._pause_until_s = self.busy_since = time.monotonic()
@@ -272,13 +275,15 @@ class _Worker:
 
     def _run_checked(self, action: Callable[[], None]) -> None:
         """Do something that may be refused, and send the result."""
-        before, rejection = self.procedure.page, ""
+        before, rejection, found = self.procedure.page, "", None
         try:
             action()
         except UnderfootError as error:
             rejection, self._is_requested, self._is_automatic = str(error), False, False
+            found = error.result if isinstance(error, Inconclusive) else None
         page = self.procedure.page
         is_new = (page.key, page.questions) != (before.key, before.questions)
+        self._inconclusive = found or (None if is_new else self._inconclusive)
         if page.key != before.key:
             self._is_requested, self._page_began_s = False, time.monotonic()
             self._is_automatic = self._is_automatic and not page.last
@@ -306,6 +311,7 @@ class _Worker:
             is_waiting,
             self._is_automatic,
             self._rejection,
+            self._inconclusive,
         )
         self._sent_s = now_s
         self._send_snapshot(self._snapshot)

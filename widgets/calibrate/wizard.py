@@ -226,7 +226,7 @@ class Wizard(QWidget):
             self.report_requested.emit(result)
 
     def _result(self) -> Result | None:
-        return None if self.snapshot is None else self.snapshot.result
+        return None if self.snapshot is None else self.snapshot.result or self.snapshot.inconclusive
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Return continues, or activates the button with the focus; Alt and an arrow go back."""
@@ -283,8 +283,8 @@ class Wizard(QWidget):
         self.going.setVisible(not last)
         self.going.setEnabled(runs and not alone and is_waiting)
         self.going.setText(continue_text(page, by_hand, is_waiting))
-        for button in (self.saving, self.reporting):
-            button.setVisible(last)
+        self.saving.setVisible(last)
+        self.reporting.setVisible(last or (snapshot is not None and snapshot.inconclusive is not None))
         self.saving.setEnabled(last and not self._is_saved)
         self.saving.setText("Saved" if self._is_saved else "Save to the profile")
         for button in (self.going, self.saving):

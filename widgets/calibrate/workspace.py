@@ -315,8 +315,8 @@ class CalibrateWorkspace(ProjectingWorkspace):
     def write_report(self, result: Result, folder: Path) -> None:
         """Write a page with plots, figures and raw data into a folder; return a line with its path."""
         tile, profile = self.tile.id, self.profiles.of(self.tile.id)
-        if profile.tile != tile:
-            profile = Profile(tile=tile)
+        if profile.tile != tile or not result.quantities:
+            profile = Profile(tile=tile)  # not another tile's, and no figures where there is no result
 
         def write() -> str:
             from underfoot.calibration.files.report import write_report

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.procedure import Answers, Page, PageProgress
-from underfoot.calibration.result import Result
+from underfoot.calibration.result import Inconclusive, Result
 from underfoot.calibration.rig import NO_READINGS, Readings
 from underfoot.drawing import Drawing
 from underfoot.errors import BadMeasurement, BadValue
@@ -150,6 +150,10 @@ class PagedProcedure:
             self._open(self._at + 1)
         self._conclude_if_last()
 
+    def without_conclusion(self, reason: str) -> Result | None:
+        """Return a result of the raw data alone, where `conclude` is refused; None if it is not kept."""
+        return None
+
     def back(self) -> None:
         """Return to the previous page, or to the first of a skipped group; discard the data taken since."""
         if self._at == 0:
@@ -179,9 +183,12 @@ class PagedProcedure:
             return
         try:
             self._result = self.conclude()
-        except BadMeasurement:
+        except BadMeasurement as error:
+            measured = self.without_conclusion(str(error)) if self._step_data else None
             self._open(self._at - 1)
-            raise
+            if measured is None:
+                raise
+            raise Inconclusive(measured) from None
 
 
 class SoundProcedure(PagedProcedure):

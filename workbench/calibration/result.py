@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
+from underfoot.errors import BadMeasurement
 
 if TYPE_CHECKING:
     from underfoot.floor.profile import Profile
@@ -39,3 +40,11 @@ class Result:
     def figures(self) -> dict[str, float]:
         """Return the quantities by name."""
         return {name: value for name, value, _ in self.quantities}
+
+
+class Inconclusive(BadMeasurement):
+    """Measurements without a conclusion, for the reason in the message; `result` has no more than their raw data."""
+
+    def __init__(self, result: Result) -> None:
+        super().__init__(result.verdict)
+        self.result = result

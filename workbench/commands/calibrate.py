@@ -72,6 +72,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
     """Measure on a target, and put the result into the profile; first what the calibration requires."""
     from underfoot.calibration.declaration import MeasurementSetup
     from underfoot.calibration.procedures import CALIBRATIONS
+    from underfoot.calibration.result import Inconclusive
 
     floor, tile = options.chosen()
     known = options.known(tile.id)
@@ -81,8 +82,12 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed)).apply(known)
-    with report_compiling():
-        found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed))
+    try:
+        with report_compiling():
+            found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed))
+    except Inconclusive as error:
+        options.keep(error.result, tile.id)
+        raise
     options.conclude(found, known)
 
 
@@ -93,6 +98,7 @@ def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", s
     """
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run
+    from underfoot.calibration.result import Inconclusive
 
     by_hand, shakes = not rig.is_simulated, calibration.rig == SHAKING
 
@@ -112,7 +118,7 @@ def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", s
                 page = procedure.page
                 can_repeat = page.press is not None or (page.sound is not None and sys.stdin.isatty())
                 is_nothing_lost = isinstance(error, DeviceError) and not procedure.drawings
-                if not by_hand or not can_repeat or is_nothing_lost:
+                if not by_hand or not can_repeat or is_nothing_lost or isinstance(error, Inconclusive):
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
                 if page.sound is not None:

@@ -64,6 +64,14 @@ class TileOptions:
         if failure is not None:
             raise failure
 
+    def keep(self, measured: "Result", tile: str) -> None:
+        """Write the report of what was `measured` without a conclusion: its raw data are not lost."""
+        from underfoot.floor.profile import Profile
+
+        if self.report is not None:
+            self._write_report(measured, Profile(tile=tile, serial=self.serial))
+            print(f"underfoot: what was measured is in {self.report}", file=sys.stderr)
+
     def _write_report(self, result: "Result", new: "Profile") -> None:
         from underfoot.calibration.files.report import write_report
 
