@@ -177,6 +177,8 @@ def test_before_a_first_calibration_the_tile_is_pictured(driver):
 
 
 def test_back_and_skip_go_where_they_say(driver):
+    assert "what was measured" in driver.wizard.skipping.toolTip()
+    assert "what was measured" in driver.wizard.backing.toolTip()
     driver.begin()
     driver.go("weigh")
     QTest.keyClick(driver.wizard, Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier)

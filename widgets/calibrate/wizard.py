@@ -349,7 +349,7 @@ class Wizard(QWidget):
             "Run automatically", "Let the simulator press, page after page; or pause", self._run_automatically
         )
         self.backing = _button("Back", "The previous page; what was measured since is discarded (Alt+Left)", self._back)
-        self.skipping = _button("Skip", "Leave out this page's measurement", self._skip)
+        self.skipping = _button("Skip", "Leave out this sensor, place or load, and what was measured of it", self._skip)
         self.going = _button("Continue", "Go on (Return)", self.go_on)
         self.going.setProperty("role", "primary")
         self.reporting = _button("Report…", "Write a page with pictures, figures and raw data", self._report)
