@@ -46,6 +46,18 @@ def test_the_first_window_is_no_larger_than_its_screen(qtbot, tmp_path):
         assert size.height() <= room.height()
 
 
+def test_a_button_that_shows_a_sign_has_words_for_screen_readers(qtbot, tmp_path):
+    window = quiet_window(qtbot, tmp_path)
+    window.workspaces.create_all()
+    signs = [button for button in window.findChildren(QAbstractButton) if button.text() and not has_word(button.text())]
+    assert {"★", "−", "+"} <= {button.text() for button in signs}
+    assert not [(button.text(), button.toolTip()) for button in signs if not has_word(button.accessibleName())]
+
+
+def has_word(text):
+    return any(map(str.isalnum, text))
+
+
 def test_the_hint_goes_with_the_first_node_and_comes_back(workspace):
     hint = workspace.canvas.hint
     assert not hint.isVisible()

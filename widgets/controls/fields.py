@@ -49,6 +49,7 @@ class ParameterEditor(QWidget):
         self.reset_button.setFixedSize(20, 20)
         self.reset_button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.reset_button.setToolTip(f"Back to {value_text(parameter, parameter.initial)}")
+        self.reset_button.setAccessibleName(self.reset_button.toolTip())
         self.reset_button.clicked.connect(self.reset)
         keep = self.reset_button.sizePolicy()
         keep.setRetainSizeWhenHidden(True)

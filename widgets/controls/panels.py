@@ -48,7 +48,7 @@ def tool_button(icon: str, text: str, tip: str, *, checkable: bool = False) -> Q
     button.setProperty("role", "tab" if checkable else "flat")
     button.setText(text)
     button.setToolTip(tip)
-    button.setAccessibleName(text or tip)
+    button.setAccessibleName(text if any(map(str.isalnum, text)) else tip)  # a sign alone is not read out
     button.setCheckable(checkable)
     if icon:
         button.setIcon(theme.icon(icon))

@@ -109,6 +109,7 @@ class PresetPanel(QWidget):
             button = QToolButton(self)
             button.setText(text)
             button.setToolTip(tip)
+            button.setAccessibleName(tip)
             button.setCheckable(True)
             theme.set_role(button, "chip")
             self.filters.addButton(button)
