@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
@@ -97,8 +98,8 @@ class CardRows(QWidget):
         foot.addWidget(self.add_button)
         foot.addWidget(self.search_again)
         foot.addStretch(1)
-        self._layout.addLayout(foot)
         self._add()
+        self._layout.addLayout(foot)
 
     @property
     def text(self) -> str | None:
@@ -130,6 +131,9 @@ class CardRows(QWidget):
         row.remove_button.clicked.connect(partial(self._remove, row))
         self._layout.insertWidget(len(self.rows), row)
         self.rows.append(row)
+        parts = [part for one in self.rows for part in (one.device_box, one.channels, one.remove_button)]
+        for part, following in pairwise((*parts, self.add_button, self.search_again)):
+            QWidget.setTabOrder(part, following)
         taken = {row.device_box.currentData() for row in self.rows[:-1]}
         free = next((name for name, _, _ in self._devices if name not in taken), None)
         if len(self.rows) > 1 and free is not None:

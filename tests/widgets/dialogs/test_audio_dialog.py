@@ -32,6 +32,22 @@ def test_what_is_in_use_is_what_is_shown(qtbot):
     assert dialog.length.text().startswith("A block lasts 5.80 ms")
 
 
+def test_the_focus_begins_at_the_first_card_and_goes_through_all_before_the_buttons(qtbot):
+    dialog = opened(qtbot, CARDS)
+    cards = dialog.cards
+    assert dialog.focusWidget() is cards.rows[0].device_box
+    qtbot.mouseClick(cards.add_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(cards.rows[1].isVisible)
+    cards.rows[0].device_box.setFocus()
+    passed = []
+    for _ in range(6):
+        qtbot.keyClick(dialog.focusWidget(), Qt.Key.Key_Tab)
+        passed.append(dialog.focusWidget())
+    first, second = cards.rows
+    last = (second.device_box, second.channels, second.remove_button, cards.add_button, cards.search_again)
+    assert passed == [first.channels, *last]
+
+
 def test_no_control_is_cut(qtbot):
     dialog = opened(qtbot, [])
     card = dialog.cards.rows[0]
