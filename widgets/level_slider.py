@@ -3,7 +3,7 @@
 import math
 
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QSlider
 
 from underfoot.widgets import theme
@@ -56,6 +56,13 @@ class LevelSlider(QSlider):
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
             self.setValue(round(10 * DEFAULT_DB))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        # What the shakers play must not get louder because the wheel turned on its way past.
+        if self.hasFocus():
+            super().wheelEvent(event)
+        else:
+            event.ignore()
 
     def _set_from_x(self, x: float) -> None:
         groove = self._groove()

@@ -5,8 +5,9 @@ import itertools
 import pytest
 from msgspec.structs import replace
 from on_screen import choose, show
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QMenu
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.engine.reports import Health
 from underfoot.widgets.main_bar import MainBar
@@ -98,6 +99,16 @@ def test_only_the_left_button_moves_the_level(bar, qtbot, button):
     with qtbot.assertNotEmitted(bar.level_chosen):
         qtbot.mouseClick(bar.level, button, pos=loud)
         qtbot.mouseDClick(bar.level, button, pos=loud)
+
+
+def test_the_wheel_moves_the_level_only_where_it_has_the_focus(bar, qtbot):
+    bar.set_level(-30.0)
+    middle, none = QPointF(bar.level.rect().center()), Qt.KeyboardModifier.NoModifier
+    for has_focus, level in ((False, -300), (True, -285)):
+        (bar.level if has_focus else bar.play).setFocus()
+        turn = (QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton, none, Qt.ScrollPhase.NoScrollPhase, False)
+        QApplication.sendEvent(bar.level, QWheelEvent(middle, middle, *turn))
+        assert bar.level.value() == level
 
 
 def test_showing_a_level_does_not_choose_it(bar, qtbot):
