@@ -4,7 +4,7 @@ from itertools import combinations
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import QRect
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
 from study_hand import Hand
 
@@ -73,6 +73,15 @@ def test_the_panel_of_a_scene_is_whole_and_scrolls(qtbot):
     parts = (workspace.list, workspace.view, workspace.panel)
     assert not [pair for pair in combinations(parts, 2) if pair[0].geometry().intersects(pair[1].geometry())]
     assert all(area.widget().rect().contains(part.geometry()) for part in parts)
+
+
+def test_the_picture_of_a_scene_which_has_no_keys_is_no_tab_stop(qtbot):
+    workspace = ScenesWorkspace()
+    qtbot.addWidget(workspace)
+    show(qtbot, workspace)
+    workspace.list.list.setFocus()
+    qtbot.keyClick(workspace.list.list, Qt.Key.Key_Tab)
+    assert workspace.panel.isAncestorOf(workspace.focusWidget())
 
 
 def test_steps_stance_and_floor_of_a_recording_lie_beside_each_other(qtbot, tmp_path, monkeypatch):

@@ -67,7 +67,6 @@ class SceneView(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName("Scene on the floor")
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.times = PaintTimes()
