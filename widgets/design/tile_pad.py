@@ -156,7 +156,9 @@ class TilePad(QWidget):
         painter.setPen(QColor(theme.MUTED))
         if self._began is None:
             words = "" if self._is_small else "\nclick strikes\ndrag presses"
-            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{self.tile.id}{words}")
+            room = int(area.width()) - theme.GRID
+            name = painter.fontMetrics().elidedText(self.tile.id, Qt.TextElideMode.ElideMiddle, room)
+            painter.drawText(area, Qt.AlignmentFlag.AlignCenter, f"{name}{words}")
         elif self._force_n > 0.0:
             radius = 6.0 + 18.0 * share
             painter.setPen(QPen(QColor(theme.FORCE), 1.5))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from design_samples import REGISTRY
+from msgspec.structs import replace
 from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -36,6 +37,19 @@ def shown(qtbot):
     panel.expect("hum", REGISTRY["hum"])
     panel.show_preview(Preview(1, 48_000.0, np.zeros(4800), {"out": sine(3.0)}))
     return panel
+
+
+def test_a_long_name_of_a_tile_is_read_in_its_box_and_ends_within_its_picture(shown, qtbot):
+    def edge():
+        """The picture of the tile beside its left border."""
+        picture = shown.pad.grab().toImage()
+        left = (shown.pad.width() - shown.pad.height()) // 2 + 8
+        return picture.copy(left + 2, 20, 2, picture.height() - 40)
+
+    plain, words = edge(), "entrance-hall-right-18"
+    shown.set_tiles([replace(tile, id=f"{words}-{i}") for i, tile in enumerate(default_floor().tiles)])
+    assert edge() == plain
+    qtbot.waitUntil(lambda: shown.tiles.width() > shown.tiles.fontMetrics().horizontalAdvance("entrance-hall"))
 
 
 def test_silence_is_drawn_on_an_axis_that_means_something():
