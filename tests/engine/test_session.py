@@ -183,6 +183,18 @@ def test_an_engine_that_is_not_started_any_more_does_not_seem_to_run(until, monk
     assert given_up.where == "nothing"
 
 
+def test_a_compiler_that_fails_again_and_again_takes_no_restart_from_the_engine(until, monkeypatch):
+    """Four deaths of any process were counted together: the next one of the engine was silence."""
+    monkeypatch.setattr("underfoot.engine.session.MOST_DEATHS", 1)
+    with live(hum(), until) as playing:
+        playing.complete()
+        os.kill(playing.session.pids["compiler"], signal.SIGKILL)
+        playing.until(lambda: playing.of(ProcessDied), "the death of the compiler is noticed")
+        os.kill(playing.session.pids["engine"], signal.SIGKILL)
+        playing.started(2)
+        assert playing.of(OutputChanged) == []
+
+
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
     session = playing.session
     playing.until(lambda: "compiler" in session.pids)

@@ -7,6 +7,7 @@ import atexit
 import json
 import math
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -59,7 +60,7 @@ from underfoot.patch.patch import Patch
 FIRST_LEVEL_DB = -20.0
 """The level of a first start: low, whatever is connected."""
 MOST_DEATHS, WITHIN_S = 4, 20.0
-"""Processes that die more often than this are not started again."""
+"""A process that dies more often than this is not started again."""
 STANDBY_AFTER_S = 3.0
 """Time after the first engine's start at which a standby engine and the compiler are started, unless needed sooner.
 Until then, the processor is free for what the user waits for.
@@ -107,7 +108,7 @@ class Session:
         self._recorder: Recorder | None = None
         self._waits_for_recorder = False  # so that the beginning is recorded
         self._ending_recorders: list[Recorder] = []
-        self._restarts = RestartLimit(MOST_DEATHS, WITHIN_S)
+        self._restarts = defaultdict[str, RestartLimit](lambda: RestartLimit(MOST_DEATHS, WITHIN_S))
         self._setup: Setup | None = None  # the program last sent to the engine
         self._started = False  # whether the engine plays it
         self._standby_due = math.inf
@@ -470,7 +471,7 @@ class Session:
     def _may_restart(self, name: str, reason: str) -> bool:
         """Report that a process died, and say whether to start it again."""
         self._reports.append(ProcessDied(name, reason))
-        allowed = self._restarts.allows_after_death()
+        allowed = self._restarts[name].allows_after_death()
         if not allowed:
             line = f"the {name} fails again and again; it is not started any more"
             silent = OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
