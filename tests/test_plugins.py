@@ -107,3 +107,19 @@ def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
     told = python("-m", "underfoot", "scene")
     assert (told.returncode, told.stderr) == (0, "")
     assert "puddle" in told.stdout
+
+
+@pytest.mark.parametrize("fails", ["__init__", "step", "shapes"])
+def test_a_scene_of_a_plug_in_that_fails_ends_its_command_in_a_line(python, fails):
+    """As the window says it; it was a traceback."""
+    code = (
+        "from underfoot.scenes.scene import Scene\n"
+        "class Puddle(Scene):\n    'Water.'\n    title, doc = 'Puddle', 'Water on the floor.'\n"
+        "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
+        f"    def {fails}(self, *_):\n        raise KeyError('depth')\n"
+    )
+    install(python.site, "puddle", "underfoot.scenes", "puddle", {"puddle/__init__.py": code})
+    told = python("-m", "underfoot", "scene", "puddle", "--seconds", "0.3", "--film", "a.gif")
+    assert told.returncode == 1
+    assert told.stderr.splitlines()[-1] == "underfoot: The scene was stopped: KeyError: 'depth'"
+    assert "Traceback" not in told.stderr

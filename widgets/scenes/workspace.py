@@ -10,12 +10,11 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from underfoot.engine.commands import PressTile, Walk
 from underfoot.engine.reports import Report
 from underfoot.engine.session import Session
-from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor
 from underfoot.scenes import discover
 from underfoot.scenes.moments import MOMENT_S
 from underfoot.scenes.scene import Scene
-from underfoot.scenes.stage import Stage
+from underfoot.scenes.stage import Stage, why_ended
 from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
@@ -125,7 +124,7 @@ class ScenesWorkspace(ProjectingWorkspace):
             try:
                 self.stage.scene.change(parameter, value)
             except Exception as error:
-                self._fail(_reason(error))
+                self._fail(why_ended(error))
 
     # --- playing ---
 
@@ -152,7 +151,7 @@ class ScenesWorkspace(ProjectingWorkspace):
             try:
                 self._made.emit(number, kind(floor, given))
             except Exception as error:
-                self._made.emit(number, _reason(error))
+                self._made.emit(number, why_ended(error))
 
         self._maker = threading.Thread(target=make, name="make scene")
         self._maker.start()
@@ -208,7 +207,7 @@ class ScenesWorkspace(ProjectingWorkspace):
             self.stage = Stage(session, scene)
         except Exception as error:
             controller.take_back()
-            self._fail(_reason(error))
+            self._fail(why_ended(error))
             return
         self.view.times = PaintTimes()
         self.view.times.clock = self._session_s
@@ -225,7 +224,7 @@ class ScenesWorkspace(ProjectingWorkspace):
     def _end_failed(self, error: Exception) -> None:
         """End a scene whose picture failed, some time after that was painted."""
         if self.stage is not None:
-            self._fail(_reason(error))
+            self._fail(why_ended(error))
 
     def _add_reports(self, reports: list[Report]) -> None:
         if self.stage is not None:
@@ -240,7 +239,7 @@ class ScenesWorkspace(ProjectingWorkspace):
         try:
             moments = stage.tick()
         except Exception as error:
-            self._fail(_reason(error))
+            self._fail(why_ended(error))
             return
         painted = self.projection or self.view
         for moment in moments:
@@ -307,10 +306,3 @@ class ScenesWorkspace(ProjectingWorkspace):
         self.view.failed.connect(self._end_failed, Qt.ConnectionType.QueuedConnection)
         self.view.pressed.connect(lambda *press: self._send(PressTile(*press)))
         self._made.connect(self._take)
-
-
-def _reason(error: Exception) -> str:
-    """Return why a scene ends. A scene may be anybody's, and can raise anything: it ends, and not the window."""
-    return (
-        str(error) if isinstance(error, UnderfootError) else f"The scene was stopped: {type(error).__name__}: {error}"
-    )

@@ -2,7 +2,8 @@
 
 import sys
 import time
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.session_target import SENSOR_RATE, session_target
-from underfoot.errors import BadFile, BadValue, require
+from underfoot.errors import BadFile, BadValue, UnderfootError, require
 
 if TYPE_CHECKING:
     from underfoot.engine.session import Session
@@ -102,7 +103,20 @@ def scene(options: SceneOptions) -> None:
             target = session_target(
                 options.target, options.floor, options.profiles, options.sound, options.sensor_rate, walker=True
             )
-            _Show(options, kind(target.floor, given, options.seed)).run(target)
+            with _ended_in_a_line():
+                made = kind(target.floor, given, options.seed)
+            _Show(options, made).run(target)
+
+
+@contextmanager
+def _ended_in_a_line() -> Iterator[None]:
+    """End the command with a line, whatever the scene raises."""
+    from underfoot.scenes.stage import why_ended
+
+    try:
+        yield
+    except Exception as error:
+        raise UnderfootError(why_ended(error)) from error
 
 
 def _check(options: SceneOptions) -> None:
@@ -170,14 +184,20 @@ class _Show:
             for line in (line for report in reports for line in messages_of(report, session.health)):
                 print(f"underfoot: {line}", file=sys.stderr, flush=True)
             stage.take(reports)
-            for moment in stage.tick():
+            with _ended_in_a_line():
+                moments = stage.tick()
+            for moment in moments:
                 now_s = moment.time_s
             while stage.said:
                 print(f"{now_s:8.2f} s  {stage.said.popleft()}", flush=True)
             if self.options.film is not None and now_s >= film_s:
                 film_s += 1.0 / FILM_HZ
-                self._frames.append(list(self.scene.shapes()))
+                self._frames.append(self._shapes())
             time.sleep(_TICK_S)
+
+    def _shapes(self) -> "list[Shape]":
+        with _ended_in_a_line():
+            return list(self.scene.shapes())
 
     def _write(self) -> None:
         """Write the picture and the film."""
@@ -186,7 +206,7 @@ class _Show:
 
         canvas = Canvas(self.scene.floor, self.options.width)
         if self.options.picture is not None:
-            write_file(self.options.picture, png(canvas.paint(self.scene.shapes())))
+            write_file(self.options.picture, png(canvas.paint(self._shapes())))
         if self.options.film is not None:
             print(f"underfoot: painting {len(self._frames)} pictures", file=sys.stderr, flush=True)
             write_file(self.options.film, gif([canvas.paint(shapes) for shapes in self._frames], 1.0 / FILM_HZ))

@@ -8,6 +8,7 @@ from underfoot.engine import commands
 from underfoot.engine.reports import CommandApplied, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import ForceReader
+from underfoot.errors import UnderfootError
 from underfoot.patch.patch import Patch
 from underfoot.scenes.cues import Cue, Play, Say, Set, Strike, delay_of
 from underfoot.scenes.moments import Moment, Moments
@@ -87,3 +88,10 @@ class Stage:
                 session.edit(cue.beside(self._own, self.scene.floor, session.registry))
             case Say(text):
                 self.said.append(text)
+
+
+def why_ended(error: Exception) -> str:
+    """Return why a scene ends. A scene may be anybody's, and can raise anything: it ends, and nothing else."""
+    return (
+        str(error) if isinstance(error, UnderfootError) else f"The scene was stopped: {type(error).__name__}: {error}"
+    )
