@@ -294,6 +294,7 @@ class Rehearsed:
     acts: ClassVar = []
     running = True
     keeps_recording = True
+    lost: ClassVar = []
     closed = False
 
     def __init__(self, target, patch, registry, folder, *, is_edited):
@@ -303,6 +304,9 @@ class Rehearsed:
 
     def record(self, path):
         self.recording = path
+
+    def stop_recording(self):
+        return self.lost
 
     def start(self):
         self.now = 0
@@ -330,7 +334,7 @@ class Rehearsed:
 def rehearsed(monkeypatch):
     """Sessions that play what the test says."""
     monkeypatch.setattr(monitoring, "Session", Rehearsed)
-    for name, value in (("acts", []), ("running", True), ("keeps_recording", True), ("closed", False)):
+    for name, value in (("acts", []), ("running", True), ("keeps_recording", True), ("lost", []), ("closed", False)):
         monkeypatch.setattr(Rehearsed, name, value)
     return Rehearsed
 
@@ -385,8 +389,7 @@ def test_monitor_keeps_its_steps_when_the_engine_fails_for_good(underfoot, folde
 
 def test_monitor_goes_on_while_its_engine_is_started_again(underfoot, folder, rehearsed):
     """It ended with the first line that came meanwhile, whatever that said."""
-    said = [Notice("t1 is silent")], 0.0
-    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), said, ([], 0.0), ([], 0.0)], False
+    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), ([Notice("t1 is silent")], 0.0), ([], 0.0)], False
     ended = underfoot("monitor", "simulator", "--seconds", "0.35", "--steps", "steps.csv")
     assert (ended.status, ended.error.splitlines()) == (0, ["underfoot: t1 is silent"])
     assert len((folder / "steps.csv").read_text().splitlines()) > 1
@@ -398,6 +401,14 @@ def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, f
     assert said.status == 1
     assert said.error.splitlines()[-1] == "underfoot: rec was not recorded to the end"
     assert (folder / "steps.csv").is_file()
+
+
+def test_monitor_says_what_its_recording_lacks_when_it_ends(underfoot, folder, rehearsed):
+    """As of a disk that was full with the last rows: that was told to nobody, with exit status 0."""
+    rehearsed.acts, rehearsed.lost = [([], 50.0)] * 3, ["rec is not recorded any further: the disk is full"]
+    said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec")
+    assert said.status == 1
+    assert said.error.splitlines()[-1] == "underfoot: rec is not recorded any further: the disk is full"
 
 
 @pytest.fixture

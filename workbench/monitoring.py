@@ -170,8 +170,7 @@ class SessionStream:
 
     def close(self) -> None:
         """End the session; afterwards `failure` also says whether its recording is incomplete."""
-        if self._record is not None and self._session.recording is None:
-            self.failure = f"{self._record} was not recorded to the end"
+        self.failure = recording_failure(self._session, self._record) or self.failure
         self._session.close()
 
     def warnings(self) -> list[str]:
@@ -198,6 +197,15 @@ def messages_of(report: Report, health: Health) -> Iterator[str]:
             yield f"the {process} was lost and is started again: {reason}"
         case Fault(node, tile, frame):
             yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"
+
+
+def recording_failure(session: Session, path: Path | None) -> str:
+    """End a command's recording, if there is one; return why its file is not whole, or ""."""
+    if path is None:
+        return ""
+    if session.recording is None:  # the session has said why
+        return f"{path} was not recorded to the end"
+    return "; ".join(session.stop_recording())
 
 
 def open_stream(

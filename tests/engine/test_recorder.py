@@ -302,6 +302,18 @@ def test_a_recorder_that_is_killed_goes_on_in_the_same_file(until, tmp_path):
     np.testing.assert_array_equal(played[known], heard[known])
 
 
+def test_what_a_full_disk_refuses_while_a_session_waits_for_the_end_is_told(until, tmp_path):
+    path = tmp_path / "live.uf"
+    with live(stepped_bank(), until, record=path) as playing:
+        playing.started()
+        playing.until(lambda: frames_in(path) > 4_800, "it is recorded")
+        resource.prlimit(playing.session.pids["recorder"], resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+        before = playing.session.health.frame
+        until(lambda: playing.session.health.frame > before + 9_600, "there is more to record")
+        (said,) = playing.session.stop_recording()
+    assert f"{path} is not recorded any further" in said
+
+
 def test_somebody_else_may_write_between_what_a_writer_reads_and_what_it_writes(tmp_path):
     path = tmp_path / "a.uf"
     writer = Writer(path, ABOUT)

@@ -152,6 +152,7 @@ class _Show:
         """Play until the time is over, or a signal comes; then write what was asked for."""
         from underfoot.engine.session import Session
         from underfoot.engine.target import Target
+        from underfoot.monitoring import recording_failure
         from underfoot.nodes import REGISTRY
         from underfoot.scenes.stage import Stage
 
@@ -166,11 +167,11 @@ class _Show:
             stage = Stage(session, self.scene)
             opened.callback(stage.close)
             self._play(session, stage)
-            is_recorded = self.options.record is None or session.recording is not None
+            failure = recording_failure(session, self.options.record)
         print(self.scene.state)
         self._write()
-        if not is_recorded:
-            raise BadFile(f"{self.options.record} was not recorded to the end")
+        if failure:
+            raise BadFile(failure)
 
     def _stop(self) -> None:
         self._stopped = True

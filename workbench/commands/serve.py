@@ -82,6 +82,7 @@ def serve(options: ServeOptions) -> None:
     """Send contacts and steps to other programs, and play what they request."""
     from underfoot.engine.session import Session
     from underfoot.engine.target import require_source
+    from underfoot.monitoring import recording_failure
     from underfoot.network.plan import NetworkPlan
     from underfoot.network.server import NetworkServer
     from underfoot.nodes import REGISTRY
@@ -113,8 +114,9 @@ def serve(options: ServeOptions) -> None:
         if options.record is not None:
             session.record(options.record)
         _run(session, server, patch, options, stack)
-        if options.record is not None and session.recording is None:
-            raise BadFile(f"{options.record} was not recorded to the end")
+        failure = recording_failure(session, options.record)
+        if failure:
+            raise BadFile(failure)
 
 
 def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: ServeOptions, stack: ExitStack) -> None:

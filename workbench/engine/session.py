@@ -296,7 +296,7 @@ class Session:
 
         Only what was recorded from before `start` on can be replayed.
         """
-        self.stop_recording()
+        self._reports.extend(Notice(text) for text in self.stop_recording())
         made_of, _ = simulation(self.target.simulation)
         about = {
             "patch": self.patch.dumps().decode(),
@@ -311,11 +311,15 @@ class Session:
         }
         self._recorder = Recorder(Path(path), about, self.memory.recorded)
 
-    def stop_recording(self) -> None:
-        """Close the recording and wait until the file is whole."""
+    def stop_recording(self) -> list[str]:
+        """Close the recording and wait until the file is whole; return what kept it from that, one line each."""
         self.end_recording()
+        said: list[str] = []
         while self._ending_recorders:
-            self._ending_recorders.pop().has_ended(RECORDER_END_S)
+            recorder = self._ending_recorders.pop()
+            recorder.has_ended(RECORDER_END_S)
+            said += recorder.last_notices
+        return said
 
     def end_recording(self) -> None:
         """Close the recording; the file is complete about 0.2 s later, without blocking."""
