@@ -381,9 +381,10 @@ def test_monitor_ends_where_nothing_can_be_played(refused, rehearsed):
 
 def test_monitor_keeps_its_steps_when_the_engine_fails_for_good(underfoot, folder, rehearsed):
     failed = OutputChanged("the engine fails again and again; it is not started any more", "nothing")
-    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), ([], 0.0), ([failed], 0.0)], False
+    last = [ProcessDied("engine", "killed", False), failed], 0.0
+    rehearsed.acts, rehearsed.running = [([], 0.0), ([], 50.0), ([], 0.0), last], False
     said = underfoot("monitor", "simulator", "--steps", "steps.csv")
-    assert (said.status, said.error.splitlines()[-1]) == (1, f"underfoot: {failed.text}")
+    assert (said.status, said.error.splitlines()) == (1, [f"underfoot: {failed.text}"])
     assert len((folder / "steps.csv").read_text().splitlines()) == len(said.out.splitlines()) + 1 > 1
 
 
@@ -404,7 +405,6 @@ def test_monitor_goes_on_without_its_recording_but_does_not_hide_it(underfoot, f
 
 
 def test_monitor_says_what_its_recording_lacks_when_it_ends(underfoot, folder, rehearsed):
-    """As of a disk that was full with the last rows: that was told to nobody, with exit status 0."""
     rehearsed.acts, rehearsed.lost = [([], 50.0)] * 3, ["rec is not recorded any further: the disk is full"]
     said = underfoot("monitor", "simulator", "--seconds", "0.2", "--record", "rec")
     assert said.status == 1

@@ -193,7 +193,7 @@ def messages_of(report: Report, health: Health) -> Iterator[str]:
             yield text
         case Compiling(ready, total):
             yield f"first use: preparing kernels and plates: {ready} of {total} parts ready"
-        case ProcessDied(process, reason):
+        case ProcessDied(process, reason, is_restarted=True):
             yield f"the {process} was lost and is started again: {reason}"
         case Fault(node, tile, frame):
             yield f"node {node} made a value that is not finite, on tile {tile} at frame {frame}"

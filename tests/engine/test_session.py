@@ -179,7 +179,8 @@ def test_an_engine_that_is_not_started_any_more_does_not_seem_to_run(until, monk
         playing.until(lambda: playing.of(OutputChanged), "it is given up")
         assert not playing.session.health.running
     (given_up,) = playing.of(OutputChanged)
-    assert given_up.text == "the engine fails again and again; it is not started any more"
+    assert given_up.text == "the engine fails again and again; it is not started any more: signal 9"
+    assert [died.is_restarted for died in playing.of(ProcessDied)] == [False]
     assert given_up.where == "nothing"
 
 

@@ -183,7 +183,7 @@ class Bridge(QObject):
                     text = f"{text[:1].upper()}{text[1:]}."
                 if text:
                     self.notified.emit(text)
-            case ProcessDied(process, reason):
+            case ProcessDied(process, reason, is_restarted=True):
                 self.notified.emit(
                     f"The {process} stopped ({reason}) and was started again; the patch goes on playing."
                 )

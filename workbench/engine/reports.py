@@ -51,10 +51,11 @@ class Costs(Struct, frozen=True):
 
 
 class ProcessDied(Struct, frozen=True):
-    """A process ended that should not have; it is started again, unless that happens too often."""
+    """A process ended that should not have; unless that happens too often, it is started again."""
 
     process: str
     reason: str
+    is_restarted: bool = True
 
 
 class Notice(Struct, frozen=True):

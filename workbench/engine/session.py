@@ -474,10 +474,10 @@ class Session:
 
     def _may_restart(self, name: str, reason: str) -> bool:
         """Report that a process died, and say whether to start it again."""
-        self._reports.append(ProcessDied(name, reason))
         allowed = self._restarts[name].allows_after_death()
+        self._reports.append(ProcessDied(name, reason, allowed))
         if not allowed:
-            line = f"the {name} fails again and again; it is not started any more"
+            line = f"the {name} fails again and again; it is not started any more: {reason}"
             silent = OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
             self._reports.append(silent if name == "engine" else Notice(line))
         return allowed

@@ -10,7 +10,7 @@ import pytest
 from live import live
 
 from underfoot.engine.commands import PressTile, Walk
-from underfoot.engine.reports import Fault, Notice, OutputChanged
+from underfoot.engine.reports import Fault, Notice, OutputChanged, ProcessDied
 from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
@@ -126,6 +126,15 @@ def test_nothing_is_told_after_the_bridge_has_left(followed, qtbot):
     followed.detach()
     with qtbot.assertNotEmitted(followed.ticked, wait=200):
         pass
+
+
+def test_an_engine_that_is_given_up_is_not_called_started_again(followed, session, monkeypatch):
+    said = []
+    followed.notified.connect(said.append)
+    given_up = OutputChanged("the engine is not started any more", "nothing")
+    monkeypatch.setattr(session, "poll", lambda: [ProcessDied("engine", "killed", False), given_up])
+    followed.tick()
+    assert said == ["The engine is not started any more."]
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process outright")
