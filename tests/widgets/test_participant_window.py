@@ -69,6 +69,19 @@ def test_the_words_of_every_answer_can_be_read(bench):
     assert bench.entries()[0].answers == {"which": "salt & pepper"}
 
 
+def test_a_long_answer_is_read_to_its_end_in_several_lines(bench):
+    long = "It began under the heel, went through the whole of the sole, and was over before the toes had left the tile"
+    form = ask(bench, chosen(long, "no", "rather not say"))
+    button = form.buttons[0]
+    assert " ".join(button.text().split()) == f"1 {long}"
+    size = button.fontMetrics().size(0, button.text())
+    assert size.width() < button.width() <= WIDTH_PX
+    assert size.height() < button.height()
+    bench.click(button)
+    bench.wait(bench.entries)
+    assert bench.entries()[0].answers == {"which": long}
+
+
 def many(count):
     """So many questions to be answered in a field or by a button, by turns."""
     for number in range(count):

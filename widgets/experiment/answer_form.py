@@ -1,6 +1,7 @@
 """The participant's answer form: large buttons, a wide slider, a line of text, and keys for all of them."""
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
@@ -20,6 +21,8 @@ MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
 BUTTONS_PX = 940
 """Width in which the buttons of a question lie side by side; where they would be wider, there are several rows."""
+LINE_CHARACTERS = 64
+"""Characters of an answer in one line of its button; so many are narrower than the buttons' width."""
 _KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
@@ -185,7 +188,8 @@ class AnswerForm(QWidget):
         self._keys = keys if len(self._questions) == 1 else ()
         is_numbered = len(self._keys) > 2 and not all(map(str.startswith, words, keys))
         for key, word, option in zip(keys, words, options, strict=True):
-            button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
+            text = fill(f"{key}  {word}" if is_numbered else word, LINE_CHARACTERS, replace_whitespace=False)
+            button = QPushButton(literal(text))
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
