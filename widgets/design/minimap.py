@@ -45,10 +45,10 @@ class MiniMap(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.setPen(QPen(QColor(theme.LINE), 1))
-        painter.setBrush(QColor(theme.PANEL))
-        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
-        painter.setClipRect(self.rect().adjusted(1, 1, -1, -1))
+        inside = self.rect().adjusted(1, 1, -1, -1)
+        painter.fillRect(self.rect(), QColor(theme.LINE))  # not a line, which is cut at scales like 1.25
+        painter.fillRect(inside, QColor(theme.PANEL))
+        painter.setClipRect(inside)
         painter.drawPixmap(0, 0, self._nodes())
         self._go_to_scene(painter)
         pen = QPen(QColor(theme.MUTED), 1)

@@ -5,11 +5,12 @@ from itertools import pairwise
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
-from PySide6.QtGui import QDropEvent, QKeySequence, QNativeGestureEvent, QPointingDevice, QWheelEvent
+from PySide6.QtGui import QDropEvent, QImage, QKeySequence, QNativeGestureEvent, QPointingDevice, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.widgets import theme
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.node_list import MIME
 
@@ -466,3 +467,14 @@ def test_shift_or_control_extends_the_selection_by_click_and_by_rubber_band(work
     assert set(scene.selected()) == {"push", "hum", "shaker"}
     QTest.mouseClick(view, Qt.MouseButton.LeftButton, held, middle(workspace, "push"))
     assert set(scene.selected()) == {"hum", "shaker"}
+
+
+def test_the_map_has_its_border_on_all_sides_at_any_scale(workspace):
+    shown = workspace.canvas.map
+    for ratio in (1.0, 1.25, 1.5):
+        picture = QImage(shown.size() * ratio, QImage.Format.Format_RGB32)
+        picture.setDevicePixelRatio(ratio)
+        shown.render(picture)
+        right, bottom = picture.width() - 1, picture.height() - 1
+        sides = ((right // 2, 0), (right // 2, bottom), (0, bottom // 2), (right, bottom // 2))
+        assert {picture.pixelColor(*side).name() for side in sides} == {theme.LINE}
