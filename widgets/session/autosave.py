@@ -1,6 +1,7 @@
 """Automatic copies of unsaved work, which survive a crash."""
 
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,8 @@ class Autosave:
         folder.mkdir(parents=True, exist_ok=True)
         self._lock: QLockFile | None = None
         slots = [folder / f"work-{slot}.json" for slot in range(_SLOTS)]
-        for self._path in sorted(slots, key=lambda path: not path.exists()):
+        aside = sorted(set(folder.glob("work-*.json")) - set(slots))
+        for self._path in sorted(slots + aside, key=lambda path: not path.exists()):
             lock = QLockFile(str(self._path.with_suffix(".lock")))
             lock.setStaleLockTime(0)
             if lock.tryLock(0):
@@ -85,10 +87,10 @@ class Autosave:
         return RecoveredWork(patch, path, is_saved=work.get("is_saved") is True)
 
     def put_aside(self) -> None:
-        """Move the work left here to another slot, for a later start."""
-        free = (self._path.with_name(f"work-{slot}.json") for slot in range(_SLOTS))
-        to = next((path for path in free if not path.exists() and not path.with_suffix(".lock").exists()), None)
-        if to is not None and self._path.exists():
+        """Move the work left here to another slot, for a later start; to a further one if all are taken."""
+        slots = (self._path.with_name(f"work-{slot}.json") for slot in count())
+        to = next(path for path in slots if not path.exists() and not path.with_suffix(".lock").exists())
+        if self._path.exists():
             self._path.replace(to)
 
     def close(self) -> None:

@@ -162,6 +162,21 @@ def test_two_windows_keep_their_work_apart(tmp_path):
     assert four.recover(REGISTRY).patch.title == "Two"
 
 
+def test_work_is_put_aside_also_when_every_place_is_taken(tmp_path):
+    """It was called kept, and gone with the next edit."""
+    titles = {f"Work {number}" for number in range(16)}
+    before = [(Autosave(tmp_path), title) for title in titles]
+    for autosave, title in before:
+        autosave.write(RecoveredWork(noise_patch(title), None))
+    for autosave, _ in before:
+        autosave.close()
+    one = Autosave(tmp_path)
+    one.put_aside()
+    assert one.recover(REGISTRY) is None
+    after = [Autosave(tmp_path) for _ in range(16)]
+    assert {autosave.recover(REGISTRY).patch.title for autosave in after} == titles
+
+
 @pytest.mark.parametrize(
     "text", ["", "{", '{"level_db": "loud"}', "\udcff".encode(errors="surrogateescape").decode("latin-1")]
 )
