@@ -5,9 +5,6 @@ PYTHON ?= python3
 # Modules are kept as bytecode: every process that a session or a test starts would compile them again.
 export PYTHONDONTWRITEBYTECODE :=
 BIN := .venv/bin
-PIP := $(BIN)/pip install --quiet --no-compile --disable-pip-version-check
-# What pip does on one core: the packages' bytecode. Files that are no Python of this version stay as they are.
-COMPILE := $(BIN)/python -m compileall -qq -j 0 .venv/lib || true
 # A test that hangs is ended (pyproject.toml), and its process with it: it is not tried again in another.
 ONCE := --max-worker-restart 0
 # Threads of the linear algebra in each of several processes would wait for each other: a sixth of such tests' time.
@@ -74,18 +71,16 @@ tour:
 .venv/ready: pyproject.toml
 	@$(call debian,python3-venv $(RUN_PACKAGES))
 	$(PYTHON) -m venv .venv
-	$(PIP) --editable .
-	@$(COMPILE)
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
 .venv/ready-test: pyproject.toml .venv/ready
 	@$(call debian,$(TEST_PACKAGES))
-	$(PIP) --editable ".[test]"
-	@$(COMPILE)
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[test]"
 	@touch $@
 
 .venv/ready-docs: pyproject.toml .venv/ready
-	$(PIP) --editable ".[docs]"
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[docs]"
 	@touch $@
 
 clean:
