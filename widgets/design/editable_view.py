@@ -7,8 +7,8 @@ from PySide6.QtCore import QPointF, QRectF, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.patch.grouping import grouped, put_into, ungrouped
-from underfoot.patch.groups import Note, SplitGroup, chain, innermost, parents
+from underfoot.patch.grouping import grouped, put_into, taken_out, ungrouped
+from underfoot.patch.groups import Note, SplitGroup, chain
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, Wire
 from underfoot.quantities import counted
@@ -354,15 +354,17 @@ class EditableView(PatchView):
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
 
     def take_out(self) -> None:
-        """Take the selected nodes and notes out of their innermost open group."""
-        patch, opened = self.document.patch, {group.id for group in self.patch_scene.group_view.opened}
-        around, above = innermost(patch.groups), parents(patch.groups)
-        leaving = [id for id in self.patch_scene.selected() if around.get(id, "") in opened]
+        """Take what is selected out of its innermost frame."""
+        patch, leaving = self.document.patch, list[str]()
+        for shown in self.patch_scene.selected():
+            members = self.patch_scene.members([shown])
+            around = [one.id for one in self.patch_scene.group_view.opened if set(members) <= set(one.members)]
+            if around:
+                patch = taken_out(patch, members, around[-1])
+                leaving += members
         if not leaving:
-            self.show_message("Select nodes or notes of a group")
+            self.show_message("Select what is in a frame")
             return
-        for id in leaving:
-            patch = put_into(patch, [id], above[around[id]])
         self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
 
     def _group_of_selection(self) -> str:

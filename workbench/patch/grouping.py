@@ -21,14 +21,9 @@ def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str =
 
 
 def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
-    """Return the patch with nodes and notes in this group and those that contain it, and in no other; "" for none.
+    """Return the patch with nodes and notes in this group and those that contain it, and in no other.
 
     Groups that become empty are removed.
-
-    >>> from underfoot.nodes import REGISTRY
-    >>> patch = grouped(Patch().add("gain", REGISTRY).add("mix", REGISTRY), ["gain"])
-    >>> [put_into(patch, ["mix"], "group").groups[0].members, put_into(patch, ["gain"], "").groups]
-    [('gain', 'mix'), ()]
     """
     around = set(chain(patch.groups, id))
     groups: list[Group] = []
@@ -37,6 +32,20 @@ def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
             groups.append(msgspec.structs.replace(group, members=tuple(dict.fromkeys((*group.members, *members)))))
         else:
             groups += without([group], members)
+    return msgspec.structs.replace(patch, groups=tuple(groups))
+
+
+def taken_out(patch: Patch, members: Collection[str], id: str) -> Patch:
+    """Return the patch with these nodes and notes no longer in this group, which is removed if it becomes empty.
+
+    They stay in the groups that contain it; of a group inside it, `members` has all or none.
+
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = grouped(Patch().add("gain", REGISTRY).add("mix", REGISTRY), ["gain", "mix"])
+    >>> [group.members for group in taken_out(patch, ["gain"], "group").groups]
+    [('mix',)]
+    """
+    groups = [one for group in patch.groups for one in (without([group], members) if group.id == id else [group])]
     return msgspec.structs.replace(patch, groups=tuple(groups))
 
 

@@ -189,7 +189,7 @@ def chain(row):
     return row
 
 
-def members(workspace):
+def members_of(workspace):
     return [set(group.members) for group in workspace.patch().groups]
 
 
@@ -200,16 +200,16 @@ def test_a_node_that_is_dragged_into_a_frame_is_in_the_group_and_is_taken_out_by
     drag(chain, place, inside, release=False)
     assert frame_picture(chain, frame) != plain
     send(chain.canvas.viewport(), QEvent.Type.MouseButtonRelease, inside, LEFT)
-    assert members(chain) == [{"hum", "through", "through1"}]
+    assert members_of(chain) == [{"hum", "through", "through1"}]
     assert chain.document.stack.undoText() == "Move Hum into Chain"
     QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
-    assert members(chain) == [{"through", "through1"}]
+    assert members_of(chain) == [{"through", "through1"}]
     assert chain.document.stack.undoText() == "Take Hum out of the group"
     QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
-    assert chain.canvas.message == "Select nodes or notes of a group"
+    assert chain.canvas.message == "Select what is in a frame"
     for _ in range(2):
         QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
-    assert members(chain) == [{"through", "through1"}]
+    assert members_of(chain) == [{"through", "through1"}]
     assert chain.patch().node("hum").at == (0.0, 0.0)
 
 
@@ -217,14 +217,26 @@ def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
     chain.canvas.patch_scene.select(["through", "through1"])
     assert "Take out of the group" in menu_texts(chain, middle(chain, "through"))
     QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
-    assert members(chain) == []
+    assert members_of(chain) == []
+
+
+def test_a_sub_patch_is_taken_out_of_a_frame_whole(chain):
+    chain.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    chain.canvas.patch_scene.select(["shaker", *chain.canvas.patch_scene.group_nodes])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
+    write(chain, "Ends")
+    chain.canvas.patch_scene.select(chain.canvas.patch_scene.group_nodes)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert [members for members in members_of(chain) if members != {"through", "through1"}] == [{"shaker"}, {"hum"}]
+    assert chain.patch() == Patch.loads(chain.patch().dumps(), REGISTRY)
 
 
 def test_nodes_that_are_dragged_away_from_their_group_stay_in_it(chain):
     chain.canvas.patch_scene.select([])
     place = middle(chain, "through")
     drag(chain, place, place + QPoint(-80, 160))
-    assert members(chain) == [{"through", "through1"}]
+    assert members_of(chain) == [{"through", "through1"}]
     assert chain.document.stack.undoText() == "Move Through"
 
 
@@ -233,7 +245,7 @@ def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
     QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
     write(chain, "Ends")
     drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(0, 8))
-    assert members(chain) == [{"through", "through1"}, {"hum", "shaker"}]
+    assert members_of(chain) == [{"through", "through1"}, {"hum", "shaker"}]
 
 
 def test_a_frame_lights_up_under_a_node_from_the_palette(chain):
@@ -245,7 +257,7 @@ def test_a_frame_lights_up_under_a_node_from_the_palette(chain):
     chain.canvas.dragMoveEvent(QDragMoveEvent(place.toPoint(), *how))
     assert frame_picture(chain, frame) != plain
     chain.canvas.dropEvent(QDropEvent(place, *how))
-    assert members(chain) == [{"through", "through1", "beat"}]
+    assert members_of(chain) == [{"through", "through1", "beat"}]
     assert frame_picture(chain, frame) == plain
 
 
@@ -253,7 +265,7 @@ def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
     frame = chain.canvas.patch_scene.group_frames["group"].frame_rect()
     chain.canvas.add("beat", frame.bottomLeft() + QPointF(40.0, -4.0))
     chain.canvas.add("beat", frame.bottomLeft() + QPointF(0.0, 200.0))
-    assert members(chain) == [{"through", "through1", "beat"}]
+    assert members_of(chain) == [{"through", "through1", "beat"}]
 
 
 # --- sub-patches ---
