@@ -7,6 +7,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QWheelEven
 from PySide6.QtWidgets import QSizePolicy, QSlider
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.wheel import takes_wheel
 
 LOWEST_DB = -60.0
 DEFAULT_DB = -30.0
@@ -58,11 +59,8 @@ class LevelSlider(QSlider):
             self.setValue(round(10 * DEFAULT_DB))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        # What the shakers play must not get louder because the wheel turned on its way past.
-        if self.hasFocus():
+        if takes_wheel(self, event):
             super().wheelEvent(event)
-        else:
-            event.ignore()
 
     def _set_from_x(self, x: float) -> None:
         groove = self._groove()

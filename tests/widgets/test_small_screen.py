@@ -6,11 +6,10 @@ import pytest
 from on_screen import show
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidget
+from recordings_shown import recordings_shown
 from study_hand import Hand
 
-from underfoot.widgets.recordings.workspace import RecordingsWorkspace
 from underfoot.widgets.scenes.workspace import ScenesWorkspace
-from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture
@@ -86,10 +85,7 @@ def test_the_picture_of_a_scene_which_has_no_keys_is_no_tab_stop(qtbot):
 
 def test_steps_stance_and_floor_of_a_recording_lie_beside_each_other(qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
-    workspace = RecordingsWorkspace(Settings())
-    qtbot.addWidget(workspace, before_close_func=lambda one: one.close_down())
-    workspace.resize(640, 340)
-    show(qtbot, workspace)
+    workspace = recordings_shown(qtbot, 640, 340)
     area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.steps))
     qtbot.waitUntil(lambda: area.horizontalScrollBar().maximum() > 0)
     parts = (workspace.steps.table, workspace.steps.plot, workspace.readout.map)

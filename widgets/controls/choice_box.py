@@ -4,6 +4,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QComboBox, QWidget
 
+from underfoot.widgets.controls.wheel import takes_wheel
+
 
 class ChoiceBox(QComboBox):
     """Takes the wheel only with the focus, which the wheel alone does not give it: a form around it is scrolled."""
@@ -13,7 +15,5 @@ class ChoiceBox(QComboBox):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        if self.hasFocus():
+        if takes_wheel(self, event):
             super().wheelEvent(event)
-        else:
-            event.ignore()

@@ -5,6 +5,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
 from underfoot.widgets import theme
+from underfoot.widgets.controls.wheel import takes_wheel
 
 STEPS = 1000
 KNOB_PX = 5.0
@@ -94,11 +95,8 @@ class Slider(QSlider):
         self.update()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        # Scrolling a list of sliders must not move the one under the mouse.
-        if self.hasFocus():
+        if takes_wheel(self, event):
             super().wheelEvent(event)
-        else:
-            event.ignore()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from underfoot.devices.emulation.plate import SimulatedServo
-from underfoot.devices.transports.serial import port_reason, system_errors
+from underfoot.devices.transports.serial import opening
 from underfoot.documents import read_document, write_document
 from underfoot.errors import BadValue, DeviceError, require
 from underfoot.files import read_file, write_file
@@ -206,8 +206,5 @@ def _opened(port: str, clock: Callable[[], float]) -> "serial.Serial | Simulated
 
     if port == SIMULATED:
         return SimulatedServo(clock)
-    try:
-        with system_errors():
-            return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)
-    except (OSError, ValueError) as error:
-        raise DeviceError(f"the plate at {port} cannot be opened: {port_reason(error)}") from None
+    with opening(f"the plate at {port} cannot be opened"):
+        return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from underfoot.devices.transports.serial import port_reason, system_errors
+from underfoot.devices.transports.serial import opening, port_reason
 from underfoot.errors import DeviceError
 from underfoot.studies.markers import BAUD, lsl_library
 
@@ -114,11 +114,8 @@ class SerialMarks:
     def _opened(self) -> "serial.Serial":
         import serial
 
-        try:
-            with system_errors():
-                return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
-        except (OSError, ValueError) as error:
-            raise DeviceError(f"marks cannot be read from {self._name}: {port_reason(error)}") from None
+        with opening(f"marks cannot be read from {self._name}"):
+            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
 
     def _run(self) -> None:
         text = b""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.transports.serial import port_reason, system_errors
-from underfoot.errors import BadValue, DeviceError
+from underfoot.devices.transports.serial import opening, port_reason
+from underfoot.errors import BadValue
 from underfoot.floor.layout import Floor
 
 if TYPE_CHECKING:
@@ -92,11 +92,8 @@ class SerialTrigger:
         import serial
 
         self._name, self.problem = port, ""
-        try:
-            with system_errors():
-                self._port = serial.Serial(port, BAUD, write_timeout=0.1)
-        except (OSError, ValueError) as error:
-            raise DeviceError(f"the trigger {port} cannot be opened: {port_reason(error)}") from None
+        with opening(f"the trigger {port} cannot be opened"):
+            self._port = serial.Serial(port, BAUD, write_timeout=0.1)
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
         """Send the byte of a marker; a disconnected port does not end the study."""

@@ -1,10 +1,7 @@
 """The Recordings workspace on the screen."""
 
 import pytest
-from on_screen import show
-
-from underfoot.widgets.recordings.workspace import RecordingsWorkspace
-from underfoot.widgets.session.settings import Settings
+from recordings_shown import recordings_shown
 
 
 @pytest.fixture
@@ -19,9 +16,6 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def workspace(qtbot, folder):
     """The workspace on the screen, with nothing open."""
-    made = RecordingsWorkspace(Settings())
-    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
-    made.resize(1280, 748)
-    show(qtbot, made)
+    made = recordings_shown(qtbot)
     made.set_active(True)
     return made

@@ -3,25 +3,20 @@
 import pytest
 import soundfile
 from long_recording import write_recording
-from on_screen import show
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QLineEdit
+from recordings_shown import recordings_shown
 
 from underfoot.floor.layout import default_floor
 from underfoot.widgets.recordings.exporting import ExportDialog
-from underfoot.widgets.recordings.workspace import RecordingsWorkspace
-from underfoot.widgets.session.settings import Settings
 
 
 @pytest.fixture
 def workspace(qtbot, tmp_path, monkeypatch):
     """The workspace on the screen, with six seconds of a walk open."""
     monkeypatch.setattr("underfoot.widgets.recordings.workspace.recordings_folder", lambda: tmp_path)
-    made = RecordingsWorkspace(Settings())
-    qtbot.addWidget(made, before_close_func=lambda one: one.close_down())
-    made.resize(1280, 748)
-    show(qtbot, made)
+    made = recordings_shown(qtbot)
     made.open_file(write_recording(tmp_path / "walk.underfoot", 6.0, default_floor(1, 2)))
     qtbot.waitUntil(lambda: made.axis.content is not None and made.axis.content.overview is not None)
     qtbot.waitUntil(lambda: not made.surveyor.is_busy)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
-from underfoot.calibration.files.measurements import PRESS_HEADER, Presses, read_presses
+from underfoot.calibration.files.measurements import Presses, read_presses
 from underfoot.calibration.paged import PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
@@ -167,10 +167,9 @@ class CentroidProcedure(PagedProcedure):
 
     def without_conclusion(self, reason: str) -> Result:
         """Return the presses without an accuracy."""
-        presses = self._presses(_STATIC, rising=True)[0]
-        raw = (("presses", PRESS_HEADER, presses.rows()),)
-        title = f"Contact centroid of {self._tile.id}"
-        return Result("centroid", title, (), reason, False, drawings=self.drawings, raw=raw)
+        from underfoot.calibration.results.centroid import inconclusive
+
+        return inconclusive(self._tile.id, self._presses(_STATIC, rising=True)[0], reason, self.drawings)
 
     def feed(self, readings: Readings) -> None:
         """Take readings; each is stored with its newtons, by the static curves and with hysteresis compensated."""

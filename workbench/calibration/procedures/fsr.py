@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
-from underfoot.calibration.files.measurements import LARGEST_READING, PAIR_HEADER, Pairs, read_pairs
+from underfoot.calibration.files.measurements import LARGEST_READING, Pairs, read_pairs
 from underfoot.calibration.paged import PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
@@ -174,8 +174,9 @@ class FsrProcedure(PagedProcedure):
 
     def without_conclusion(self, reason: str) -> Result:
         """Return the pairs without curves."""
-        raw, title = (("pairs", PAIR_HEADER, self._pairs().rows()),), f"FSR linearisation of {self._tile.id}"
-        return Result("fsr", title, (), reason, False, drawings=self.drawings, raw=raw)
+        from underfoot.calibration.results.fsr import inconclusive
+
+        return inconclusive(self._tile.id, self._pairs(), reason, self.drawings)
 
     # --- pages ---
 

@@ -34,16 +34,29 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = mat
     places = np.column_stack([found.at_m, found.force_n, found.before_m, found.after_m])
     return Result(
         kind="centroid",
-        title=f"Contact centroid of {found.tile.id}",
+        title=_title(found.tile.id),
         quantities=quantities,
         verdict=verdict_of(found),
         good=found.good,
         warnings=found.left_out,
         drawings=drawings_of(found),
-        raw=(("presses", PRESS_HEADER, presses.rows()), ("places", _PLACES_HEADER, places)),
+        raw=(*_raw(presses), ("places", _PLACES_HEADER, places)),
         apply=lambda profile: profile.with_part(part_of(found, "presses at known places")),
         method=METHOD,
     )
+
+
+def inconclusive(tile: str, presses: Presses, reason: str, drawings: tuple[Drawing, ...]) -> Result:
+    """Return the presses alone, which led to no accuracy for this reason."""
+    return Result("centroid", _title(tile), (), reason, False, drawings=drawings, raw=_raw(presses))
+
+
+def _title(tile: str) -> str:
+    return f"Contact centroid of {tile}"
+
+
+def _raw(presses: Presses) -> tuple[tuple[str, str, Values], ...]:
+    return (("presses", PRESS_HEADER, presses.rows()),)
 
 
 def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]:

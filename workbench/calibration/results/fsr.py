@@ -3,6 +3,7 @@
 from datetime import date
 
 import numpy as np
+from numpy.typing import NDArray
 
 from underfoot.calibration.files.measurements import PAIR_HEADER, Pairs
 from underfoot.calibration.result import Result
@@ -35,16 +36,29 @@ def result_of(found: Linearisation, reference: str) -> Result:
     """Return the result of a linearisation against `reference`, whose name goes to the profile."""
     return Result(
         kind="fsr",
-        title=f"FSR linearisation of {found.tile}",
+        title=_title(found.tile),
         quantities=quantities_of(found),
         verdict=verdict_of(found),
         good=found.good,
         warnings=found.warnings,
         drawings=drawings_of(found),
-        raw=(("pairs", PAIR_HEADER, np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),),
+        raw=_raw(np.concatenate([sensor.rows(j) for j, sensor in enumerate(found.sensors)])),
         apply=lambda profile: profile.with_part(part_of(found, reference)),
         method=METHOD,
     )
+
+
+def inconclusive(tile: str, pairs: Pairs, reason: str, drawings: tuple[Drawing, ...]) -> Result:
+    """Return the pairs alone, of a linearisation that was refused for this reason."""
+    return Result("fsr", _title(tile), (), reason, False, drawings=drawings, raw=_raw(pairs.rows()))
+
+
+def _title(tile: str) -> str:
+    return f"FSR linearisation of {tile}"
+
+
+def _raw(rows: NDArray[np.float64]) -> tuple[tuple[str, str, NDArray[np.float64]], ...]:
+    return (("pairs", PAIR_HEADER, rows),)
 
 
 def quantities_of(found: Linearisation) -> tuple[tuple[str, float, str], ...]:

@@ -136,15 +136,15 @@ class SerialTransport(Transport):
     def open(self) -> None:
         """Open it and drop the old contents of its buffer; raise `DeviceError` if it is missing."""
         try:
-            with system_errors():
+            with opening(f"{self.name} cannot be opened"):
                 self._serial = self._pyserial.Serial(self.path, self.baud, timeout=READ_TIMEOUT_S, exclusive=True)
                 if sys.platform == "linux":  # pyserial supports it only there
                     with suppress(ValueError):  # chips without that timer refuse
                         self._serial.set_low_latency_mode(True)  # 1 ms instead of 16 on FTDI chips
                 self._serial.reset_input_buffer()
-        except (OSError, ValueError) as error:
+        except DeviceError:
             self.close()
-            raise DeviceError(f"{self.name} cannot be opened: {port_reason(error)}") from None
+            raise
 
     def read(self) -> bytes:
         """Return the bytes received, after at most a tenth of a second; raise `DeviceError` if the port is gone."""
@@ -166,14 +166,19 @@ class SerialTransport(Transport):
 
 
 @contextmanager
-def system_errors() -> Iterator[None]:
-    """Raise an `OSError` for the error of `termios` that pyserial passes on if a port goes away while it is opened."""
+def opening(refusal: str) -> Iterator[None]:
+    """Raise `DeviceError`, the refusal with the reason, where pyserial cannot open a port in this block.
+
+    If the port goes away meanwhile, pyserial passes on an error of `termios`, a module that not all systems have.
+    """
     try:
         yield
+    except (OSError, ValueError) as error:
+        raise DeviceError(f"{refusal}: {port_reason(error)}") from None
     except Exception as error:
-        if type(error).__module__ != "termios":  # a module that not all systems have
+        if type(error).__module__ != "termios":
             raise
-        raise OSError(*error.args) from None
+        raise DeviceError(f"{refusal}: {port_reason(OSError(*error.args))}") from None
 
 
 def port_reason(error: Exception) -> str:
