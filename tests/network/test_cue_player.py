@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from free_ports import free_port
 from live import live
+from made_patches import patch_of
 from osc_ends import LOOPBACK, OscEnd
 
 from underfoot.engine.commands import Level, Mark, Panic, Set, Strike, Swap
@@ -191,6 +192,18 @@ def test_a_patch_that_is_refused_does_not_refuse_a_mark_that_takes_effect(stage)
     frame, _, _ = stage.answer("/underfoot/played", 75)
     assert frame == stage.frame_of(lambda command: isinstance(command, Mark) and command.text == "kept")
     stage.marked.append((frame, "kept"))
+
+
+def test_a_value_in_a_patch_that_was_refused_is_refused_as_well(stage):
+    """It was answered as played, though the patch before it played on."""
+    missing = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "none.wav"})
+    stage.playing.session.edit(stage.player.set_base_patch(missing))
+    stage.until(lambda: stage.playing.of(PatchRefused), "the patch is refused")
+    stage.send_message("/underfoot/set", "tile-output", "level", 0.5, 79)
+    _, reason = stage.answer("/underfoot/refused", 79)
+    assert "none.wav" in reason
+    stage.send_message("/underfoot/stop")
+    stage.playing.session.edit(stage.player.set_base_patch(hum()))
 
 
 def test_a_value_that_is_set_while_a_preset_is_being_swapped_in_is_answered_and_holds_up_no_strike(stage):

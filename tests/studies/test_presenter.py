@@ -1,10 +1,11 @@
 """From which frame on a requested patch plays, on a real engine."""
 
-from made_patches import hum
+from made_patches import hum, patch_of
 from people import open_session
 
 from underfoot.engine.commands import Swap
 from underfoot.engine.reports import CommandApplied
+from underfoot.nodes import REGISTRY
 from underfoot.studies.presenter import Presenter
 
 
@@ -27,3 +28,22 @@ def test_a_level_that_is_set_while_its_stimulus_is_being_swapped_in_plays_from_t
         assert presenter.since_frame == frame
         presenter.request(soft)
         assert presenter.since_frame >= frame
+
+
+def test_a_number_of_a_patch_that_was_refused_is_not_said_to_play(until):
+    """The patch before it does; a trial counted, in which nothing was felt."""
+    missing = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "none.wav"})
+
+    def is_told():
+        presenter.take(session.poll())
+        return presenter.problem
+
+    with open_session(until) as session:
+        presenter = Presenter(session)
+        for patch in (missing, missing.set("tile-output", "level", 0.5, REGISTRY)):
+            presenter.request(patch)
+            assert "none.wav" in until(is_told, "it is refused")
+            assert presenter.since_frame is None
+        presenter.request(hum())
+        until(lambda: is_told() or presenter.since_frame, "another patch plays")
+        assert not presenter.problem

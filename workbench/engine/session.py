@@ -116,6 +116,7 @@ class Session:
         self._settle_s = 0.0
         self._begins_anew = False  # whether the patch being compiled starts without old states
         self._is_compiled = True  # whether it is the present patch; the engine compiles the first one itself
+        self._is_refused = False  # whether an earlier patch plays instead of the present one
         self._compile_progress = CompileProgress()
         self._reports: list[Report] = []
         self._closed = False
@@ -185,7 +186,7 @@ class Session:
         """Play this patch from now on: changed numbers are ramped; other changes build a new program, which is faded
         in.
         """
-        moved = moved_numbers(self.patch, patch, self.registry) if scopes == self.scopes and not anew else None
+        moved = self.moved_numbers(patch) if scopes == self.scopes and not anew else None
         if self._is_compiled:
             self._begins_anew, self._settle_s = anew, settle_s
         else:  # a previous edit has not been carried out yet
@@ -197,6 +198,10 @@ class Session:
             for command in moved:
                 self.send(command)
             self.patch = patch  # as given: `send` has written defaults out
+
+    def moved_numbers(self, patch: Patch) -> list[Set] | None:
+        """Return the numbers by which a patch differs from what plays; None if it needs a program of its own."""
+        return None if self._is_refused else moved_numbers(self.patch, patch, self.registry)
 
     def send(self, command: Command) -> None:
         """Send one command to the engine; its settings are restored after a restart of the engine."""
@@ -214,7 +219,8 @@ class Session:
                 self._equalisers[tile] = command
             case Set(node, name, value):
                 self.patch = self.patch.set(node, name, value, self.registry)
-                if not self.registry[self.patch.node(node).type].parameters[name].is_ramped:
+                is_ramped = self.registry[self.patch.node(node).type].parameters[name].is_ramped
+                if self._is_refused or not is_ramped:
                     self._request_compile()
                     return
         if self._started:
@@ -357,6 +363,7 @@ class Session:
                     if self._compile_progress.forget("compiler"):
                         self._reports.append(Compiling(1, 1))
                     if error:
+                        self._is_refused = True
                         self._reports.append(PatchRefused.because(error))
                     else:
                         self._play_compiled()
@@ -368,7 +375,7 @@ class Session:
 
     def _play_compiled(self) -> None:
         """Play the present patch, whose kernels are compiled now."""
-        self._compiled, self._is_compiled = (self.patch, self.scopes), True
+        self._compiled, self._is_compiled, self._is_refused = (self.patch, self.scopes), True, False
         if self._started:
             self._engine.send(Swap(self.patch.dumps(), self.scopes, anew=self._begins_anew, settle_s=self._settle_s))
             self.repeats.resend()
@@ -433,6 +440,8 @@ class Session:
                         self._compiler.start_sharing(self._compile_request(SHARED, from_end=True))
                     self._reports += self._compile_progress.take("engine", message)
                     continue
+                case PatchRefused():
+                    self._is_refused = True
                 case Started(channels=channels) as started:
                     self._tell_recorder("channels", json.dumps(channels))
                     if self._setup is not None:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
-from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report, Started
 from underfoot.engine.session import Session
 from underfoot.errors import UnderfootError, require
@@ -122,7 +121,7 @@ class CuePlayer:
             return
         self.cued = cued
         played = self._composed(cued)
-        moved = moved_numbers(self.session.patch, played, self.session.registry)
+        moved = self.session.moved_numbers(played)
         waiting = [pending for pending in self._pending if pending.edit]
         self._note(played)
         self.session.edit(played)

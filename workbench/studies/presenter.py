@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.engine.commands import Level, Strike, Swap
-from underfoot.engine.patch_edits import moved_numbers
 from underfoot.engine.reports import CommandApplied, OutputChanged, PatchRefused, Report
 from underfoot.engine.session import Session
 from underfoot.engine.session_memory import VibrationReader
@@ -58,7 +57,7 @@ class Presenter:
         self.problem = self._silence
         if patch == self._requested:
             return
-        is_swapped = moved_numbers(self.session.patch, patch, self.session.registry) is None
+        is_swapped = self.session.moved_numbers(patch) is None
         if is_swapped:
             self.since_frame, self._awaited = None, []
         elif self.since_frame is not None:  # otherwise its program is being swapped in, with this or the former number
