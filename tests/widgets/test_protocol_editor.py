@@ -342,12 +342,34 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     assert not kept.exists()
 
 
-def test_a_draft_that_cannot_be_kept_is_said_and_the_window_closes(made):
+def test_a_draft_that_cannot_be_kept_is_asked_about_before_the_window_closes(qtbot, tmp_path):
+    """It was lost with a line in a window that was hidden already."""
+    window = quiet_window(qtbot, tmp_path)
+    window.workspaces.choose("Experiment")
+    editor = window.workspaces["Experiment"].protocol_editor
+    editor.make_new()
+    title = editor.rows["study"].controls["title"]
+    title.selectAll()
+    qtbot.keyClicks(title, "Half done")
+    kept = tmp_path / "protocols" / UNSAVED
+    kept.mkdir(parents=True)
+    for words, is_open in (("Go on with it", True), ("Discard the changes", False)):
+        window.close()
+        assert window.status.message == f"{kept} cannot be written: is a directory"
+        box = dialog_of(window, QMessageBox)
+        button = next(one for one in box.buttons() if one.text().replace("&", "") == words)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert window.isVisible() == is_open
+        assert (editor.draft is not None) == is_open
+
+
+def test_a_draft_that_could_be_kept_is_not_there_again_after_it_was_saved(made):
     made.click(made.workspace.library.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
-    (made.folder / "protocols" / UNSAVED).mkdir(parents=True)
+    assert not made.workspace.would_lose  # but another workspace would, and the window stays open
+    made.keep()
     made.workspace.close_down()
-    assert made.said[-1] == f"{made.folder / 'protocols' / UNSAVED} cannot be written: is a directory"
+    assert not (made.folder / "protocols" / UNSAVED).exists()
 
 
 def test_stimuli_come_from_a_table_after_asking(made):

@@ -1,6 +1,7 @@
 """The editor of a protocol: questions, stimuli, stages and sounds, checked during typing."""
 
 import json
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -85,7 +86,7 @@ class ProtocolEditor(QWidget):
         self._lay_out()
         self.tabs.idClicked.connect(self.show_page)
         self.save_button.clicked.connect(self.save_protocol)
-        self.close_button.clicked.connect(self.ask_to_leave)
+        self.close_button.clicked.connect(lambda: self.ask_to_leave())
         self.history.restored.connect(self._restore)
         self.undo_actions.used.connect(self.notified)
 
@@ -119,9 +120,20 @@ class ProtocolEditor(QWidget):
             )
             self._edit(Draft.of(study.protocol, self._registry, self._own), study.path, note if count else "")
 
-    def keep_unsaved(self) -> None:
-        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again; show
-        errors."""
+    def can_keep_unsaved(self) -> bool:
+        """Return whether an unsaved draft, if there is one, can be kept; show errors."""
+        if not self.is_changed:
+            return True
+        is_kept = self.keep_unsaved()
+        if is_kept:
+            (self._own / UNSAVED).unlink()  # the window may stay open after all, and the draft be saved
+        return is_kept
+
+    def keep_unsaved(self) -> bool:
+        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again.
+
+        Return whether nothing is lost; show errors.
+        """
         if self.draft is not None and self.is_changed:
             kept = json.dumps(
                 {"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()}
@@ -130,6 +142,8 @@ class ProtocolEditor(QWidget):
                 write_file(make_folder(self._own) / UNSAVED, kept.encode())
             except UnderfootError as error:
                 self.notified.emit(str(error))
+                return False
+        return True
 
     def restore_unsaved(self) -> None:
         """Open the editor with the draft that was unsaved when the window was closed; show errors."""
@@ -241,13 +255,18 @@ class ProtocolEditor(QWidget):
         self.title.setText("Edit a study")
         self.saved.emit(path)
 
-    def ask_to_leave(self) -> None:
-        """Leave the editor, after a question if there are unsaved changes."""
-        if not self.is_changed:
+    def ask_to_leave(self, then: Callable[[], object] = lambda: None) -> None:
+        """Leave the editor, after a question if there are unsaved changes, and call `then`."""
+
+        def leave() -> None:
             self._end()
+            then()
+
+        if not self.is_changed:
+            leave()
             return
         text = "The protocol has changes that are not saved."
-        ask(self.window(), "Close without saving", text, "Discard the changes", self._end, "Go on with it")
+        ask(self.window(), "Close without saving", text, "Discard the changes", leave, "Go on with it")
 
     def event(self, event: QEvent) -> bool:
         # In this editor, Ctrl+S saves the protocol and Escape closes it, instead of the window's own shortcuts.
