@@ -4,6 +4,7 @@ LSL is the Lab Streaming Layer (`pip install "underfoot[lsl]"`): one stream of t
 trigger sends one byte for each marker.
 """
 
+from contextlib import suppress
 from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
@@ -11,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.transports.serial import opening, port_reason
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Floor
 
 if TYPE_CHECKING:
+    from serial import Serial
+
     from underfoot.experiments.study import Entry, Page
 
 BEGIN, ONSET, END, ANSWER, STOP = "begin", "onset", "end", "answer", "stop"
@@ -91,17 +94,31 @@ class SerialTrigger:
         """Open the port; raise `DeviceError` if that fails."""
         import serial
 
-        self._name, self.problem = port, ""
-        with opening(f"the trigger {port} cannot be opened"):
-            self._port = serial.Serial(port, BAUD, write_timeout=0.1)
+        self._serial, self._name, self.problem = serial, port, ""
+        self._port = self._opened()
 
     def mark(self, what: str, text: str, ago_s: float) -> None:
-        """Send the byte of a marker; a disconnected port does not end the study."""
+        """Send the byte of a marker; a port that was unplugged is opened again, and does not end the study."""
+        byte = bytes([BYTES[what]])
         try:
-            self._port.write(bytes([BYTES[what]]))
+            self._port.write(byte)
             self.problem = ""
         except OSError as error:
-            self.problem = f"no markers reach the trigger {self._name}: {port_reason(error)}"
+            self.problem = self.problem or f"no markers reach the trigger {self._name}: {port_reason(error)}"
+            if not isinstance(error, self._serial.SerialTimeoutException):
+                self._send_again(byte)
+
+    def _send_again(self, byte: bytes) -> None:
+        """Open the port again and send a byte, if it is there: it may have been unplugged only for a while."""
+        with suppress(OSError, DeviceError):
+            self._port.close()  # while it is open, the system gives another name to what is plugged in
+            self._port = self._opened()
+            self._port.write(byte)
+            self.problem = ""
+
+    def _opened(self) -> "Serial":
+        with opening(f"the trigger {self._name} cannot be opened"):
+            return self._serial.Serial(self._name, BAUD, write_timeout=0.1)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Do nothing, because a trigger has only bytes for markers."""
