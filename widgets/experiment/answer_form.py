@@ -1,11 +1,20 @@
 """The participant's answer form: large buttons, a wide slider, a line of text, and keys for all of them."""
 
 from collections.abc import Sequence
-from textwrap import fill
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QFont, QResizeEvent, QTextLayout, QTextOption
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from underfoot.errors import BadValue
 from underfoot.experiments.questions import OpenChoice, Scale, ask, keys_of, needs_answer, typed_answer, unanswered
@@ -19,10 +28,6 @@ from underfoot.widgets.controls.slider import Slider
 TEXT_PX, BUTTON_LINES = 20, 2.6
 MAX_BUTTONS = 12
 """Integer questions with up to this many values have buttons; others have a text field."""
-BUTTONS_PX = 940
-"""Width in which the buttons of a question lie side by side; where they would be wider, there are several rows."""
-LINE_CHARACTERS = 64
-"""Characters of an answer in one line of its button; so many are narrower than the buttons' width."""
 _KEY_STEP = 0.02
 _SIDES = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 
@@ -179,17 +184,13 @@ class AnswerForm(QWidget):
         return field
 
     def _make_buttons(self, question: Parameter, options: Sequence[Any]) -> QWidget:
-        line = QWidget()
-        grid = QGridLayout(line)
-        grid.setContentsMargins(0, 0, 0, 0)
         row_buttons: list[QPushButton] = []
         words = tuple(str(option) for option in options)
         keys = keys_of(words)
         self._keys = keys if len(self._questions) == 1 else ()
         is_numbered = len(self._keys) > 2 and not all(map(str.startswith, words, keys))
         for key, word, option in zip(keys, words, options, strict=True):
-            text = fill(f"{key}  {word}" if is_numbered else word, LINE_CHARACTERS, replace_whitespace=False)
-            button = QPushButton(literal(text))
+            button = QPushButton(literal(f"{key}  {word}" if is_numbered else word))
             button.setFont(theme.font(self._text_px))
             button.setStyleSheet(f"min-height: {round(BUTTON_LINES * self._text_px)}px")  # over the theme's
             button.setCheckable(len(self._questions) > 1 or self.has_long_numbers)
@@ -199,12 +200,8 @@ class AnswerForm(QWidget):
             )
             button.setChecked(isinstance(question, OpenChoice) and option == question.default)
             row_buttons.append(button)
-        columns = _columns(row_buttons)
-        for index, button in enumerate(row_buttons):
-            grid.addWidget(button, index // columns, index % columns)
-            grid.setColumnStretch(index % columns, 1)
         self.buttons += row_buttons
-        return line
+        return _ButtonRows(row_buttons)
 
     def _choose(
         self, question: Parameter, value: object, row_buttons: Sequence[QPushButton], pressed: QPushButton
@@ -224,7 +221,9 @@ class AnswerForm(QWidget):
         for end, side in zip(question.ends if isinstance(question, Scale) else (), _SIDES, strict=False):
             words = theme.label(end, "muted")
             words.setFont(theme.font(self._text_px))
-            below.addWidget(words, 1, side)
+            words.setWordWrap(True)
+            words.setAlignment(side)
+            below.addWidget(words, 1)
         slider.is_scale = True
         slider.setAccessibleName(question.label)
         slider.setMinimumSize(480, 4 * theme.GRID)
@@ -250,9 +249,47 @@ class AnswerForm(QWidget):
         return box
 
 
-def _columns(buttons: Sequence[QPushButton]) -> int:
-    """Return in how many columns the words of all buttons can be read, in as few rows as that takes."""
-    widest = max(button.sizeHint().width() for button in buttons)
-    most = min(max(BUTTONS_PX // (widest + theme.GRID), 1), len(buttons))
-    rows = -(-len(buttons) // most)
-    return -(-len(buttons) // rows)
+class _ButtonRows(QWidget):
+    """Buttons in as few rows as lets all of their words be read; a button that is too narrow has several lines."""
+
+    def __init__(self, buttons: Sequence[QPushButton]) -> None:
+        super().__init__()
+        self._buttons = [(button, button.text(), button.sizeHint().width()) for button in buttons]
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        for button in buttons:
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)  # its words follow its width
+        self._lay_out(self.maximumWidth())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._lay_out(self.width())
+        self._grid.activate()
+
+    def _lay_out(self, width_px: int) -> None:
+        widest = max(width for _, _, width in self._buttons)
+        most = min(max(width_px // (widest + theme.GRID), 1), len(self._buttons))
+        columns = -(-len(self._buttons) // -(-len(self._buttons) // most))
+        for index, (button, text, width) in enumerate(self._buttons):
+            frame_px = width - button.fontMetrics().size(Qt.TextFlag.TextShowMnemonic, text).width()
+            button.setText(_in_lines(text, button.font(), width_px - frame_px) if width > width_px else text)
+            self._grid.addWidget(button, index // columns, index % columns)
+        for column in range(len(self._buttons)):
+            self._grid.setColumnStretch(column, int(column < columns))
+
+
+def _in_lines(text: str, font: QFont, width_px: int) -> str:
+    """Return a text in lines of at most this width, which end between words where that is possible."""
+    found, wrap = [], QTextOption()
+    wrap.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    for paragraph in text.splitlines():
+        layout = QTextLayout(paragraph, font)
+        layout.setTextOption(wrap)
+        layout.beginLayout()
+        units = paragraph.encode("utf-16-le")
+        while (line := layout.createLine()).isValid():
+            line.setLineWidth(width_px)
+            first = 2 * line.textStart()
+            found.append(units[first : first + 2 * line.textLength()].decode("utf-16-le").rstrip())
+        layout.endLayout()
+    return "\n".join(found)
