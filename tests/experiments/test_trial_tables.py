@@ -110,6 +110,23 @@ def test_curves_that_mix_a_further_factor_say_so(tmp_path):
         assert [remark.partition(" condition only")[0] for remark in found.remarks if "place" in remark] == remarks
 
 
+@pytest.mark.parametrize("stimulus", ["s{level}", "buzz"])
+def test_what_another_program_notes_beside_the_trials_is_no_factor(stimulus, tmp_path):
+    """The curve was over the response times."""
+    rows = [f"{HEADER},stimulus,age,sex,thisRepN,thisN,rt,loudness,felt"]
+    for person in (1, 2):
+        trials = [(repeat, level) for repeat in range(10) for level in (3, 1, 4, 2)]
+        for trial, (repeat, level) in enumerate(trials):
+            noted = f"{20 + person},{'fm'[person % 2]},{repeat},{trial},{0.4 + trial * 7 % 40 / 100}"
+            felt = "yes" if repeat < 2 * level - person else "no"
+            named = stimulus.format(level=level)
+            rows.append(f"P{person},constant-stimuli,{trial},{named},{noted},{level},{felt}")
+    (found,) = analysis_of(tmp_path, "\n".join(rows))
+    (shares,) = (table for table in found.tables if table.title == "Share judged more")
+    assert shares.rows == tuple((level, pytest.approx((4 * level - 3) / 20)) for level in (1, 2, 3, 4))
+    assert found.remarks[-1] == "No factors of the stimuli, and left out: age, sex, thisRepN, thisN, rt."
+
+
 def test_a_trial_without_its_condition_is_named(tmp_path):
     rows = constant_stimuli(people=2)
     rows[7] = rows[7].replace(",0,", ",,", 1)

@@ -12,6 +12,7 @@ from underfoot.experiments.trials import NOTHING, Presentation, is_right
 Row = Mapping[str, Any]
 """One trial: values by column name; missing values are not in the row."""
 
+LEVEL = "level_m_s2"
 OF_PERSON = "participant."
 """Prefix of the columns with participants' answers about themselves."""
 
@@ -110,7 +111,7 @@ def _row(
         if judged.stimulus != NOTHING:
             stimulus = protocol.stimuli[judged.stimulus]
             row["gain_db"] = judged.gain_db + gain_db
-            row["level_m_s2"] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
+            row[LEVEL] = float(f"{stimulus.peak_m_s2(judged.gain_db + gain_db):.6g}")
             row |= {name: value for name, value in stimulus.factors.items() if name not in row}
     if other is not None:
         row["other"] = other.stimulus
@@ -142,8 +143,37 @@ def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
 def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the columns that are factors of stimuli and have more than one value.
 
+    A table from another program has more columns. What differs between people only is not of the stimuli. Neither is a
+    number, beside another of which each stimulus has one value; nor one that counts trials, or is measured in each.
+
     >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
     ('set',)
     """
+    names = possible_factors(rows)
+    of_stimulus = {name for name in names if _is_one_for_each(rows, name, "stimulus")}
+    of_person = {name for name in names if _is_one_for_each(rows, name, "participant")} - of_stimulus
+    numbers = {name for name in names if all(isinstance(row.get(name, 0), int | float) for row in rows)} - {LEVEL}
+    told = numbers & of_stimulus or {name for name in numbers if _is_chosen(rows, name)}
+    others = of_person | numbers - told
+    return tuple(name for name in names if name == LEVEL or name not in others)
+
+
+def possible_factors(rows: Sequence[Row]) -> list[str]:
+    """Return the columns that are not the table's own and have more than one value."""
     names = [name for name in columns_of(rows) if name not in NOT_FACTORS and not name.startswith(OF_PERSON)]
-    return tuple(name for name in names if len({row[name] for row in rows if name in row}) > 1)
+    return [name for name in names if len({row[name] for row in rows if name in row}) > 1]
+
+
+def _is_one_for_each(rows: Sequence[Row], name: str, column: str) -> bool:
+    """Return whether a column has one value for each value of another."""
+    return all(len({row[name] for row in part if name in row}) < 2 for part in grouped(rows, column).values())
+
+
+def _is_chosen(rows: Sequence[Row], name: str) -> bool:
+    """Return whether a number comes back in the trials of each person, and for some of them also falls.
+
+    >>> [_is_chosen([{"x": x} for x in xs], "x") for xs in ((1, 2, 1, 2), (1, 1, 2, 2), (0.3, 0.1, 0.2))]
+    [True, False, False]
+    """
+    people = [[row[name] for row in part if name in row] for part in grouped(rows, "participant").values()]
+    return all(2 * len(set(xs)) <= len(xs) for xs in people) and any(xs != sorted(xs) for xs in people)

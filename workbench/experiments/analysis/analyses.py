@@ -18,7 +18,7 @@ from underfoot.experiments.blind_comparison import METHOD, SLOTS
 from underfoot.experiments.methods import METHODS
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.questions import FIRST, NO, SECOND, YES
-from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped
+from underfoot.experiments.table import OF_PERSON, Row, columns_of, counted, factors_of, grouped, possible_factors
 
 LEAST_PEOPLE = 5
 """Least number of people for correlations."""
@@ -91,6 +91,8 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += [*right_answers(part), *sensitivity(part)]
+        if aside := ", ".join(name for name in possible_factors(part) if name not in factors_of(part)):
+            findings.remarks.append(f"No factors of the stimuli, and left out: {aside}.")
         if protocol is None and analysis.needs_protocol:
             findings.remarks.append(
                 "These trials come without their protocol: analysed with the method's usual parameters. "

@@ -18,10 +18,9 @@ from underfoot.experiments.analysis.preferences import preferences, share_estima
 from underfoot.experiments.analysis.psychometric import estimates as curve_estimates
 from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, by_value, factors_of, grouped
+from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
 
-_LEVEL = "level_m_s2"
-_LABELS = {"stiffness_n_mm": "stiffness, N/mm", "level_m_s2": "level, m/s^2"}
+_LABELS = {"stiffness_n_mm": "stiffness, N/mm", LEVEL: "level, m/s^2"}
 _QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
@@ -57,7 +56,7 @@ def _prepared(rows: Sequence[Row]) -> tuple[Sequence[Row], str, str]:
     """
     alike = _at_protocol_levels(rows)
     axis, condition = axis_and_condition(alike)
-    return (rows if axis == _LEVEL else alike), axis, condition
+    return (rows if axis == LEVEL else alike), axis, condition
 
 
 def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
@@ -69,8 +68,8 @@ def _at_protocol_levels(rows: Sequence[Row]) -> Sequence[Row]:
     if not any(row.get("gain_db") for row in rows):
         return rows
     return [
-        {**row, _LEVEL: float(f"{row[_LEVEL] / 10.0 ** (row['gain_db'] / 20.0):.4g}")}
-        if _LEVEL in row and "gain_db" in row
+        {**row, LEVEL: float(f"{row[LEVEL] / 10.0 ** (row['gain_db'] / 20.0):.4g}")}
+        if LEVEL in row and "gain_db" in row
         else row
         for row in rows
     ]
