@@ -160,6 +160,13 @@ def test_wav_player_plays_a_file_in_its_own_time_whatever_its_length(own, count,
     assert not heard[frames:].any()
 
 
+@pytest.mark.parametrize(("own", "tone_hz"), [(24_000, 12_000.0), (96_000, 24_000.0)])
+def test_a_loop_keeps_the_amplitude_of_what_lies_at_half_of_either_rate(own, tone_hz, tmp_path):
+    soundfile.write(tmp_path / "loop.wav", 0.3 * np.cos(2 * np.pi * tone_hz * np.arange(960) / own), own, "DOUBLE")
+    heard = play(chain("wav-player", file="loop.wav", amplitude=1.0), "wav-player.out", frames=4_800, folder=tmp_path)
+    assert heard == pytest.approx(0.3 * np.cos(2 * np.pi * tone_hz * np.arange(4_800) / RATE), abs=1e-9)
+
+
 def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength():
     force = np.clip((np.arange(9_600) - 1_000.5) * 0.5, 0.0, 700.0)  # 24 kN/s
     patch = chain("tile-force", "footfall", "modal-bank", modes=[[480.0, 100.0, 1.0]])

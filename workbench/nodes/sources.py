@@ -146,6 +146,7 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
         if not is_loop:  # silence, up to where a sample and a frame are at the same time
             sound = np.pad(sound, (0, -sound.size % (own_rate // math.gcd(own_rate, round(rate)))))
         count = max(1, round(sound.size * rate / own_rate))
-        sound = np.fft.irfft(np.fft.rfft(sound), count) * (count / sound.size)
-        sound = sound[: math.ceil(frames)]
+        from scipy.signal import resample
+
+        sound = resample(sound, count)[: math.ceil(frames)]
     return sound
