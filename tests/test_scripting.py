@@ -222,6 +222,16 @@ def test_a_sound_file_of_another_format_is_not_a_wav_by_that_name(name, folder, 
     assert not list(folder.iterdir())
 
 
+@pytest.mark.parametrize("name", ["walk.xlsx", "walk.parquet"])
+def test_a_table_of_another_format_is_not_csv_by_that_name(name, folder, refused):
+    forces = uf.walk(1.0)
+    for save in (forces.save, forces.steps().save, forces.contacts().save):
+        with pytest.raises(uf.UnderfootError, match=r"tables are CSV; allowed: a name that ends in \.csv"):
+            save(name)
+    assert "tables are CSV" in refused("monitor", "corridor", "--steps", name)
+    assert not list(folder.iterdir())
+
+
 @pytest.mark.parametrize("make", [
     lambda: uf.open_patch("gravel"),
     lambda: uf.default_floor(),

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from underfoot.errors import BadValue, UnderfootError
-from underfoot.files import replaced, written
+from underfoot.errors import BadFile, BadValue, UnderfootError
+from underfoot.files import path_of, replaced, written
 from underfoot.floor.contacts import ContactRows
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
@@ -142,6 +142,8 @@ def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactR
 
 @contextmanager
 def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
+    if path_of(path).suffix.lower() not in ("", ".csv", ".txt"):
+        raise BadFile(f"{path} cannot be written: tables are CSV; allowed: a name that ends in .csv")
     with replaced(path) as part:
         with written(path):
             file = part.open("w", encoding="utf-8", newline="\n")
