@@ -190,14 +190,15 @@ DOWN = [(500, 0, 0), (0, 0, 0), (0, 400, 0), (500, 400, 0)]
 @pytest.mark.parametrize("kind", [2, 4])
 @pytest.mark.parametrize("corners", [DOWN, DOWN[::-1]], ids=["z down", "turned"])
 @pytest.mark.parametrize("moment", ["", "Nmm", "N.m"])
-def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kind, corners, moment):
+@pytest.mark.parametrize("origin", [(1.0, -2.0, -40.0), (-1.0, 2.0, 40.0)], ids=["", "as Vicon has it"])
+def test_plates_that_tell_moments_press_where_another_library_says(tmp_path, kind, corners, moment, origin):
     rng = np.random.default_rng(kind)
     channels = np.zeros((6, 100))
     channels[2] = rng.uniform(200.0, 900.0, 100)
     channels[:2] = rng.uniform(-50.0, 50.0, (2, 100))
     channels[3:5] = rng.uniform(-80.0, 80.0, (2, 100)) * 1000.0
     calibration = np.diag([2.0, 2.0, 2.0, 1.0, 1.0, 1.0]) if kind == 4 else None
-    lab = partial(plates_of, kind=kind, corners_mm=corners, origin_mm=(1.0, -2.0, -40.0), calibration=calibration)
+    lab = partial(plates_of, kind=kind, corners_mm=corners, origin_mm=origin, calibration=calibration)
     in_nmm = lab(tmp_path / "nmm.c3d", channels=channels)
     channels[3:] *= 1e-3 if moment == "N.m" else 1.0
     path = lab(tmp_path / "lab.c3d", channels=channels, units=["N"] * 3 + [moment] * 3 if moment else ())

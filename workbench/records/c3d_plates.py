@@ -112,7 +112,9 @@ class _Plate:
         if self.type not in _CHANNELS:
             raise BadFile(f"{self._where} has type {self.type}; allowed: 1, 2, 3, 4")
         self.corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")[:, :, number].T
-        self.origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
+        origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
+        self.origin_m = -origin_m if origin_m[2] > 0.0 else origin_m
+        """The surface as seen from the origin: above it, so z is negative. Many files tell the opposite vector."""
         self.channels = np.asarray(plates["CHANNEL"], np.intp)[: _CHANNELS[self.type], number] - 1
         force, moment = (
             re.sub(r"[^a-z]", "", units[at].lower()) if 0 <= at < len(units) else ""
