@@ -234,13 +234,31 @@ def test_a_plate_that_tells_its_centre_of_pressure(tmp_path):
     np.testing.assert_allclose(tile.to_floor(centroid), (0.28, 0.22), atol=1e-6)  # the plate's y is against the floor's
 
 
+@pytest.mark.parametrize("up", ["x", "y"])
+def test_plates_of_a_laboratory_with_another_axis_upwards_are_the_same_floor(tmp_path, up):
+    channels = np.random.default_rng(1).uniform(20.0, 90.0, (8, 20))
+    expected, floor = read_force_file(plates_of(tmp_path / "z.c3d", 3, DOWN, (120, 200, -40), channels))
+    corners = np.roll(DOWN, {"x": -2, "y": -1}[up], axis=1)  # its axes are still a right hand's
+    found, theirs = read_force_file(plates_of(tmp_path / f"{up}.c3d", 3, corners, (120, 200, -40), channels))
+    assert theirs.tiles == floor.tiles
+    np.testing.assert_array_equal(found.force_n, expected.force_n)
+
+
+def test_a_plate_whose_corners_are_measured_is_level_within_some_millimetres(tmp_path):
+    channels = np.full((8, 20), 50.0)
+    corners = np.array(DOWN) + np.array([(0, 0, 0.6), (0, 0, 0.6), (0, 0, 2.1), (0, 0, -2.0)])
+    forces, floor = read_force_file(plates_of(tmp_path / "lab.c3d", 3, corners, (120, 200, -40), channels))
+    assert floor.tiles[0].size_m == (0.5, 0.4)
+    assert forces.force_n == pytest.approx(50.0)
+
+
 def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
     (tmp_path / "no.c3d").write_bytes(b"not a C3D file")
     channels = np.zeros((6, 20))
-    upright = [(500, 0, 0), (0, 0, 0), (0, 0, 400), (500, 0, 400)]
+    ramp = [(500, 0, 0), (0, 0, 40), (0, 400, 40), (500, 400, 0)]
     for path, words in (
         (tmp_path / "no.c3d", "no C3D file"),
-        (plates_of(tmp_path / "upright.c3d", 2, upright, (0, 0, 0), channels), "does not lie level"),
+        (plates_of(tmp_path / "ramp.c3d", 2, ramp, (0, 0, 0), channels), "does not lie level"),
         (plates_of(tmp_path / "seven.c3d", 7, DOWN, (0, 0, 0), channels), "type 7"),
     ):
         with pytest.raises(BadFile, match=words):

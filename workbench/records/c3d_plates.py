@@ -23,8 +23,8 @@ _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
 _LENGTHS_M = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 _MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0, "knmm": 1.0, "knm": 1e3}
 """Units of moments: a file in millimetres may have its moments in N m. Without a unit it is that of lengths."""
-_LEVEL = 1e-3
-"""Corners of a plate are level when their heights differ by less, in metres."""
+_LEVEL = 0.02
+"""Corners of a plate are level when their heights differ by less, relative to its sides: they are measured."""
 MOST_FRAMES = 65_535
 """Frames that a header can count; with this number it tells nothing."""
 _BIG_ENDIAN = 86
@@ -111,7 +111,9 @@ class _Plate:
         self.type = int(np.ravel(plates["TYPE"])[number])
         if self.type not in _CHANNELS:
             raise BadFile(f"{self._where} has type {self.type}; allowed: 1, 2, 3, 4")
-        self.corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")[:, :, number].T
+        corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")
+        up = int(np.ptp(corners_m[:, :, 0], axis=1).argmin())  # the axis along which the first plate is thin
+        self.corners_m = np.roll(corners_m[:, :, number], 2 - up, axis=0).T
         origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
         self.origin_m = -origin_m if origin_m[2] > 0.0 else origin_m
         """The surface as seen from the origin: above it, so z is negative. Many files tell the opposite vector."""
@@ -124,8 +126,8 @@ class _Plate:
         self._moment_scale = _MOMENTS_NM.get(moment, scale)
         if self.type == 4:
             self._calibration = np.asarray(group["CAL_MATRIX"]["value"], np.float64)[:, :, number]
-        if np.ptp(self.corners_m[:, 2]) > _LEVEL:
-            raise BadFile(f"{self._where} does not lie level; allowed: corners of one height, z upwards")
+        if np.ptp(self.corners_m[:, 2]) > _LEVEL * np.ptp(self.corners_m[:, :2]):
+            raise BadFile(f"{self._where} does not lie level; allowed: corners of one height, as of the first plate")
         along = self.corners_m[[0, 3]].mean(axis=0) - self.corners_m[[1, 2]].mean(axis=0)
         across = self.corners_m[[0, 1]].mean(axis=0) - self.corners_m[[3, 2]].mean(axis=0)
         self._size_m = round(float(np.hypot(*along[:2])), 6), round(float(np.hypot(*across[:2])), 6)
