@@ -162,12 +162,12 @@ def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
     np.testing.assert_array_equal(forces.force_n, corners.astype(np.float32))
 
 
-def plates_of(path, kind, corners_mm, origin_mm, channels, rate=1000.0, calibration=None, units=()):
+def plates_of(path, kind, corners_mm, origin_mm, channels, calibration=None, units=(), length="mm"):
     """A C3D file with one plate, as a laboratory's system would write it."""
     made = ezc3d.c3d()
-    made["parameters"]["POINT"]["RATE"]["value"] = [rate / 10]
-    made["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-    made["parameters"]["ANALOG"]["RATE"]["value"] = [rate]
+    made["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    made["parameters"]["POINT"]["UNITS"]["value"] = [length]
+    made["parameters"]["ANALOG"]["RATE"]["value"] = [1000.0]
     made["parameters"]["ANALOG"]["LABELS"]["value"] = [f"c{k}" for k in range(len(channels))]
     made["parameters"]["ANALOG"]["UNITS"]["value"] = list(units)
     made["data"]["points"] = np.zeros((4, 0, channels.shape[1] // 10))
@@ -244,6 +244,13 @@ def test_plates_of_a_laboratory_with_another_axis_upwards_are_the_same_floor(tmp
     np.testing.assert_array_equal(found.force_n, expected.force_n)
 
 
+@pytest.mark.parametrize("length", ["m", "meters", "mete", "Metres"])
+def test_plates_in_metres_are_as_large_as_those_in_millimetres(tmp_path, length):
+    channels, corners, origin = np.full((8, 20), 50.0), np.array(DOWN) * 1e-3, np.array((120, 200, -40)) * 1e-3
+    _, floor = read_force_file(plates_of(tmp_path / "m.c3d", 3, corners, origin, channels, length=length))
+    assert floor.tiles[0].size_m == (0.5, 0.4)
+
+
 def test_a_plate_whose_corners_are_measured_is_level_within_some_millimetres(tmp_path):
     channels = np.full((8, 20), 50.0)
     corners = np.array(DOWN) + np.array([(0, 0, 0.6), (0, 0, 0.6), (0, 0, 2.1), (0, 0, -2.0)])
@@ -260,6 +267,8 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
         (tmp_path / "no.c3d", "no C3D file"),
         (plates_of(tmp_path / "ramp.c3d", 2, ramp, (0, 0, 0), channels), "does not lie level"),
         (plates_of(tmp_path / "seven.c3d", 7, DOWN, (0, 0, 0), channels), "type 7"),
+        (plates_of(tmp_path / "six.c3d", 3, DOWN, (120, 200, -40), channels), "plate 1 is not described"),
+        (plates_of(tmp_path / "middle.c3d", 3, DOWN, (0, 0, -40), np.zeros((8, 20))), "sensors at one place"),
     ):
         with pytest.raises(BadFile, match=words):
             read_force_file(path)

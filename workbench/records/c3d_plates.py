@@ -20,7 +20,8 @@ from underfoot.parameters import IDENTIFIER
 PLATE_SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Corners and sensors of a plate in its own frame, in the manual's order."""
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
-_LENGTHS_M = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+_LENGTHS_M = {"mm": 1e-3, "mil": 1e-3, "cm": 1e-2, "cen": 1e-2, "m": 1.0, "met": 1.0}
+"""Units of length by their first three letters: some are written out, or cut after four."""
 _MOMENTS_NM = {"nmm": 1e-3, "ncm": 1e-2, "nm": 1.0, "knmm": 1.0, "knm": 1e3}
 """Units of moments: a file in millimetres may have its moments in N m. Without a unit it is that of lengths."""
 _LEVEL = 0.02
@@ -58,7 +59,7 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         raise BadFile(f"{path} has no force plates; allowed: FORCE_PLATFORM with plates of type 1 to 4")
     if samples.shape[1] < 2 or not np.isfinite(samples).all():
         raise BadFile(f"{path} has no force samples, or some that are not finite")
-    scale = _LENGTHS_M.get(_text(parameters["POINT"].get("UNITS")).lower(), 1e-3)
+    scale = _LENGTHS_M.get(_text(parameters["POINT"].get("UNITS")).lower()[:3], 1e-3)
     names, units = _tile_names(parameters, count), _units(parameters["ANALOG"])
     tiles, forces = [], []
     for number in range(count):
@@ -117,7 +118,7 @@ class _Plate:
         origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
         self.origin_m = -origin_m if origin_m[2] > 0.0 else origin_m
         """The surface as seen from the origin: above it, so z is negative. Many files tell the opposite vector."""
-        self.channels = np.asarray(plates["CHANNEL"], np.intp)[: _CHANNELS[self.type], number] - 1
+        self.channels = np.asarray(plates["CHANNEL"], np.intp)[np.arange(_CHANNELS[self.type]), number] - 1
         force, moment = (
             re.sub(r"[^a-z]", "", units[at].lower()) if 0 <= at < len(units) else ""
             for at in self.channels[[4 if self.type == 3 else 2, 3]]
@@ -142,6 +143,9 @@ class _Plate:
 
     def tile(self, name: str) -> Tile:
         """Return the plate as a tile."""
+        if not self._half_m.all():
+            half = "half the sensors' distances in x and y"
+            raise BadFile(f"{self._where} has its sensors at one place; allowed: an ORIGIN of {half} for type 3")
         sensors = PLATE_SIGNS * self._half_m
         x, y = self.corners_m[:, :2].mean(axis=0).tolist()
         try:
