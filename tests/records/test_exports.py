@@ -259,6 +259,16 @@ def test_a_plate_whose_corners_are_measured_is_level_within_some_millimetres(tmp
     assert forces.force_n == pytest.approx(50.0)
 
 
+def test_a_channel_beside_the_plates_need_not_be_finite(tmp_path):
+    channels = np.full((7, 20), 50.0)
+    channels[6] = np.nan  # such as of an electromyograph
+    forces, _ = read_force_file(plates_of(tmp_path / "lab.c3d", 2, DOWN, (0, 0, 0), channels))
+    assert forces.force_n.sum(axis=2) == pytest.approx(50.0)
+    channels[2, 7] = np.nan
+    with pytest.raises(BadFile, match="plate 1 has samples that are not finite"):
+        read_force_file(plates_of(tmp_path / "lost.c3d", 2, DOWN, (0, 0, 0), channels))
+
+
 def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
     (tmp_path / "no.c3d").write_bytes(b"not a C3D file")
     channels = np.zeros((6, 20))

@@ -57,8 +57,8 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
     _require_whole(path, content["data"]["points"].shape[2])
     if count < 1:
         raise BadFile(f"{path} has no force plates; allowed: FORCE_PLATFORM with plates of type 1 to 4")
-    if samples.shape[1] < 2 or not np.isfinite(samples).all():
-        raise BadFile(f"{path} has no force samples, or some that are not finite")
+    if samples.shape[1] < 2:
+        raise BadFile(f"{path} has no force samples")
     scale = _LENGTHS_M.get(_text(parameters["POINT"].get("UNITS")).lower()[:3], 1e-3)
     names, units = _tile_names(parameters, count), _units(parameters["ANALOG"])
     tiles, forces = [], []
@@ -165,6 +165,8 @@ class _Plate:
         if self.channels.min() < 0 or self.channels.max() >= len(samples):
             raise BadFile(f"{self._where} has channels up to {self.channels.max() + 1}; allowed: 1 to {len(samples)}")
         values = samples[self.channels]
+        if not np.isfinite(values).all():
+            raise BadFile(f"{self._where} has samples that are not finite; allowed: numbers")
         if self.type == 4:
             values = self._calibration @ values
         if self.type == 3:
