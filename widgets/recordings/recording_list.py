@@ -218,7 +218,7 @@ class RecordingList(QWidget):
             try:
                 files = sorted(place.iterdir()) if place.is_dir() else [place]
                 for file in files:
-                    if file.suffix.lower() in SUFFIXES and file.is_file() and file.stat().st_size > 0:
+                    if file.suffix.lower() in SUFFIXES and file.is_file():
                         found[file.absolute()] = file.stat().st_mtime
             except OSError:
                 continue
