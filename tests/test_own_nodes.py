@@ -159,6 +159,21 @@ def test_a_layout_whose_sizes_are_not_given_is_one_line(underfoot, folder, own_n
     assert (said.status, said.error) == (1, f"underfoot: {own_node.file}: sizes of Hum cannot be made: {says}\n")
 
 
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("tail = 'forever'", "tail of Hum is 'forever'; allowed: a number from 0 to math.inf, or a function"),
+        ("tail = -1.0", "tail of Hum is -1.0; allowed: a number from 0 to math.inf, or a function"),
+        ("state = 3", "state of Hum is 3; allowed: a Layout"),
+        ("coefficients = 'q'", "coefficients of Hum is 'q'; allowed: a Layout"),
+    ],
+)
+def test_a_declaration_of_another_kind_is_one_line(underfoot, folder, own_node, line, says):
+    own_node.file.write_text(own_node.file.read_text().replace("    def run(", f"    {line}\n\n    def run("))
+    said = underfoot("render", "hum.json", "-o", "a.wav", "--run-code")
+    assert (said.status, said.error) == (1, f"underfoot: {own_node.file} cannot be run: BadValue: {says}\n")
+
+
 def test_distributions_that_cannot_be_drawn_are_one_line(underfoot, folder, own_node):
     text = own_node.file.read_text()
     own_node.file.write_text(

@@ -88,6 +88,9 @@ class Binding:
         self.controls = Layout("controls", *names.controls)
         self.state: Layout | None = getattr(cls, "state", None)
         self.coefficients: Layout | None = getattr(cls, "coefficients", None)
+        for name in ("state", "coefficients"):
+            memory = getattr(cls, name, None)
+            require(memory is None or isinstance(memory, Layout), f"{name} of {cls.__name__}", memory, "a Layout")
         layouts = [layout for layout in (self.state, self.coefficients) if layout is not None]
         self.symbols = tuple(dict.fromkeys(symbol for layout in layouts for symbol in layout.symbols))
         self._check()
@@ -186,6 +189,9 @@ class Binding:
         muting, signals = getattr(self.cls, "muted_by", ()), self.names.signals_in
         is_signals = isinstance(muting, tuple) and set(muting) <= set(signals)
         require(is_signals, f"muted_by of {self.cls.__name__}", muting, f"a tuple of {', '.join(signals) or 'none'}")
+        tail = getattr(self.cls, "tail", 0.0)
+        is_tail = callable(tail) or (isinstance(tail, int | float) and tail >= 0.0)
+        require(is_tail, f"tail of {self.cls.__name__}", tail, "a number from 0 to math.inf, or a function")
         if port_names and "run" not in self.functions:
             raise BadValue(f"{self.cls.__name__} has no function run, which computes its outputs")
         for name, function in self.functions.items():
