@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.commands.render import compile_request
@@ -90,7 +91,7 @@ def _write(options: ConvertOptions, source: Path, output: Path) -> None:
         options.profiles,
     )
     assert format.write is not None
-    with report_compiling(partial(compile_request, source)):
+    with interrupted_by_signals(), report_compiling(partial(compile_request, source)):
         told = format.write(export, output)
     print("\n".join([f"{output}: {format.label}", *(f"  {line}" for line in told)]))
     _print_lost(losses(patch, REGISTRY, format.carries))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, PATCH, RUN_CODE
 from underfoot.commands.options import takes_options
 
@@ -63,7 +64,7 @@ def cost(options: CostOptions) -> None:
         _print_error_curve(patch, options.curve, options.as_json)
         return
     floor = Floor.load(options.floor) if options.floor else default_floor()
-    with report_compiling():
+    with interrupted_by_signals(), report_compiling():
         found = block_stages(
             patch,
             REGISTRY,
@@ -84,7 +85,7 @@ def _print_error_curve(patch: "Patch", node: str, as_json: bool) -> None:
     from underfoot.patch.effective import effective_patch
 
     placed = effective_patch(patch, REGISTRY).node(node)
-    with report_compiling():
+    with interrupted_by_signals(), report_compiling():
         for curve in error_curve(REGISTRY[placed.type], placed.parameters):
             if as_json:
                 continue

@@ -1,11 +1,15 @@
-"""The signals that end a command which runs until it is told to."""
+"""The signals that end a command."""
 
 import os
 import signal
+import socket
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
 _OUTPUTS = (1, 2)
+_STUCK_S = 3.0
+"""Seconds after a signal in which a command that computes has ended by itself."""
 
 
 @contextmanager
@@ -31,3 +35,34 @@ def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
         for number, call in calls.items():
             stack.callback(signal.signal, number, signal.signal(number, lambda *_, call=call: call()))
         yield
+
+
+@contextmanager
+def interrupted_by_signals() -> Iterator[None]:
+    """Raise `KeyboardInterrupt` in this block at these signals; end the process if the block goes on after that.
+
+    Python waits with it until a kernel returns, which one of an own node may never do.
+    """
+    left = threading.Event()
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+
+    def watch() -> None:
+        if heard.recv(1) and not left.wait(_STUCK_S):
+            os._exit(130)
+
+    watching = threading.Thread(target=watch, name="signals", daemon=True)
+    with heard, ended_by_signals(_interrupt):
+        before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+        watching.start()
+        try:
+            yield
+        finally:
+            left.set()
+            signal.set_wakeup_fd(before)
+            told.close()
+            watching.join()
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, PATCH, RUN_CODE
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def levels(patches: tuple[Path, ...], profile: Path | None, simulation: Path | N
     files = {path.stem if stems.count(path.stem) == 1 else str(path): path for path in patches}
     files = files or preset_files.patches()
     read = {name: Patch.load(path, REGISTRY) for name, path in files.items()}
-    with report_compiling():
+    with interrupted_by_signals(), report_compiling():
         found = {name: levels_of(patch, files[name].parent, of_tile, made_of) for name, patch in read.items()}
     if as_json:
         print(json.dumps({name: one.data() for name, one in found.items()}))

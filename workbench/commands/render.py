@@ -14,6 +14,7 @@ import click
 
 from underfoot.clock import RATE_HZ
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import interrupted_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES, PATCH, RUN_CODE, require_outputs_writable
 from underfoot.commands.options import takes_options
 from underfoot.errors import BadFile, BadValue, UnderfootError
@@ -103,11 +104,13 @@ def render(options: RenderOptions) -> None:
     if len(patches) * len(grid) > 1 or os.path.isdir(options.patch):
         if options.plates:
             raise BadValue("--measured and --under-foot are for one patch at a time")
-        _render_all(options, patches, grid)
+        with interrupted_by_signals():
+            _render_all(options, patches, grid)
     elif options.cluster is not None:
         raise BadValue("--cluster is for several patches, or several values of --set")
     else:
-        _render_one(options, grid[0])
+        with interrupted_by_signals():
+            _render_one(options, grid[0])
 
 
 def _render_one(options: RenderOptions, values: "Values") -> None:

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -15,10 +16,11 @@ from underfoot.errors import UnderfootError
 
 MOST_TRIES = 3
 """Attempts at a job whose process dies."""
+_ENDS = (signal.SIGINT, signal.SIGTERM)
 _LOOK_S = 0.2
 """Interval in seconds at which `is_stopped` is asked while no results come."""
 _LEAVE_S = 2.0
-"""Seconds that a process may take to clean up once nobody waits for it."""
+"""Seconds that processes may take to clean up once nobody waits for them."""
 
 
 def cores() -> int:
@@ -67,16 +69,17 @@ def in_parallel(
                     if waiting:
                         _give(_started(work), waiting, busy)
     finally:
+        until = time.monotonic() + _LEAVE_S
         for child in busy:
             child.hang_up()
         for child in busy:
-            child.end(_LEAVE_S)
+            child.end(max(until - time.monotonic(), 0.0))
 
 
 def run(connection: Connection, work: Callable[[Any], Any]) -> None:
     """Run jobs until the connection ends, or Ctrl-C, which goes to all processes; the process's main function."""
     with suppress(EOFError, OSError, KeyboardInterrupt):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
         while True:
             connection.send(_answer(work, connection.recv()))
 
@@ -92,22 +95,24 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[Child
 
 
 def _started(work: Callable[[Any], Any]) -> ChildProcess:
-    """Start a process that receives Ctrl-C only once it can clean up; Ctrl-C is delayed here until then."""
+    """Start a process that receives what ends it only once it can clean up; this one receives it after that, too."""
     resource_tracker.ensure_running()  # which would let Ctrl-C through the first time
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    stops: list[int] = []  # Ctrl-C may also reach another thread of this process, and is then noticed here
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
+    stops: list[int] = []  # a signal may also reach another thread of this process, and is then noticed here
     is_main = threading.current_thread() is threading.main_thread()
-    handler = signal.signal(signal.SIGINT, lambda number, _: stops.append(number)) if is_main else None
+    handlers = {end: signal.signal(end, lambda number, _: stops.append(number)) for end in _ENDS if is_main}
     try:
         child = ChildProcess("worker", __name__, work)
     finally:
-        if is_main:
-            signal.signal(signal.SIGINT, handler)
+        for end, handler in handlers.items():
+            signal.signal(end, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if stops:
-        child.hang_up()
+    try:
+        for number in stops:
+            signal.raise_signal(number)
+    except BaseException:
         child.end(_LEAVE_S)
-        raise KeyboardInterrupt
+        raise
     return child
 
 
