@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QPainter, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QPainter, QResizeEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsView, QWidget
 
 from underfoot.patch.groups import chain
@@ -54,6 +54,8 @@ class PatchView(QGraphicsView):
         self.brought: list[str] = []
         """What the last edit, undo or redo has brought onto the canvas, unless it was another patch."""
         self._keeps_fitting = False
+        self._views_around: dict[str, tuple[QTransform, QPointF] | None] = {}
+        """Zoom and centre of the levels around the open group; None where the whole was fitted."""
         self.map = MiniMap(self.patch_scene, self)
         self.breadcrumbs = Breadcrumbs(self)
         self.hint = theme.label(HINT, "muted")
@@ -118,8 +120,8 @@ class PatchView(QGraphicsView):
         self._fit(self.patch_scene.extent(() if all_nodes else self.patch_scene.selected()), MIN_ZOOM)
 
     def fit_new_patch(self) -> None:
-        """Show the whole patch, or its left end if the whole would be too small to read. This fit is repeated on resize
-        until the view is moved.
+        """Show the whole patch, or its leftmost node and what is beside it if the whole would be too small to read.
+        This fit is repeated on resize until the view is moved.
         """
         self._fit(self.patch_scene.extent(), MIN_FIT_ZOOM)
         self._keeps_fitting = True
@@ -138,7 +140,9 @@ class PatchView(QGraphicsView):
             if extent.width() > wide:
                 middle.setX(extent.left() + wide / 2)
             if extent.height() > high:
-                middle.setY(extent.top() + high / 2)
+                first = min(self.patch_scene.movable().values(), key=lambda item: (item.pos().x(), item.pos().y()))
+                lowest = extent.bottom() - high / 2
+                middle.setY(min(max(first.sceneBoundingRect().center().y(), extent.top() + high / 2), lowest))
             self.centerOn(middle)
         self._moved()
 
@@ -180,13 +184,23 @@ class PatchView(QGraphicsView):
     # --- which level ---
 
     def open_group(self, group: str) -> None:
-        """Show the content of a group, "" for the whole patch; select the group that was left."""
+        """Show the content of a group, "" for the whole patch. If it encloses the one that was open, select that, and
+        show what was in view before.
+        """
         left, self.inside = self.inside, group
+        is_fitted, centre = self._keeps_fitting, self.mapToScene(self.viewport().rect().center())
         self._show()
         way = chain(self.document.patch.groups, left)
         below = way[way.index(group) + 1 :] if group in way else way if not group else []
         self.patch_scene.select(below[:1])
-        self.fit_new_patch()
+        if not below:
+            self._views_around[left] = None if is_fitted else (self.transform(), centre)
+        view = self._views_around.get(group) if below else None
+        if view is None:
+            self.fit_new_patch()
+        else:
+            self.setTransform(view[0])
+            self._centre_on(view[1])
         self.setFocus()
 
     def leave_group(self) -> None:

@@ -329,6 +329,20 @@ def test_enter_goes_in_and_the_crumbs_lead_out(row):
     assert not row.canvas.breadcrumbs.isVisible()
 
 
+def test_a_sub_patch_opens_on_its_leftmost_node_and_the_way_out_leads_to_the_former_view(row):
+    places = {"hum": (1200.0, -900.0), "through": (0.0, 900.0), "through1": (2400.0, 0.0)}
+    row.document.edit(row.patch().move(places), "Move")
+    canvas, seen = row.canvas, lambda: row.canvas.mapToScene(row.canvas.viewport().rect()).boundingRect()
+    block = collapse(row, "hum", "through", "through1")
+    canvas.zoom_to(1.4)
+    zoom, before = canvas.transform().m11(), seen().center()
+    QTest.mouseDClick(canvas.viewport(), LEFT, NONE, in_view(row, block.sceneBoundingRect().center()))
+    assert seen().contains(canvas.patch_scene.nodes["through"].sceneBoundingRect())
+    QTest.keyClick(canvas, Qt.Key.Key_U)
+    assert canvas.transform().m11() == zoom
+    assert (seen().center() - before).manhattanLength() < 4.0
+
+
 def test_what_is_added_inside_belongs_there(row):
     block = collapse(row, "through", "through1")
     QTest.mouseDClick(row.canvas.viewport(), LEFT, NONE, in_view(row, block.sceneBoundingRect().center()))
