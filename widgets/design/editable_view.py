@@ -15,6 +15,7 @@ from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
 from underfoot.widgets.controls.local_files import local_files
+from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.group_view import description_of_group
 from underfoot.widgets.design.node_geometry import TITLE, description_of, node_geometry
 from underfoot.widgets.design.patch_editing import aligned, copied, pasted, refusal, snapped
@@ -354,18 +355,27 @@ class EditableView(PatchView):
         self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
 
     def take_out(self) -> None:
-        """Take what is selected out of its innermost frame."""
-        patch, leaving = self.document.patch, list[str]()
-        for shown in self.patch_scene.selected():
-            members = self.patch_scene.members([shown])
-            around = [one.id for one in self.patch_scene.group_view.opened if set(members) <= set(one.members)]
+        """Take what is selected out of its innermost frame, and beside it if it lies within."""
+        patch, leaving, scene = self.document.patch, list[str](), self.patch_scene
+        for shown in scene.selected():
+            members = scene.members([shown])
+            around = [one.id for one in scene.group_view.opened if set(members) <= set(one.members)]
             if around:
                 patch = taken_out(patch, members, around[-1])
                 leaving += members
         if not leaving:
             self.show_message("Select what is in a frame")
             return
+        items = {id: scene.movable()[id] for id in dict.fromkeys(scene.group_view.shown_as[id] for id in leaving)}
+        left = {group.id for group in patch.groups if not set(leaving) <= set(group.members)}
+        frames = [frame.rect_without(items.values()) for id, frame in scene.group_frames.items() if id in left]
+        if any(item_rect(item).intersects(frame) for item in items.values() for frame in frames):
+            taken = [(one.x(), one.y(), one.width(), one.height()) for one in frames] + scene.boxes(without=items)
+            boxes = [(item.pos().x(), item.pos().y(), *item.size) for item in items.values()]
+            dx, dy = shift_to_free_place(boxes, taken)
+            patch = patch.move({id: (item.pos().x() + dx, item.pos().y() + dy) for id, item in items.items()})
         self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
+        self.ensure_visible(list(items))
 
     def _group_of_selection(self) -> str:
         """Return the innermost open group that contains the whole selection."""

@@ -1,6 +1,6 @@
 """Drawing of groups and notes on the canvas."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
@@ -72,14 +72,21 @@ class GroupFrameItem(QGraphicsItem):
 
     def adjust(self) -> None:
         """Update the frame to the items' current positions."""
-        rect = QRectF()
-        for item in self._items:
-            rect = rect.united(item.frame_rect() if isinstance(item, GroupFrameItem) else item_rect(item))
-        rect = rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
+        rect = self.rect_without(())
         if rect != self._rect:
             self.prepareGeometryChange()
             self._rect = rect
         self.update()
+
+    def rect_without(self, leaving: Collection[QGraphicsItem]) -> QRectF:
+        """Return the frame around all that is in it but these, in scene coordinates; null if nothing is left."""
+        rect = QRectF()
+        for item in self._items:
+            if isinstance(item, GroupFrameItem):
+                rect = rect.united(item.rect_without(leaving))
+            elif item not in leaving:
+                rect = rect.united(item_rect(item))
+        return rect if rect.isNull() else rect.adjusted(-FRAME_PAD, -FRAME_PAD - TITLE, FRAME_PAD, FRAME_PAD)
 
     def frame_rect(self) -> QRectF:
         """Return the frame, in scene coordinates."""
@@ -106,11 +113,23 @@ class GroupFrameItem(QGraphicsItem):
         painter.drawRoundedRect(self._rect, 8.0, 8.0)
         painter.setFont(theme.font(bold=True))
         painter.setPen(QColor(theme.mixed(colour, theme.TEXT, 0.6)))
-        room = self.title_rect().adjusted(PAD + 4, 0, -PAD, 0)
-        text = painter.fontMetrics().elidedText(
-            self.shown_group.title or "Group", Qt.TextElideMode.ElideRight, int(room.width())
-        )
+        title, metrics = self.shown_group.title or "Group", painter.fontMetrics()
+        room = self._title_room(metrics.horizontalAdvance(title))
+        text = metrics.elidedText(title, Qt.TextElideMode.ElideRight, int(room.width()))
         painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+
+    def _title_room(self, width: float) -> QRectF:
+        """Return the first stretch of the title strip of this width that nothing covers, or else the widest."""
+        strip = self.title_rect().adjusted(PAD + 4, 0, -PAD, 0)
+        covers = [item_rect(item) for item in self.scene().items(strip) if isinstance(item, NodeItem | NoteItem)]
+        stretches, left = [], strip.left()
+        for cover in sorted(covers, key=QRectF.left):
+            stretches.append((left, cover.left() - PAD))
+            left = max(left, cover.right() + PAD)
+        stretches.append((left, strip.right()))
+        widest = max(stretches, key=lambda stretch: stretch[1] - stretch[0])
+        left, right = next((stretch for stretch in stretches if stretch[1] - stretch[0] >= width), widest)
+        return QRectF(left, strip.top(), right - left, strip.height())
 
 
 class NoteItem(QGraphicsItem):

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
+from underfoot.widgets.design.group_items import item_rect
 from underfoot.widgets.design.node_list import MIME
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -211,6 +212,29 @@ def test_a_node_that_is_dragged_into_a_frame_is_in_the_group_and_is_taken_out_by
         QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
     assert members_of(chain) == [{"through", "through1"}]
     assert chain.patch().node("hum").at == (0.0, 0.0)
+
+
+def test_what_is_taken_out_of_a_frame_lies_beside_it(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(100, 0))
+    inside = item_rect(chain.canvas.patch_scene.nodes["hum"])
+    assert frame.frame_rect().contains(inside)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert not frame.frame_rect().intersects(item_rect(chain.canvas.patch_scene.nodes["hum"]))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
+    assert item_rect(chain.canvas.patch_scene.nodes["hum"]) == inside
+
+
+def test_the_title_of_a_frame_is_read_beside_a_node_that_lies_on_it(chain):
+    scene = chain.canvas.patch_scene
+    frame = scene.group_frames["group"]
+    patch = chain.patch().disconnect([("hum.out", "through.signal")])  # only the title is to be in the strip
+    chain.document.edit(patch.move({"hum": (frame.frame_rect().x(), frame.frame_rect().y() - 40.0)}), "Move")
+    strip, node = frame.title_rect().adjusted(0.0, 2.0, -2.0, -2.0), item_rect(scene.nodes["hum"])
+    assert strip.intersects(node)
+    strip.setLeft(node.right() + 8.0)
+    image = chain.canvas.viewport().grab(in_view(chain, strip).boundingRect()).toImage()
+    assert len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}) > 1
 
 
 def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
