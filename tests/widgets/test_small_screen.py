@@ -9,6 +9,9 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QScrollArea, QWidg
 from recordings_shown import recordings_shown
 from study_hand import Hand
 
+from underfoot.nodes import REGISTRY
+from underfoot.widgets.design.workspace import DesignWorkspace
+from underfoot.widgets.monitor.workspace import MonitorWorkspace
 from underfoot.widgets.scenes.workspace import ScenesWorkspace
 
 
@@ -92,3 +95,19 @@ def test_steps_stance_and_floor_of_a_recording_lie_beside_each_other(qtbot, tmp_
     places = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
     assert not [pair for pair in combinations(places, 2) if pair[0].intersects(pair[1])]
     assert all(area.widget().rect().contains(place) for place in places)
+
+
+def test_all_of_design_and_of_monitor_can_be_scrolled_to(qtbot):
+    design, monitor = DesignWorkspace(REGISTRY), MonitorWorkspace()
+    columns = (design.side, design.canvas, design.inspector), (monitor.floor, monitor.force)
+    for workspace, parts in zip((design, monitor), columns, strict=True):
+        qtbot.addWidget(workspace)
+        workspace.resize(640, 340)
+        show(qtbot, workspace)
+        area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.focused_first))
+        bars = area.horizontalScrollBar(), area.verticalScrollBar()
+        qtbot.waitUntil(lambda bars=bars: all(bar.maximum() > 0 for bar in bars))
+        held = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
+        assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
+        assert all(area.widget().rect().contains(place) for place in held)
+    assert all(button.width() >= button.sizeHint().width() for button in monitor.force.span_buttons.values())

@@ -15,7 +15,9 @@ from underfoot.floor.layout import Tile, default_floor
 from underfoot.patch.grouping import published
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import column
+from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.controls.undo_actions import UndoActions
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.first_steps import FirstSteps
@@ -230,7 +232,8 @@ class DesignWorkspace(Workspace):
         row.setContentsMargins(0, 0, 0, 0)
         self._across = QSplitter(Qt.Orientation.Horizontal)
         self._across.setObjectName("design across")
-        row.addWidget(self._across)
+        self._across.setMinimumHeight(52 * theme.GRID)
+        row.addWidget(scrolling(self._across))
         self._middle = QSplitter(Qt.Orientation.Vertical)
         self._middle.setObjectName("design down")
         for widget in (self.side, self._middle, self.inspector):

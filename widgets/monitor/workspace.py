@@ -13,7 +13,9 @@ from underfoot.engine.reports import CommandApplied
 from underfoot.engine.target import Target
 from underfoot.floor.footsteps import Step
 from underfoot.floor.layout import Floor
+from underfoot.widgets import theme
 from underfoot.widgets.controls.panels import column
+from underfoot.widgets.controls.scrolled import scrolling
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.monitor.floor_panel import FloorPanel
 from underfoot.widgets.monitor.force_panel import DURATIONS_S, ForcePanel
@@ -272,7 +274,8 @@ class MonitorWorkspace(Workspace):
         layout.setContentsMargins(0, 0, 0, 0)
         down = QSplitter(Qt.Orientation.Vertical)
         down.setObjectName("monitor down")
-        layout.addWidget(down)
+        down.setMinimumSize(96 * theme.GRID, 52 * theme.GRID)
+        layout.addWidget(scrolling(down))
         across = QSplitter(Qt.Orientation.Horizontal)
         across.setObjectName("monitor across")
         down.addWidget(across)
