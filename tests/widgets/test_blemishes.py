@@ -10,14 +10,21 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMenu, QScrollArea, QStyle, QToolButton, QWidget
 from windows import quiet_window
 
+from underfoot.floor.layout import default_floor
+from underfoot.network.server import Counts
 from underfoot.nodes import REGISTRY as NODES
+from underfoot.patch.patch import Patch
 from underfoot.widgets import theme
 from underfoot.widgets.controls.file_dialog import file_dialog
 from underfoot.widgets.design.node_list import NodeList
 from underfoot.widgets.design.patch_view import MIN_FIT_ZOOM
+from underfoot.widgets.design.preset_browsing import PresetDialog
 from underfoot.widgets.design.preview_plots import LEAST_SIDE_PX
+from underfoot.widgets.dialogs.audio_dialog import AudioDialog
+from underfoot.widgets.dialogs.network_dialog import NetworkDialog
 from underfoot.widgets.dialogs.shortcuts import ShortcutsDialog
 from underfoot.widgets.main_bar import MainBar
+from underfoot.widgets.session.settings import DEFAULT_ADDRESSES
 
 
 @pytest.mark.parametrize("width", [1024, 1100, 1280, 1600])
@@ -52,6 +59,27 @@ def test_a_button_that_shows_a_sign_has_words_for_screen_readers(qtbot, tmp_path
     signs = [button for button in window.findChildren(QAbstractButton) if button.text() and not has_word(button.text())]
     assert {"★", "−", "+"} <= {button.text() for button in signs}
     assert not [(button.text(), button.toolTip()) for button in signs if not has_word(button.accessibleName())]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: AudioDialog(list, lambda: None, default_floor()),
+        lambda: NetworkDialog(lambda *_: None, Counts, str, DEFAULT_ADDRESSES, []),
+        lambda: PresetDialog(Patch()),
+    ],
+    ids=["audio", "network", "preset"],
+)
+def test_the_buttons_of_a_dialog_keep_their_keys_on_desktops_that_underline_them(qtbot, make):
+    """GNOME and KDE write "&Close": with the key of a field, too, Alt+C would close nothing."""
+    dialog = make()
+    qtbot.addWidget(dialog)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
+    for button in dialog.buttons.buttons():
+        button.setText(f"&{button.text().removeprefix('&')}")
+    show(qtbot, dialog)
+    with qtbot.waitSignal(dialog.rejected):
+        qtbot.keyClick(dialog, Qt.Key.Key_C, Qt.KeyboardModifier.AltModifier)
 
 
 def has_word(text):

@@ -150,7 +150,7 @@ class PresetDialog(QDialog):
         form.setVerticalSpacing(theme.GRID)
         for name, field in (
             ("&Title", self.title),
-            ("&Comment", self.comment),
+            ("Co&mment", self.comment),
             ("Ta&gs", self.tags),
             ("&Author", self.author),
         ):

@@ -73,9 +73,9 @@ class AudioDialog(QDialog):
         form = QFormLayout()
         form.setHorizontalSpacing(2 * theme.GRID)
         form.setVerticalSpacing(theme.GRID)
-        for name, widget in (("&Cards", self.cards), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
+        for name, widget in (("Car&ds", self.cards), ("&Rate", self.rate), ("&Block", self.block), ("", self.length)):
             form.addRow(name, widget)
-        form.addRow("&Accelerometers", self.accelerometers)
+        form.addRow("Acce&lerometers", self.accelerometers)
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Apply | QDialogButtonBox.StandardButton.Close)
         self.buttons.button(QDialogButtonBox.StandardButton.Apply).clicked.connect(self._apply)
         self.buttons.rejected.connect(self.reject)

@@ -19,7 +19,7 @@ ROWS = (
     ("tuio", "TUIO &1.1 to", "Contacts as cursors, 60 times a second, for tables, screens and game engines."),
     ("tuio2", "TUIO &2.0 to", "The same as pointers, with force as pressure: 1 is 1000 N."),
     ("send", "&Messages to", "OSC: contacts in metres and newtons, steps, health, marks."),
-    ("listen", "&Cues at", "OSC: other programs play presets on tiles, set values, mark, silence."),
+    ("listen", "C&ues at", "OSC: other programs play presets on tiles, set values, mark, silence."),
     ("serial_marks", "Marks &from", "A serial line: each line of text, or single byte of a trigger, is a mark."),
 )
 HINTS = {"serial_marks": "A serial port, as /dev/ttyUSB0 or COM3; 115,200 baud"}
