@@ -27,6 +27,7 @@ THEMES = {"dark": "Dark", "light": "Light", "system": "As the system"}
 """Names of the colour themes."""
 TEXT_SIZES = (100, 115, 130, 150)
 """Percent. Everything scales with the text."""
+RECENT_FILES = 8
 
 
 class Settings(msgspec.Struct):
@@ -89,29 +90,44 @@ class Settings(msgspec.Struct):
     @staticmethod
     def load(folder: Path) -> "Settings":
         """Load the settings in `folder`; the defaults if there are none, or they cannot be read."""
+        return Settings.read(folder) or Settings()
+
+    @staticmethod
+    def read(folder: Path) -> "Settings | None":
+        """Return the settings in `folder`; None if there are none, or they cannot be read."""
         try:
             return msgspec.json.decode(read_file(folder / "settings.json"), type=Settings)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError):
-            return Settings()
+            return None
 
     def save(self, folder: Path) -> None:
         """Save the settings in `folder`, creating it if needed."""
-        Settings.write(self.encoded(), folder)
-
-    def encoded(self) -> bytes:
-        """Return the settings as their file has them."""
-        return msgspec.json.format(msgspec.json.encode(self), indent=1)
-
-    @staticmethod
-    def write(encoded: bytes, folder: Path) -> None:
-        """Write encoded settings in `folder`, creating it if needed."""
         folder.mkdir(parents=True, exist_ok=True)
-        write_file(folder / "settings.json", encoded)
+        write_file(folder / "settings.json", msgspec.json.format(msgspec.json.encode(self), indent=1))
+
+    def copy(self) -> "Settings":
+        """Return a copy that shares no list with these settings."""
+        return msgspec.json.decode(msgspec.json.encode(self), type=Settings)
+
+    def added_to(self, there: "Settings", before: "Settings") -> "Settings":
+        """Return the settings `there`, with what was changed in these since they were those `before`.
+
+        >>> both, mine, theirs = Settings(recent=["a"]), Settings(recent=["b", "a"], level_db=-3.0), Settings()
+        >>> theirs.recent, theirs.theme = ["c", "a"], "light"
+        >>> made = mine.added_to(theirs, both)
+        >>> made.recent, made.level_db, made.theme
+        (['b', 'c', 'a'], -3.0, 'light')
+        """
+        names = Settings.__struct_fields__
+        merged = {name: _merged(*(getattr(one, name) for one in (before, self, there))) for name in names}
+        made = msgspec.structs.replace(there, **merged)
+        del made.recent[RECENT_FILES:]
+        return made
 
     def remember_file(self, path: Path) -> None:
         """Put a file at the head of the recent ones."""
         self.folder = str(path.parent)
-        self.recent = [str(path), *(known for known in self.recent if known != str(path))][:8]
+        self.recent = [str(path), *(known for known in self.recent if known != str(path))][:RECENT_FILES]
 
     def forget_file(self, path: Path) -> None:
         """Remove a file that is gone from the recent ones."""
@@ -139,3 +155,17 @@ class Settings(msgspec.Struct):
     @window_bytes.setter
     def window_bytes(self, data: bytes) -> None:
         self.geometry = base64.b64encode(data).decode()
+
+
+def _merged(before: object, mine: object, theirs: object) -> object:
+    """Return a value of another window with this window's changes; lists and tables by their parts."""
+    if mine == before:
+        return theirs
+    if isinstance(before, list) and isinstance(mine, list) and isinstance(theirs, list):
+        new = [one for one in mine if one not in before]
+        others = [one for one in theirs if one not in before and one not in mine]
+        return [*new, *others, *(one for one in mine if one in theirs and one not in new)]
+    if isinstance(before, dict) and isinstance(mine, dict) and isinstance(theirs, dict):
+        kept = {name: value for name, value in theirs.items() if name in mine or name not in before}
+        return kept | {name: value for name, value in mine.items() if before.get(name) != value}
+    return mine

@@ -14,13 +14,16 @@ LOOK_MS = 2000
 
 
 class SettingsFile(QObject):
-    """Loads the `settings` in `folder`, and writes them after changes; `notify` receives errors."""
+    """Loads the `settings` in `folder`, and writes their changes; what other windows change there stays.
+
+    `notify` receives errors.
+    """
 
     def __init__(self, folder: Path, notify: Callable[[str], None], parent: QObject) -> None:
         super().__init__(parent)
         self.settings = Settings.load(folder)
         self._folder, self._notify = folder, notify
-        self._written = self.settings.encoded()
+        self._last_seen = self._last_written = self.settings.copy()
         self._writer = ThreadPoolExecutor(1, "settings")
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK_MS)
@@ -29,9 +32,9 @@ class SettingsFile(QObject):
 
     def save(self) -> None:
         """Write the settings now."""
-        self._written = self.settings.encoded()
+        self._last_seen = self.settings.copy()
         try:
-            self._writer.submit(Settings.write, self._written, self._folder).result()
+            self._writer.submit(self._write, self._last_seen).result()
         except (UnderfootError, OSError) as error:
             self._notify(str(error))
 
@@ -43,6 +46,13 @@ class SettingsFile(QObject):
 
     def _write_changes(self) -> None:
         """Write changes, in a thread because disks can be slow; an error is reported when the window closes."""
-        if self._written != (encoded := self.settings.encoded()):
-            self._written = encoded
-            self._writer.submit(Settings.write, encoded, self._folder)
+        if self._last_seen != self.settings:
+            self._last_seen = self.settings.copy()
+            self._writer.submit(self._write, self._last_seen)
+
+    def _write(self, settings: Settings) -> None:
+        """Write what has changed since the last time; all of it where the file is gone. Runs in the thread."""
+        there = Settings.read(self._folder)
+        made = settings if there is None else settings.added_to(there, self._last_written)
+        made.save(self._folder)
+        self._last_written = settings

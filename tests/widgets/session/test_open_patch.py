@@ -1,6 +1,7 @@
 """The open patch: its file, its folder, the question before it is lost, and its copy that survives a crash."""
 
 import json
+from pathlib import Path
 
 import pytest
 from on_screen import show
@@ -145,6 +146,21 @@ def test_settings_are_in_their_file_while_the_window_is_open(qtbot, tmp_path):
     qtbot.waitUntil(lambda: Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")], timeout=LONG_MS)
     window.close()
     assert Settings.load(tmp_path).recent == [str(tmp_path / "hiss.json")]
+
+
+def test_settings_of_two_windows_are_kept(qtbot, tmp_path):
+    paths = [str(tmp_path / f"{name}.json") for name in ("first", "second", "third")]
+    one, two = quiet_window(qtbot, tmp_path), quiet_window(qtbot, tmp_path)
+    for window, path in zip((one, two, one), paths, strict=True):
+        window.settings.remember_file(Path(path))
+        qtbot.waitUntil(lambda path=path: path in Settings.load(tmp_path).recent)
+    one.settings.theme = "light"
+    two.settings.stars = ["gravel.json"]
+    two.settings.forget_file(Path(paths[1]))
+    one.close()
+    two.close()
+    kept = Settings.load(tmp_path)
+    assert (kept.recent, kept.theme, kept.stars) == ([paths[2], paths[0]], "light", ["gravel.json"])
 
 
 def test_two_windows_keep_their_work_apart(tmp_path):
