@@ -143,6 +143,9 @@ class Canvas(EditableView):
         menu.setActiveAction(menu.actions()[0])
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        if self._is_held():
+            self._cancel_drag()  # a menu would take the release of the left button
+            return
         place, scene = self.mapToScene(event.pos()), self.patch_scene
         if event.reason() == QContextMenuEvent.Reason.Keyboard and (asked := scene.selected()):
             # The key's own place is the middle of the view, whatever lies there.
@@ -263,6 +266,9 @@ class Canvas(EditableView):
         if self._pan is not None:
             self._pan = None
             self.viewport().unsetCursor()
+            if not self._is_held():
+                return
+        if event.button() != Qt.MouseButton.LeftButton:
             return
         if self._dragged_wire is not None:
             self._drop_wire(event.position().toPoint())
@@ -371,6 +377,11 @@ class Canvas(EditableView):
         """Return whether a drag, an editor or a list is active."""
         nodes = self.patch_scene.nodes.values()
         return self._dragged_wire is not None or self._is_dragging() or any(node.shows_all_ports for node in nodes)
+
+    def _is_held(self) -> bool:
+        """Return whether the left button holds a wire, a group or a node."""
+        held = self._dragged_wire, self._dragged_group, self.patch_scene.mouseGrabberItem()
+        return any(one is not None for one in held)
 
     def _is_dragging(self) -> bool:
         return self._dragged_group is not None or (

@@ -333,7 +333,7 @@ class EditableView(PatchView):
         if not members:
             return
         try:
-            after = grouped(self.document.patch, members)
+            after = grouped(self.document.patch, members, within=self.inside)
         except SplitGroup as error:
             cut = next(group for group in self.document.patch.groups if group.id in error.ids)
             self.show_message(f"It would hold a part of the group “{cut.title or 'Group'}”; take all of it, or nothing")
@@ -400,7 +400,7 @@ class EditableView(PatchView):
         id = self._frame_around(chosen)
         try:
             if not id:
-                patch = grouped(patch, self._members())
+                patch = grouped(patch, self._members(), within=self.inside)
                 id = next(iter({g.id for g in patch.groups} - {g.id for g in self.document.patch.groups}))
         except BadValue:
             self.show_message("Select what to collapse: whole groups, or nodes of one group")

@@ -8,12 +8,15 @@ from underfoot.patch.groups import Group, chain, check_members, innermost, witho
 from underfoot.patch.patch import Patch
 
 
-def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey") -> Patch:
-    """Return the patch with a group around these nodes and notes; `SplitGroup` if it would split another one."""
+def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str = "grey", within: str = "") -> Patch:
+    """Return the patch with a group around these nodes and notes, in the group `within` even if they are all of it;
+    `SplitGroup` if it would split another one.
+    """
     ids = {one.id for one in patch.canvas_items()}
     chosen = tuple(dict.fromkeys(member for member in members if member in ids))
-    inside = [i for i, group in enumerate(patch.groups) if set(group.members) <= set(chosen)]
-    at = min(inside, default=len(patch.groups))
+    around = chain(patch.groups, within)
+    inner = (i for i, one in enumerate(patch.groups) if one.id not in around and set(one.members) <= set(chosen))
+    at = min(inner, default=len(patch.groups))
     group = Group(patch.free_id("group"), chosen, title, colour)
     groups = (*patch.groups[:at], group, *patch.groups[at:])
     check_members(groups, ids)

@@ -367,6 +367,18 @@ def test_a_sub_patch_opens_on_its_leftmost_node_and_the_way_out_leads_to_the_for
     assert (seen().center() - before).manhattanLength() < 4.0
 
 
+@pytest.mark.parametrize("key", [Qt.Key.Key_G, Qt.Key.Key_E])
+def test_all_that_is_in_a_sub_patch_is_grouped_within_it(row, key):
+    collapse(row, "through", "through1")
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    for one in (Qt.Key.Key_A, key):
+        QTest.keyClick(row.canvas, one, CONTROL)
+    scene = row.canvas.patch_scene
+    assert list(scene.group_frames if key == Qt.Key.Key_G else scene.group_nodes) == ["group1"]
+    QTest.mouseClick(row.canvas.breadcrumbs.buttons[0], LEFT)
+    assert list(scene.group_nodes) == ["group"]
+
+
 def test_what_is_added_inside_belongs_there(row):
     block = collapse(row, "through", "through1")
     QTest.mouseDClick(row.canvas.viewport(), LEFT, NONE, in_view(row, block.sceneBoundingRect().center()))
