@@ -24,18 +24,26 @@ def grouped(patch: Patch, members: Iterable[str], title: str = "", colour: str =
 
 
 def put_into(patch: Patch, members: Collection[str], id: str) -> Patch:
-    """Return the patch with nodes and notes in this group and those that contain it, and in no other.
+    """Return the patch with nodes and notes in this group, in those that contain it, and in groups that are put into it
+    whole; in no other.
 
-    Groups that become empty are removed.
+    >>> from underfoot.nodes import REGISTRY
+    >>> patch = Patch().add("gain", REGISTRY).add("mix", REGISTRY).add("noise", REGISTRY)
+    >>> patch = grouped(grouped(patch, ["gain"]), ["mix", "noise"])
+    >>> [group.members for group in put_into(patch, ["mix", "noise"], "group").groups]
+    [('gain', 'mix', 'noise'), ('mix', 'noise')]
+    >>> [group.members for group in put_into(patch, ["mix"], "group").groups]
+    [('gain', 'mix'), ('noise',)]
     """
-    around = set(chain(patch.groups, id))
-    groups: list[Group] = []
+    around, groups, whole = set(chain(patch.groups, id)), list[Group](), list[Group]()
     for group in patch.groups:
         if group.id in around:
             groups.append(msgspec.structs.replace(group, members=tuple(dict.fromkeys((*group.members, *members)))))
+        elif set(group.members) <= set(members):
+            whole.append(group)
         else:
             groups += without([group], members)
-    return msgspec.structs.replace(patch, groups=tuple(groups))
+    return msgspec.structs.replace(patch, groups=(*groups, *whole))
 
 
 def taken_out(patch: Patch, members: Collection[str], id: str) -> Patch:

@@ -295,6 +295,19 @@ def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
 # --- sub-patches ---
 
 
+def test_a_frame_and_a_sub_patch_are_pasted_into_a_sub_patch_as_they_are(chain):
+    for ids, keys in ((["hum"], "E"), (["group1", "through", "through1"], "CE")):
+        chain.canvas.patch_scene.select(ids)
+        for key in keys:
+            QTest.keyClick(chain.canvas, key, CONTROL)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_Return)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_V, CONTROL)
+    scene = chain.canvas.patch_scene
+    assert [frame.shown_group.title for frame in scene.group_frames.values()] == ["Chain"] * 2
+    assert len(scene.group_nodes) == 2
+    assert chain.document.stack.undoText() == "Paste 3 nodes"
+
+
 def test_collapsed_it_is_one_node_with_the_ports_of_the_wires_across_its_border(row):
     before = row.patch()
     block = collapse(row, "through", "through1")
