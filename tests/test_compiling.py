@@ -33,6 +33,17 @@ def test_what_is_compiled_is_told_and_what_is_loaded_is_not(monkeypatch, tmp_pat
     assert said[1] == ""
 
 
+def test_what_is_compiled_is_told_once_and_not_for_as_long_as_a_session_lasts(monkeypatch, tmp_path, capfd, until):
+    """A floor that was served wrote that line every five seconds, for weeks."""
+    monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path))
+    monkeypatch.setattr("underfoot.commands.compiling._EVERY_S", 0.01)
+    said = []
+    with report_compiling():
+        _kernel()(np.ones(3))
+        until(lambda: said.extend(capfd.readouterr().err.splitlines()) or "underfoot: 1 kernel" in str(said[-1:]))
+    assert capfd.readouterr().err == ""
+
+
 def test_a_cache_that_cannot_be_written_is_told(monkeypatch, tmp_path, capfd):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("UNDERFOOT_CACHE", str(tmp_path / "file"))

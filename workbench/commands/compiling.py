@@ -34,7 +34,7 @@ def report_compiling(request: "Callable[[], CompileRequest] | None" = None) -> I
             reporter.start()
 
         def on_end(self, event: event.Event) -> None:
-            reporter.count += 1
+            reporter.end()
 
     try:
         with event.install_listener("numba:compile", CompileListener()):
@@ -45,20 +45,24 @@ def report_compiling(request: "Callable[[], CompileRequest] | None" = None) -> I
 
 @dataclass
 class _CompileReporter:
-    """A line on standard error that is written anew as time goes by."""
+    """A line on standard error that is written anew as time goes by, until what was begun is compiled."""
 
     request: "Callable[[], CompileRequest] | None"
+    begun: int = 0
     count: int = 0
-    _began: float = 0.0
+    _began_s: float = 0.0
+    _ended_s: float = 0.0
     _compiler: "ChildProcess | None" = None
     _thread: threading.Thread | None = None
     _done: threading.Event = field(default_factory=threading.Event)
 
     def start(self) -> None:
-        """Note that the first kernel is being compiled."""
+        """Note that a kernel is being compiled."""
+        if self.count == self.begun:
+            self._began_s += time.monotonic() - self._ended_s
+        self.begun += 1
         if self._thread is not None:
             return
-        self._began = time.monotonic()
         if self.request is not None:
             from underfoot.engine.child_process import ChildProcess
 
@@ -66,6 +70,11 @@ class _CompileReporter:
             self._compiler.send(self.request())
         self._thread = threading.Thread(target=self._tell, name="compiling", daemon=True)
         self._thread.start()
+
+    def end(self) -> None:
+        """Note that a kernel was compiled."""
+        self._ended_s = time.monotonic()
+        self.count += 1
 
     def stop(self) -> None:
         """Note that the block has ended."""
@@ -79,9 +88,13 @@ class _CompileReporter:
     def _tell(self) -> None:
         again = "\r" if sys.stderr.isatty() else ""
         print("underfoot: first use: compiling kernels, which takes up to a minute", file=sys.stderr, flush=True)
+        told = 0
         while not self._done.wait(_EVERY_S if again else 5 * _EVERY_S):
-            self._line(again, "" if again else "\n")
-        self._line(again, "\n")
+            if told < self.begun:  # a session goes on for weeks
+                told = self.count
+                self._line(again, "" if again and told < self.begun else "\n")
+        if told < self.begun:
+            self._line(again, "\n")
         folder = cache_folder()
         if not os.access(folder, os.W_OK):  # which the first kernel would have made
             kept = f"kernels cannot be kept in {folder}, so each time they are compiled"
@@ -89,5 +102,6 @@ class _CompileReporter:
 
     def _line(self, begin: str, end: str) -> None:
         kernels = counted(self.count, "kernel")
-        text = f"underfoot: {kernels} compiled in {time.monotonic() - self._began:.0f} s"
+        until_s = time.monotonic() if self.count < self.begun else self._ended_s
+        text = f"underfoot: {kernels} compiled in {until_s - self._began_s:.0f} s"
         print(f"{begin}{text}", end=end, file=sys.stderr, flush=True)
