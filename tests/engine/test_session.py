@@ -196,6 +196,16 @@ def test_a_compiler_that_fails_again_and_again_takes_no_restart_from_the_engine(
         assert playing.of(OutputChanged) == []
 
 
+def test_an_engine_that_stands_still_is_started_again_and_the_reason_is_told(playing, monkeypatch):
+    """A sound server that stopped was told as signal 9, which was Underfoot's own."""
+    playing.play(4_800)
+    monkeypatch.setattr("underfoot.engine.engine_supervisor.STALL_S", 2.0)
+    os.kill(playing.session.pids["engine"], signal.SIGSTOP)
+    playing.started()
+    (lost,) = playing.of(ProcessDied)
+    assert lost.reason == "nothing was played for 2 s; look whether the sound card and its server answer"
+
+
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):
     session = playing.session
     playing.until(lambda: "compiler" in session.pids)

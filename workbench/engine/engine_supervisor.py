@@ -22,6 +22,7 @@ class EngineSupervisor:
         self._engine: ChildProcess | None = None
         self._standby = standby
         self._played = self._moved = (time.monotonic(), 0)  # time and frame last played; of the last change
+        self._stalled = False  # whether the engine was killed because it stood still
 
     @property
     def pids(self) -> dict[str, int]:
@@ -66,6 +67,7 @@ class EngineSupervisor:
             self._moved = (now, frame)
         elif now - self._moved[0] > STALL_S and self._engine is not None:
             self._engine.kill()
+            self._stalled = True
 
     @property
     def has_died(self) -> bool:
@@ -77,7 +79,9 @@ class EngineSupervisor:
         assert self._engine is not None
         self._memory.status.stopped()
         reason = self._engine.end(END_S)
-        self._engine = None
+        if self._stalled:
+            reason = f"nothing was played for {STALL_S:g} s; look whether the sound card and its server answer"
+        self._engine, self._stalled = None, False
         return reason
 
     def replace(self) -> None:
