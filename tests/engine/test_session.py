@@ -14,7 +14,7 @@ from made_patches import hum, patch_of, rough_step, stepped_bank
 
 from underfoot.clock import FADE
 from underfoot.engine.commands import Level, Panic, PressTile, Pulse, Set, Strike, Swap, Tare, Walk
-from underfoot.engine.reports import Notice, Outlines, OutputChanged, Preview, ProcessDied
+from underfoot.engine.reports import Notice, Outlines, OutputChanged, PatchRefused, Preview, ProcessDied
 from underfoot.engine.safety import PANIC
 from underfoot.engine.session_replay import replay
 from underfoot.errors import BadValue
@@ -194,6 +194,22 @@ def test_a_compiler_that_fails_again_and_again_takes_no_restart_from_the_engine(
         os.kill(playing.session.pids["engine"], signal.SIGKILL)
         playing.started(2)
         assert playing.of(OutputChanged) == []
+
+
+def test_a_patch_whose_compiler_is_given_up_is_refused(until, monkeypatch):
+    """A cue or a stimulus waited for it for ever."""
+    monkeypatch.setattr("underfoot.engine.session.MOST_DEATHS", 0)
+    with live(hum(), until) as playing:
+        playing.complete()
+        os.kill(playing.session.pids["compiler"], signal.SIGSTOP)  # so that it does not answer before it dies
+        playing.session.edit(patch_of(("noise.out", "tile-output.acceleration")))
+        os.kill(playing.session.pids["compiler"], signal.SIGKILL)
+        playing.until(lambda: playing.of(PatchRefused), "it is refused")
+        (refused,) = playing.of(PatchRefused)
+        reason = "the compiler fails again and again, the last time with signal 9"
+        assert refused.text == f"the patch is not played: {reason}"
+        playing.session.edit(hum(tone=SINE).set("tone", "harmonics", (1.0, 0.5), REGISTRY))
+        playing.done(Swap)
 
 
 def test_an_engine_that_stands_still_is_started_again_and_the_reason_is_told(playing, monkeypatch):

@@ -486,7 +486,14 @@ class Session:
         allowed = self._restarts[name].allows_after_death()
         self._reports.append(ProcessDied(name, reason, allowed))
         if not allowed:
-            line = f"the {name} fails again and again; it is not started any more: {reason}"
-            silent = OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
-            self._reports.append(silent if name == "engine" else Notice(line))
+            self._reports.append(self._given_up(name, reason))
         return allowed
+
+    def _given_up(self, name: str, reason: str) -> Notice:
+        """Return the report of a process that is not started again."""
+        line = f"the {name} fails again and again; it is not started any more: {reason}"
+        if name == "engine":
+            return OutputChanged(line, NOTHING, "the engine has failed; choose the target again")
+        if name == "compiler" and not self._is_compiled:
+            return PatchRefused.because(f"the compiler fails again and again, the last time with {reason}")
+        return Notice(line)
