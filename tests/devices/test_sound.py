@@ -112,7 +112,8 @@ def test_without_a_sound_card_the_session_goes_on_and_says_so_once(until, monkey
         assert playing.of(Notice) == []
 
 
-def test_a_sound_card_that_goes_away_does_not_end_the_session(null_sink, until):
+def test_a_sound_card_that_goes_away_does_not_end_the_session(null_sink, until, capfd):
+    """PortAudio and ALSA wrote six lines to the terminal every two seconds until it was back."""
     with live(hum(), until, sound="", latency_s=BUFFER_S) as playing:
         assert playing.started().where == "sound card"
         playing.play(9_600)
@@ -125,6 +126,7 @@ def test_a_sound_card_that_goes_away_does_not_end_the_session(null_sink, until):
         assert len(playing.of(Started)) == 1
         assert len(playing.of(Notice)) == 1
         assert playing.session.health.stream_latency_s == 0.0
+    assert capfd.readouterr().err == ""
 
 
 def test_a_sound_card_that_comes_back_is_heard_again_in_a_ramp(null_sink, until):

@@ -44,6 +44,8 @@ def run(connection: Connection) -> None:
         rehearsed = None
         while isinstance(message := connection.recv(), StandBy):
             rehearsed = _rehearse(message.setup)
+        if message.target.sound is not None:
+            _drop_library_messages()
         Engine(connection, message, rehearsed).run()
     except UnderfootError as error:
         connection.send(Notice(f"the engine stopped: {error}"))
@@ -122,6 +124,18 @@ class Engine:
 
     def _notify(self, notice: Notice) -> None:
         self.listener.notices.append(notice)
+
+
+def _drop_library_messages() -> None:
+    """Drop what PortAudio and ALSA write to standard error at each attempt to open a card, and at each underrun.
+
+    What matters of it is reported. Python's errors go where they went.
+    """
+    if sys.stderr is not None:
+        nowhere, errors = os.open(os.devnull, os.O_WRONLY), os.dup(sys.stderr.fileno())
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+        sys.stderr = os.fdopen(errors, "w", buffering=1, errors="backslashreplace")
 
 
 def _rehearse(setup: Setup) -> Setup | None:
