@@ -275,6 +275,20 @@ def test_what_a_full_disk_refuses_at_the_end_is_told(rings, record, until):
     assert "a.uf is not recorded any further" in said
 
 
+def test_a_recorder_that_is_lost_while_it_ends_is_told(rings, record, until):
+    """The file was called saved, whatever it lacked."""
+    recorder = record()
+    until(lambda: recorder.receive() or recorder.has_begun)
+    os.kill(recorder.pid, signal.SIGSTOP)
+    rings.write(4_800)
+    recorder.end(4_800)
+    assert not recorder.has_ended()
+    os.kill(recorder.pid, signal.SIGKILL)
+    until(recorder.has_ended)
+    line = f"{recorder.path} is not recorded to the end: the recorder was lost: signal 9"
+    assert recorder.last_notices == [line]
+
+
 # --- in a session ---
 
 

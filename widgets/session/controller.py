@@ -1,5 +1,6 @@
 """The session of the window: its target, whether its output is open, its level, and its recording."""
 
+import sys
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -88,6 +89,7 @@ class SessionController(QObject):
         self._is_recording = False
         self.target_is_locked = False
         self.target_locked.connect(self._set_locked)
+        self._opener.noted.connect(self.notified)
         self._opener.closed.connect(self._open)
         self._opener.opened.connect(self._use_session)
         self._opener.failed.connect(self._fall_back)
@@ -212,7 +214,8 @@ class SessionController(QObject):
         self._opener.close()
         session, self.session = self.session, None
         if session is not None:
-            session.close()
+            for line in session.close():
+                print(f"underfoot: {line}", file=sys.stderr, flush=True)
 
     @property
     def played_s(self) -> float:

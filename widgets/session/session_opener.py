@@ -24,6 +24,8 @@ class SessionOpener(QObject):
     """The `Session`, which is starting."""
     failed = Signal(str)
     """Why the target cannot be used."""
+    noted = Signal(str)
+    """What kept the recording of a session that was closed from being whole."""
     closed = Signal()
     """The session passed to `end` is closed, and its devices are free."""
 
@@ -62,7 +64,8 @@ class SessionOpener(QObject):
         """Close a session; `closed` follows."""
 
         def close() -> None:
-            session.close()
+            for line in session.close():
+                self.noted.emit(line)
             self.closed.emit()
 
         self._run(close, "close session")

@@ -177,20 +177,21 @@ class Recorder:
             self._process.send(self._end)
 
     def has_ended(self, within_s: float = 0.0) -> bool:
-        """Return whether the file is closed, after `end`. Wait up to `within_s`; then the process is killed.
-
-        A process that is not loaded yet gets that time twice: to load, and to write.
+        """Return whether the file is closed, after `end`. Wait up to `within_s`; a process that is not ready then gets
+        as long again to close the file, and is killed.
         """
-        until = time.monotonic() + within_s
-        while self._readers and self._process.is_alive:
+        until, is_alive = time.monotonic() + within_s, True
+        while is_alive:
+            is_alive = self._process.is_alive  # before its last messages are taken
             self.last_notices += self.receive()
-            if not self._readers or time.monotonic() >= until:
+            if time.monotonic() >= until:
                 break
             wait_for_any([self._process], _LOOK_S)
-        if within_s == 0.0 and self._process.is_alive:
+        if within_s == 0.0 and is_alive:
             return False
-        self.last_notices += self.receive()
-        self._process.end(within_s)
+        reason = self._process.end(within_s)
+        if reason != "exit status 0":
+            self.last_notices.append(f"{self.path} is not recorded to the end: the recorder was lost: {reason}")
         return True
 
     def _start(self) -> None:

@@ -135,16 +135,17 @@ class Session:
         self._waits_for_recorder = self._recorder is not None
         self._start_engine()
 
-    def close(self) -> None:
-        """Ramp down, end the processes, and release the shared memory."""
+    def close(self) -> list[str]:
+        """Ramp down, end the processes, and release the shared memory; return what `stop_recording` does."""
         if self._closed:
-            return
+            return []
         self._closed = True
         atexit.unregister(self.close)
-        self.stop_recording()
+        said = self.stop_recording()
         self._engine.close()
         self._compiler.close()
         self.memory.close()
+        return said
 
     def poll(self) -> list[Report]:
         """Return the reports since the last call, and restart processes that have died."""

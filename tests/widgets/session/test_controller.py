@@ -58,6 +58,33 @@ def test_a_recording_that_fails_is_not_shown_as_going_on(controller, qtbot, tmp_
     assert any(line.startswith(f"{path} is not recorded any further: ") for line in said)
 
 
+@pytest.fixture
+def refused(controller, qtbot, tmp_path, monkeypatch):
+    """The file of a recording whose end the disk will refuse; `controller` has begun it."""
+    resource = pytest.importorskip("resource", reason="this system cannot limit the size of files")
+    monkeypatch.setattr("underfoot.widgets.session.controller.platformdirs.user_documents_dir", lambda: str(tmp_path))
+    with qtbot.waitSignals([controller.opened, controller.bridge.started], timeout=LONG_MS):
+        controller.start()
+    controller.record(True)
+    path = controller.session.recording
+    qtbot.waitUntil(path.exists, timeout=LONG_MS)
+    resource.prlimit(controller.session.pids["recorder"], resource.RLIMIT_FSIZE, (1, resource.RLIM_INFINITY))
+    return path
+
+
+def test_what_a_disk_refuses_of_a_recording_that_another_target_ends_is_told(controller, refused, qtbot):
+    said = []
+    controller.notified.connect(said.append)
+    with qtbot.waitSignal(controller.released, timeout=LONG_MS):
+        controller.release()
+    assert any(line.startswith(f"{refused} is not recorded any further: ") for line in said)
+
+
+def test_what_a_disk_refuses_of_a_recording_that_the_end_of_the_window_ends_is_printed(controller, refused, capfd):
+    controller.close()
+    assert f"underfoot: {refused} is not recorded any further: " in capfd.readouterr().err
+
+
 def test_the_target_is_released_and_opened_again(controller, qtbot):
     with qtbot.waitSignal(controller.opened, timeout=LONG_MS):
         controller.start()
