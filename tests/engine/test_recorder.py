@@ -346,6 +346,21 @@ def test_somebody_else_may_write_between_what_a_writer_reads_and_what_it_writes(
         np.testing.assert_array_equal(recording.vibration()[1], expected(0, 960))
 
 
+def test_marks_of_one_text_at_one_frame_are_all_there_and_none_twice_where_a_writer_goes_on(tmp_path):
+    """Of several triggers within a block one was kept; what a recorder that died may not have written comes again."""
+    path = tmp_path / "a.uf"
+    writer = Writer(path, ABOUT)
+    for text in ("hit", "hit", "hit"):
+        writer.mark(480, text)
+    writer.close()
+    resumed = Writer(path, ABOUT, resume=True)
+    for text in ("hit", "hit", "miss", "miss"):
+        resumed.mark(480, text)
+    resumed.close()
+    with Recording(path) as recording:
+        assert [mark.text for mark in recording.marks()] == ["hit"] * 3 + ["miss"] * 2
+
+
 def test_a_recording_that_cannot_be_made_is_told_and_ends(until, tmp_path):
     with live(stepped_bank(), until, record=tmp_path / "none" / "a.uf", start=False) as playing:
         playing.until(lambda: playing.of(Notice), "it is told")

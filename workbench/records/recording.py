@@ -10,6 +10,7 @@ import json
 import math
 import os
 import sqlite3
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
@@ -68,6 +69,7 @@ class Writer:
             self._base = sqlite3.connect(path, isolation_level=None, timeout=_LOCKED_S)
             self._base.execute("pragma journal_mode = wal")
             self._base.execute("pragma synchronous = normal")
+            self._repeated = Counter[tuple[int, str]](self._base.execute("select frame, text from mark").fetchall())
         except (sqlite3.Error, OSError) as error:
             raise BadFile(f"{path} cannot be written: {error}") from None
         self._path = path
@@ -128,10 +130,11 @@ class Writer:
         self._base.execute("delete from envelope where first >= ? and source != 'force'", (end,))
 
     def mark(self, frame: int, text: str) -> None:
-        """Add a mark at a session frame, unless it exists."""
+        """Add a mark at a session frame; one that was in the file when it was continued may come again, and is not."""
         self._begin()
-        known = self._base.execute("select 1 from mark where frame = ? and text = ?", (frame, text)).fetchone()
-        if known is None:
+        if self._repeated[frame, text]:
+            self._repeated[frame, text] -= 1
+        else:
             self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
 
     @property
