@@ -32,6 +32,11 @@ def test_an_order_that_is_none_is_refused_and_moves_nothing(line):
     assert (servo.is_moving, servo.moves, servo.position) == (False, [], 0.0)
 
 
+def test_a_port_belongs_to_one(plate, emulated):
+    with pytest.raises(DeviceError, match="another program has it"):
+        Plate(emulated.name, CALIBRATION)
+
+
 def test_it_goes_where_it_is_wanted_in_the_same_time_for_every_distance(plate, emulated, until):
     for stiffness in (90.0, 90.0, 160.0):
         plate.request_stiffness(stiffness)

@@ -288,6 +288,17 @@ def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):
     until(lambda: "marks cannot be read" in server.problem)
 
 
+def test_a_serial_port_of_marks_belongs_to_one(serve):
+    """Two programs got some of the marks each, and pieces of others."""
+    pty = pytest.importorskip("pty")
+    far, near = pty.openpty()
+    serve(serial_marks=os.ttyname(near))
+    with pytest.raises(DeviceError, match="another program has it"):
+        serve(serial_marks=os.ttyname(near))
+    os.close(near)
+    os.close(far)
+
+
 def test_a_serial_port_that_is_not_there_is_said(serve):
     with pytest.raises(DeviceError, match="nowhere"):
         serve(serial_marks="/dev/nowhere")

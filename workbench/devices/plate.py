@@ -207,4 +207,4 @@ def _opened(port: str, clock: Callable[[], float]) -> "serial.Serial | Simulated
     if port == SIMULATED:
         return SimulatedServo(clock)
     with opening(f"the plate at {port} cannot be opened"):
-        return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0)
+        return serial.Serial(port, BAUD, timeout=0.0, write_timeout=1.0, exclusive=True)

@@ -115,7 +115,7 @@ class SerialMarks:
         import serial
 
         with opening(f"marks cannot be read from {self._name}"):
-            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S)
+            return serial.Serial(self._name, BAUD, timeout=LINE_ENDS_S, exclusive=True)
 
     def _run(self) -> None:
         text = b""

@@ -68,7 +68,7 @@ def test_a_port_belongs_to_one():
     one, other = SerialTransport(sender.name), SerialTransport(sender.name)
     one.open()
     try:
-        with pytest.raises(DeviceError, match="cannot be opened"):
+        with pytest.raises(DeviceError, match="cannot be opened: another program has it"):
             other.open()
     finally:
         one.close()

@@ -188,6 +188,7 @@ def port_reason(error: Exception) -> str:
         2: "there is no such port",
         5: "it was unplugged",
         13: "it may not be opened" + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
+        11: "another program has it",  # has locked it
         16: "another program has it",
     }
     if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
