@@ -3,7 +3,9 @@
 import json
 import os
 import random
+import socket
 import struct
+import sys
 import time
 from contextlib import closing
 from functools import partial
@@ -268,6 +270,16 @@ def marked(server, until, count):
 
     until(hear)
     return found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the loopback has no broadcast address")
+def test_a_whole_network_is_sent_to(serve):
+    """As docs/hosts.md does: the system refused it, and nobody was told."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hears:
+        hears.bind(("", 0))
+        hears.settimeout(60.0)
+        serve(send=f"127.255.255.255:{hears.getsockname()[1]}")
+        assert b"/underfoot/contacts" in hears.recv(65536)
 
 
 def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):

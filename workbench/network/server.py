@@ -106,6 +106,7 @@ class NetworkServer:
         if plan.serial_marks:
             self._inlets.append(self._serial_marks(plan.serial_marks))
         self._out = _udp()
+        self._out.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)  # an address may be that of a whole network
         self._wake, self._woken = socket.socketpair()
         self._wake.setblocking(False)
         self._thread = threading.Thread(target=self._run, args=(floor, force_hz), name="network", daemon=True)
