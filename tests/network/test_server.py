@@ -3,12 +3,15 @@
 import json
 import os
 import random
+import shutil
 import socket
 import struct
+import subprocess
 import sys
 import time
 from contextlib import closing
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -280,6 +283,32 @@ def test_a_whole_network_is_sent_to(serve):
         hears.settimeout(60.0)
         serve(send=f"127.255.255.255:{hears.getsockname()[1]}")
         assert b"/underfoot/contacts" in hears.recv(65536)
+
+
+@pytest.mark.skipif(
+    not shutil.which("unshare") or subprocess.run(["unshare", "-rn", "ip", "link"], capture_output=True).returncode,
+    reason="this system makes no network without a way out",
+)
+def test_a_network_that_is_away_is_said_until_it_is_back():
+    """As where a cable is not plugged in yet."""
+    script = """if True:
+        import subprocess
+        from polling import Poll
+        from underfoot.floor.layout import default_floor
+        from underfoot.network.plan import NetworkPlan
+        from underfoot.network.server import NetworkServer
+        server = NetworkServer(NetworkPlan.of(send="127.0.0.1:9"), default_floor(), 48_000.0, 1000.0)
+        print(Poll()(lambda: server.problem))
+        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+        Poll()(lambda: not server.problem)
+        server.close()
+    """
+    command, helpers = (
+        ["unshare", "-rn", sys.executable, "-c", script],
+        {"PYTHONPATH": str(Path(__file__).parents[1] / "helpers")},
+    )
+    said = subprocess.run(command, env=os.environ | helpers, capture_output=True, text=True, check=True)
+    assert said.stdout == "nothing can be sent to 127.0.0.1:9: network is unreachable\n"
 
 
 def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):

@@ -1,5 +1,6 @@
 """The window serves its session: contacts of the floor under the mouse go out, cues are played and edit nothing."""
 
+import os
 from contextlib import closing
 
 import pytest
@@ -91,6 +92,17 @@ def test_panic_from_outside_is_shown_and_a_study_is_left_alone(window, served, c
     client.send_message(served, "/underfoot/mark", "m", 8)
     assert answer(client, qtbot, "/underfoot/refused", 8)[1] == LENT_MESSAGE
     window.controller.take_back()
+
+
+def test_a_line_of_marks_that_is_unplugged_is_said(window, qtbot):
+    """Only the dialog knew, where somebody opened it."""
+    pty = pytest.importorskip("pty")
+    far, near = pty.openpty()
+    window.network.apply({**window.settings.network_addresses, "serial_marks": os.ttyname(near)}, ["serial_marks"])
+    os.close(near)
+    os.close(far)
+    qtbot.waitUntil(lambda: window.status.message.startswith("Network: marks cannot be read from"), timeout=60_000)
+    window.network.apply({**window.settings.network_addresses}, [])
 
 
 def test_what_was_chosen_is_there_at_the_next_start(window, served, client, tmp_path):

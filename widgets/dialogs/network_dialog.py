@@ -134,5 +134,5 @@ class NetworkDialog(QDialog):
         counts = self._counts()
         sent, received, refused = (number(n, _DIGITS) for n in (counts.sent, counts.received, counts.refused))
         self.counters.setText(f"Sent {sent}   Cues received {received}   Refused {refused}")
-        last = f"Last refused: {counts.reason}" if counts.refused else counts.reason
+        last = f"Last refused: {counts.reason}" if counts.reason else ""
         self.refusal.setText(self._problem() or last)

@@ -33,7 +33,7 @@ class NetworkLink(QObject):
         self._player: CuePlayer | None = None
         self._counts: Counts | None = None
         self._reports: list[Report] = []
-        self._health_count = 0
+        self._health_count, self._told = 0, ""
         bridge = controller.bridge
         controller.opened.connect(self._open)
         bridge.reported.connect(self._reports.extend)
@@ -124,6 +124,10 @@ class NetworkLink(QObject):
         if self._server is not None and self._player is not None:
             self._player.tick(self._reports, LENT_MESSAGE if self._controller.is_lent else "")
         self._reports.clear()
+        if self._told != self.problem:
+            self._told = self.problem
+            if self._server is not None:
+                self._controller.notified.emit(f"Network: {self._told or 'all is sent and taken again'}.")
 
     def _send_forces(self, update: ForceUpdate) -> None:
         session = self._controller.session

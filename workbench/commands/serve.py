@@ -140,7 +140,7 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
             _say(line)
         if problem != server.problem:
             problem = server.problem
-            _say(problem or "marks are taken again")
+            _say(problem or "all is sent and taken again")
         player.tick(reports)
         frames, forces = session.force.read()
         health = session.health
@@ -157,7 +157,8 @@ def _run(session: "Session", server: "NetworkServer", patch: "Patch", options: S
     for line in finder.warnings():
         _say(line)
     counts = server.counts
-    _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused")
+    last = f", the last one because {counts.reason}" if counts.reason else ""
+    _say(f"{counts.sent} datagrams sent, {counts.received} cues received, {counts.refused} refused{last}")
 
 
 def _target(options: ServeOptions) -> "Target":

@@ -41,6 +41,8 @@ FRAME_HZ, IDLE_S = 60.0, 1.0
 """Rate at which contacts are sent, and interval of messages that there are none."""
 STALE_S = 0.5
 """Time without `show` after which there are no contacts, because the session has ended or hangs."""
+LASTING_S = 1.0
+"""Time for which nothing can be sent to an address until that is a problem: a busy system refuses single datagrams."""
 MOST_BYTES, MOST_DATAGRAMS_S, MOST_CUES_S, MOST_MARKS_S = 2048, 2000.0, 200.0, 200.0
 _BURST_S = 0.25  # length of a burst at each rate
 _HELLO_COSTS = 10.0  # its answer is long
@@ -94,12 +96,13 @@ class NetworkServer:
         self._sequence: int = before._sequence if before else 0
         self._hello = message(f"/{NAME}/hello", NAME, __version__, self._about(floor, force_hz))
         self._shown: tuple[float, float, Sequence[OngoingContact]] = (-math.inf, 0.0, ())
-        self._jobs: deque[Callable[[], None]] = deque(maxlen=_WAITING)
+        self._jobs: deque[Callable[[], object]] = deque(maxlen=_WAITING)
         self._cues: deque[Received] = deque(maxlen=_WAITING)
         self._was_empty, self._sent_s = False, -math.inf
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
         self._ended, self._released = False, threading.Event()
         self._problem = ""
+        self._failing: dict[Address, tuple[float, str]] = {}  # since when, and why
         self._lsl: LslStreams | None = None
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
@@ -124,7 +127,9 @@ class NetworkServer:
     @property
     def problem(self) -> str:
         """Parts of the plan that fail, with reasons; "" if none."""
-        return "; ".join(filter(None, (self._problem, *(inlet.problem for inlet in self._inlets))))
+        failing, now_s = tuple(self._failing.items()), time.monotonic()
+        unsent = (f"nothing can be sent to {to}: {why}" for to, (s, why) in failing if now_s - s > LASTING_S)
+        return "; ".join(filter(None, (self._problem, *unsent, *(inlet.problem for inlet in self._inlets))))
 
     # --- output ---
 
@@ -182,7 +187,7 @@ class NetworkServer:
         if sender is not None:
             self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
 
-    def _do(self, job: Callable[[], None]) -> None:
+    def _do(self, job: Callable[[], object]) -> None:
         """Run a job in the thread."""
         self._jobs.append(job)
         with suppress(OSError):  # enough bytes wait to wake it, or it has ended
@@ -249,15 +254,20 @@ class NetworkServer:
             self._lsl.contacts(contacts, self._lsl.now())
 
     def _send(self, datagram: bytes, to: Address) -> None:
-        self._send_by(self._out, datagram, (to.host, to.port))
+        why = self._send_by(self._out, datagram, (to.host, to.port))
+        if why:
+            self._failing.setdefault(to, (time.monotonic(), why))
+        else:
+            self._failing.pop(to, None)
 
-    def _send_by(self, way: socket.socket | None, datagram: bytes, to: Sender) -> None:
+    def _send_by(self, way: socket.socket | None, datagram: bytes, to: Sender) -> str:
+        """Send a datagram; return why that is not possible, or ""."""
         try:
             (way or self._out).sendto(datagram, to)
         except OSError as error:  # no route, or no buffer space; the next frame replaces this one
-            self.counts.reason = f"nothing can be sent to {to[0]}:{to[1]}: {error.strerror}"
-        else:
-            self.counts.sent += 1
+            return (error.strerror or "refused").lower()
+        self.counts.sent += 1
+        return ""
 
     # --- input ---
 
