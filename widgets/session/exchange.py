@@ -18,6 +18,9 @@ from underfoot.widgets.session.open_patch import OpenPatch
 if TYPE_CHECKING:
     from underfoot.exchange.format import Imported
 
+MOST_LINES = 12
+"""Of what an import left out."""
+
 
 class Exchange(QObject):
     """Reads files of other programs in a thread, and opens the resulting patch; shows the export dialog.
@@ -109,6 +112,6 @@ def _result_of(future: "Future[Imported]") -> "Imported | UnderfootError":
     return future.result()
 
 
-def _first_lines(lines: tuple[str, ...], count: int = 12) -> list[str]:
-    """Return at most this many lines, and the number of the others."""
-    return [*lines[:count], *([f"and {len(lines) - count} more"] if len(lines) > count else [])]
+def _first_lines(lines: tuple[str, ...]) -> list[str]:
+    """Return at most `MOST_LINES`, and the number of the others."""
+    return [*lines[:MOST_LINES], *([f"and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else [])]

@@ -82,14 +82,14 @@ def by_arrivals(link: NetworkLink, drift_ppm: float, seconds: float, seed: int =
     return np.array(errors[len(errors) // 4 :])
 
 
-def centroid_errors_m(late_s: float, seconds: float = 10.0) -> NDArray[np.float64]:
+def centroid_errors_m(late_s: float) -> NDArray[np.float64]:
     """Return the errors in metres of a foot's centroid if half of a 6 x 6 floor is on a computer `late_s` late.
 
-    One for each sample in which a foot of four people is on both halves.
+    One for each sample of ten seconds in which a foot of four people is on both halves.
     """
     source = SimulatedFloor(default_floor(6, 6), RATE_HZ, people=simulation("people=4")[1])
     parts = []
-    for end in range(480, round(seconds * RATE_HZ), 480):
+    for end in range(480, 10 * RATE_HZ, 480):
         parts.append(source.forces[: source.pull(end)].copy())
     forces = np.maximum(np.concatenate(parts), 0.0)
     places = np.array([[tile.to_floor(np.array(at)) for at in tile.sensors_m] for tile in source.floor.tiles])

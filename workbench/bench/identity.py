@@ -174,16 +174,14 @@ class WalkAccuracy:
     person_switches: int
 
 
-def simulate_walk(
-    floor: Floor, people: Sequence[Person], seconds: float, seed: int = 1, noise_n: float = 0.3
-) -> WalkAccuracy:
+def simulate_walk(floor: Floor, people: Sequence[Person], seconds: float) -> WalkAccuracy:
     """Simulate people walking on `floor` (none: the usual walker, around the floor), and evaluate their tracking.
 
-    Each sensor has a tare of 12 N and white noise of `noise_n` newtons.
+    Each sensor has a tare of 12 N and white noise of 0.3 N.
     """
-    source = SimulatedFloor(floor, seed=seed, people=people)
+    source = SimulatedFloor(floor, people=people)
     tracker, counter = ContactTracker(floor, source.rate_hz), WalkTracker(floor)
-    draw = np.random.default_rng(seed)
+    draw = np.random.default_rng(1)
     rows: list[ContactRows] = []
     steps: list[Step] = []
     contacts: tuple[Contact, ...] = ()
@@ -191,7 +189,7 @@ def simulate_walk(
     for end in range(_CHUNK, math.ceil(seconds * RATE_HZ), _CHUNK):
         count = source.pull(end)
         time_s = source.stamps[:count] / RATE_HZ
-        force_n = source.forces[:count] + 12.0 + draw.normal(0.0, noise_n, (count, *source.forces.shape[1:]))
+        force_n = source.forces[:count] + 12.0 + draw.normal(0.0, 0.3, (count, *source.forces.shape[1:]))
         tracked = tracker.feed(time_s, force_n)
         now_s = float(time_s[-1])
         rows.append(tracked.rows)

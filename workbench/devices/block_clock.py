@@ -2,8 +2,10 @@
 
 import math
 
+_OMEGA = 2.0 * math.pi * 0.1
+"""The loop's bandwidth, in radians per second."""
 _SETTLING = 2.0
-"""While the count is young, the loop's bandwidth is this over its age, in radians per second."""
+"""While the count is young, the bandwidth is this over its age in seconds, if that is wider."""
 _LOST_S = 0.05
 """Deviation in seconds after which a block begins a new count: the process or the card was interrupted."""
 _MOST_PPM = 1000.0
@@ -11,7 +13,7 @@ _MOST_PPM = 1000.0
 
 
 class BlockClock:
-    """Tracks a frame counter of nearly `rate_hz` by a delay-locked loop of `bandwidth_hz`.
+    """Tracks a frame counter of nearly `rate_hz` by a delay-locked loop.
 
     Adriaensen, Using a DLL to filter time (Linux Audio Conference 2005), for intervals that need not be equal.
 
@@ -22,10 +24,10 @@ class BlockClock:
     100
     """
 
-    def __init__(self, rate_hz: float, bandwidth_hz: float = 0.1) -> None:
+    def __init__(self, rate_hz: float) -> None:
         self.rate_hz = rate_hz
         """Estimated frames per second."""
-        self._nominal_hz, self._omega = rate_hz, 2.0 * math.pi * bandwidth_hz
+        self._nominal_hz = rate_hz
         self._time_s = self._frame = self._begun_s = math.nan
 
     def update(self, now_s: float, frame: float) -> None:
@@ -36,7 +38,7 @@ class BlockClock:
             self._frame = frame
             return
         passed_s = now_s - self._time_s
-        omega = max(self._omega, _SETTLING / max(now_s - self._begun_s, 0.1))
+        omega = max(_OMEGA, _SETTLING / max(now_s - self._begun_s, 0.1))
         self._frame = frame - error + min(math.sqrt(2.0) * omega * passed_s, 1.0) * error
         off_hz = self.rate_hz - self._nominal_hz + omega**2 * passed_s * error
         most_hz = 1e-6 * _MOST_PPM * self._nominal_hz

@@ -57,12 +57,12 @@ class Conversion:
     ('uncalibrated: t1, t2 (20 counts a newton are assumed)',)
     """
 
-    def __init__(self, floor: Floor, profiles: Mapping[str, Profile], today: date | None = None) -> None:
+    def __init__(self, floor: Floor, profiles: Mapping[str, Profile]) -> None:
         notices = list(uncalibrated(floor, profiles, "20 counts a newton are assumed"))
         for tile in floor.tiles:
             profile = profiles.get(tile.id)
             if profile is not None and profile.is_calibrated:
-                notices += profile.flags(tile.id, today or date.today())
+                notices += profile.flags(tile.id, date.today())
         self.notices = tuple(notices)
         self._tables = conversion_tables(floor, profiles, nominal_force(np.arange(COUNTS)))
         self._is_corrected = bool(self._tables.corrected.any())

@@ -80,7 +80,6 @@ def levels_of(
     folder: Path | None = None,
     profile: Profile | None = None,
     simulation: TileParameters | None = None,
-    rate_hz: float = RATE_HZ,
 ) -> PatchLevels:
     """Measure a patch under one adult step on a tile of this kind, at full level, driven by `profile`.
 
@@ -90,9 +89,8 @@ def levels_of(
     True
     """
     tile = profile.tile if profile else "t1"
-    force_n, source = one_step(tile, SECONDS, rate_hz)
+    force_n, source = one_step(tile, SECONDS, RATE_HZ)
     options = LoopOptions(
-        rate_hz=rate_hz,
         folder=folder,
         equalisers=equalisers_of({tile: profile}) if profile else (),
         plates=("accelerometer", "foot"),
@@ -103,7 +101,7 @@ def levels_of(
     drive, tiles = loop.play_all(len(force_n))
     peak = float(np.abs(drive).max(initial=0.0))
     commanded, measured, under_foot = (
-        Level.of(tiles[name][:, 0], rate_hz) for name in ("commanded", "accelerometer", "foot")
+        Level.of(tiles[name][:, 0], RATE_HZ) for name in ("commanded", "accelerometer", "foot")
     )
     stiffness = sole.felt_stiffness_n_mm(measured.peak_m_s2)
     return PatchLevels(patch.title, commanded, measured, under_foot, headroom_db(peak), stiffness)

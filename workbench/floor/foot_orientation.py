@@ -62,8 +62,8 @@ def orientation(contact: Contact, floor: Floor) -> tuple[float, float]:
     return math.atan2(towards[1], towards[0]), math.hypot(UNSURE_RAD, compressed_rad(axis - normal))
 
 
-def compressed_rad(from_normal_rad: float, breadth_ratio: float = BREADTH_RATIO) -> float:
-    """Return the angle of a rectangle's axis from the line through the centroids of its parts on two tiles.
+def compressed_rad(from_normal_rad: float) -> float:
+    """Return the angle of a foot's axis from the line through the centroids of its parts on two tiles.
 
     `from_normal_rad` is the angle of its axis from the normal of the edge between them.
 
@@ -71,8 +71,8 @@ def compressed_rad(from_normal_rad: float, breadth_ratio: float = BREADTH_RATIO)
     [0.0, 2.7, 9.2]
     """
     # At larger angles the edge crosses the ends of the foot, not its sides.
-    steep = min(abs(math.tan(from_normal_rad)), 1.0 / breadth_ratio)
-    square = breadth_ratio**2
+    steep = min(abs(math.tan(from_normal_rad)), 1.0 / BREADTH_RATIO)
+    square = BREADTH_RATIO**2
     return math.atan2(square * steep / 6.0, 0.25 - square * steep**2 / 12.0)
 
 

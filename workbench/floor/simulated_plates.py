@@ -71,7 +71,7 @@ LOAD = np.dtype([("systems", np.int64, (CORNERS,)), ("shares", np.float64, (CORN
 
 _LONG_AGO = -(1 << 60)
 SEED = 1
-"""By which tiles are drawn where nothing else is said."""
+"""By which the deviations of tiles are drawn."""
 _CACHE = ArrayCache("plates", in_memory=256, on_disk=2000)
 _state_at, _coefficients_at = poles.STATE.at, poles.COEFFICIENTS.at
 
@@ -92,7 +92,7 @@ class PlateMemory(NamedTuple):
 
 
 class SimulatedPlates:
-    """Plates of `floor` with these `parameters`, each with deviations drawn by `seed` as in `SimulatedTile`.
+    """Plates of `floor` with these `parameters`, each with deviations drawn by `SEED` as in `SimulatedTile`.
 
     `channels[row]` is the output channel of a tile's shaker, or -1. `apply` writes m/s^2, float32 [frame, tile], to
     `out`, which has `block` frames. `BadValue` for parts that do not fit on a tile.
@@ -100,10 +100,10 @@ class SimulatedPlates:
 
     def __init__(
         self, floor: Floor, parameters: TileParameters | None, channels: list[int], rate_hz: float, block: int,
-        measured_at: PlateOutput = "accelerometer", seed: int = SEED,
+        measured_at: PlateOutput = "accelerometer",
     ) -> None:  # fmt: skip
         require(measured_at in ("accelerometer", "foot"), "measured_at", measured_at, "accelerometer, foot")
-        drawn = [_drawn(tile, parameters, seed) for tile in floor.tiles]
+        drawn = [_drawn(tile, parameters) for tile in floor.tiles]
         tiles = len(floor.tiles)
         self.out = np.zeros((block, tiles), np.float32)
         bodies = _bodies(floor, drawn, rate_hz, measured_at)
@@ -167,9 +167,7 @@ def _edges_m(tile: Tile) -> Point:
     return max(abs(x) for x, _ in tile.sensors_m), max(abs(y) for _, y in tile.sensors_m)
 
 
-def load_plate(
-    tile: Tile, parameters: TileParameters | None, rate_hz: float, measured_at: PlateOutput, seed: int = SEED
-) -> bool:
+def load_plate(tile: Tile, parameters: TileParameters | None, rate_hz: float, measured_at: PlateOutput) -> bool:
     """Load or compute the plate of a tile for `SimulatedPlates`; return whether it was computed, which takes 0.5 s."""
     computed = False
 
@@ -177,12 +175,12 @@ def load_plate(
         nonlocal computed
         computed = True
 
-    _body(tile, _drawn(tile, parameters, seed), rate_hz, measured_at, note)
+    _body(tile, _drawn(tile, parameters), rate_hz, measured_at, note)
     return computed
 
 
-def _drawn(tile: Tile, parameters: TileParameters | None, seed: int) -> TileParameters:
-    return (parameters or TileParameters()).drawn(seed, tile.id)
+def _drawn(tile: Tile, parameters: TileParameters | None) -> TileParameters:
+    return (parameters or TileParameters()).drawn(SEED, tile.id)
 
 
 def _bodies(floor: Floor, drawn: list[TileParameters], rate_hz: float, measured_at: PlateOutput) -> NDArray[np.float64]:

@@ -403,11 +403,6 @@ class Recording:
             done = self._base.execute("insert into mark (frame, text) values (?, ?)", (frame, text))
         return Mark(done.lastrowid or 0, frame, text)
 
-    def rename_mark(self, id: int, text: str) -> None:
-        """Change the text of a mark."""
-        with self._written():
-            self._base.execute("update mark set text = ? where id = ?", (text, id))
-
     def remove_mark(self, id: int) -> None:
         """Remove a mark."""
         with self._written():

@@ -75,11 +75,9 @@ def rehearse(
     return done
 
 
-def rehearse_presses(
-    scene: Scene, hands: Iterable[TimedPress], seconds: float, seen: Callable[[Moment], object] = lambda moment: None
-) -> Rehearsed:
+def rehearse_presses(scene: Scene, hands: Iterable[TimedPress], seconds: float) -> Rehearsed:
     """Rehearse a scene with hands that press and release tiles at given times."""
-    return rehearse(scene, _Hands(scene.floor, hands), seconds, seen)
+    return rehearse(scene, _Hands(scene.floor, hands), seconds)
 
 
 class _Hands(SimulatedFloor):

@@ -28,7 +28,7 @@ def is_audible(sounds: Sounds) -> bool:
     return sounds.noise != "none" or sounds.metronome_hz > 0.0
 
 
-def sound_loop(sounds: Sounds, rate_hz: int = RATE_HZ, seed: int = 1) -> NDArray[np.float32]:
+def sound_loop(sounds: Sounds) -> NDArray[np.float32]:
     """Return about twenty seconds of sound that loop without a gap: shape (frames,), full scale, at most 1.
 
     The noise is synthesised from its spectrum, so it is periodic. Pink noise falls by 10 dB per decade. Its RMS is
@@ -36,17 +36,17 @@ def sound_loop(sounds: Sounds, rate_hz: int = RATE_HZ, seed: int = 1) -> NDArray
     """
     beats = max(round(LOOP_S * sounds.metronome_hz), 1) if sounds.metronome_hz > 0.0 else 0
     seconds = beats / sounds.metronome_hz if beats else LOOP_S
-    frames = round(seconds * rate_hz)
+    frames = round(seconds * RATE_HZ)
     out = np.zeros(frames)
     if sounds.noise != "none":
-        hz = np.fft.rfftfreq(frames, 1.0 / rate_hz)
-        inside = (hz >= LOWEST_HZ) & (hz <= min(HIGHEST_HZ, 0.45 * rate_hz))
-        phases = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, inside.sum())
+        hz = np.fft.rfftfreq(frames, 1.0 / RATE_HZ)
+        inside = (hz >= LOWEST_HZ) & (hz <= HIGHEST_HZ)
+        phases = np.random.default_rng(1).uniform(0.0, 2.0 * math.pi, inside.sum())
         spectrum = np.zeros(len(hz), complex)
         spectrum[inside] = np.exp(1j * phases) / (np.sqrt(hz[inside]) if sounds.noise == "pink" else 1.0)
         noise = np.fft.irfft(spectrum, frames)
         out += noise * 10.0 ** (sounds.noise_db / 20.0) / np.sqrt(np.mean(noise**2))
-    click_s = np.arange(round(CLICK_S * rate_hz)) / rate_hz
+    click_s = np.arange(round(CLICK_S * RATE_HZ)) / RATE_HZ
     click = np.sin(2.0 * math.pi * CLICK_HZ * click_s) * np.exp(-click_s / (0.2 * CLICK_S))
     for beat in range(beats):
         at = round(beat * frames / beats)

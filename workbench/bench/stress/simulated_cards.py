@@ -24,8 +24,8 @@ class SimulatedCards:
     seconds.
     """
 
-    def __init__(self, ppm: float, seconds: float, channels: int = 2, seed: int = 1) -> None:
-        draws = np.random.default_rng(seed)
+    def __init__(self, ppm: float, seconds: float, channels: int = 2) -> None:
+        draws = np.random.default_rng(1)
         self.now_s = 0.0
         self.card = FurtherCard(CardChannels(Output("card"), 1, channels), RATE_HZ, BLOCK, lambda: self.now_s)
         self.card.begin(0.02)
