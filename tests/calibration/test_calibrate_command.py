@@ -16,7 +16,7 @@ from underfoot.calibration.result import Result
 from underfoot.calibration.rigs.simulated_hand import SimulatedHand
 from underfoot.commands.rigs import PressingRig, ShakingRig
 from underfoot.engine.shaker_rigs import SimulatedShaker
-from underfoot.errors import BadFile, BadMeasurement, DeviceError
+from underfoot.errors import BadFile, BadMeasurement, BadValue, DeviceError
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Profile
 from underfoot.floor.simulated_tile import SimulatedTile
@@ -148,6 +148,22 @@ def test_what_was_measured_by_hand_is_in_the_report_also_without_a_result(underf
     assert "no sensor can be calibrated" in (folder / "report" / "fsr.html").read_text()
     assert not (folder / "t1.json").exists()
     assert underfoot("calibrate", "forces", "--pairs", "report/fsr-pairs.csv", "--profile", "t1.json").status == 0
+
+
+@pytest.mark.parametrize("end", [BadValue("no sensor can be calibrated"), KeyboardInterrupt()])
+def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_named(
+    underfoot, folder, monkeypatch, end
+):
+    def refuse(procedure):
+        raise end
+
+    monkeypatch.setattr(FsrProcedure, "conclude", refuse)
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    for name in ("t1-fsr", "t1-fsr-2"):
+        found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
+        assert found.status in (1, 130)
+        assert f"underfoot: what was measured is in {name}\n" in found.error
+    assert underfoot("calibrate", "forces", "--pairs", "t1-fsr-2/fsr-pairs.csv").status == 0
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])

@@ -147,6 +147,8 @@ def test_a_footstep_that_says_nothing_is_refused_and_those_before_stay(changes, 
     with pytest.raises(BadMeasurement, match=words):
         run(procedure, stepped)
     assert procedure.page.key == "position1-footstep3"
+    (name, header, rows) = procedure.without_conclusion("the plate broke").raw[0]
+    assert (name, header.split(",")[1], np.unique(rows[:, 1]).tolist()) == ("footsteps", "footstep", [1.0, 2.0])
     feet.changes.clear()
     assert run(procedure, stepped).figures["footsteps"] == 60
 

@@ -240,6 +240,9 @@ def test_what_cannot_be_right_is_refused_on_its_page_and_can_be_taken_again(page
     with pytest.raises(BadMeasurement, match=reason):
         procedure.take_recording(spoil(heard))
     assert procedure.page.key == page
+    kept = procedure.without_conclusion("refused")
+    names = [] if kept is None else [name for name, _, rows in kept.raw if rows.size]
+    assert names == {"tones": ["none"], "again": ["none", "distortion-over-level"]}.get(page, [])
     procedure.take_recording(heard)
     assert procedure.page.key != page
 

@@ -3,9 +3,8 @@
 import math
 import threading
 
-import numpy as np
 import pytest
-from calibrate_driver import LEFT
+from calibrate_driver import LEFT, CalibrateDriver
 from calibrate_samples import MIDDLE, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
@@ -15,6 +14,7 @@ from windows import LONG_MS, choose_file
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Inconclusive, Result
 from underfoot.engine.target import Target
+from underfoot.errors import BadMeasurement
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
 
@@ -126,11 +126,8 @@ def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp
 
 
 def test_what_was_measured_can_be_reported_also_without_a_result(driver, tmp_path, monkeypatch):
-    raw = (("bell", "frequency_hz,level", np.array([[50.0, 1.0]])),)
-    measured = Result("response", "Weighing of t1", (), "it rings of nothing", False, raw=raw)
-
     def refuse(procedure, recorded):
-        raise Inconclusive(measured)
+        raise BadMeasurement("it rings of nothing")
 
     monkeypatch.setattr(Weighing, "take_recording", refuse)
     driver.begin()
@@ -143,10 +140,33 @@ def test_what_was_measured_can_be_reported_also_without_a_result(driver, tmp_pat
     folder = tmp_path / "report"
     _choose_folder(driver, folder)
     driver.wait(lambda: any(str(folder / "response.html") in line for line in driver.said))
-    assert (folder / "response-bell.csv").read_text().splitlines()[1:] == ["50,1"]
+    assert (folder / "response-loads.csv").read_text().splitlines()[1:3] == ["100", "100"]
     driver.click(driver.wizard.backing)
     driver.wait(lambda: driver.page == "note")
     assert not driver.wizard.reporting.isVisible()
+
+
+def test_a_last_page_by_hand_that_led_to_no_result_waits_for_a_click(qtbot, tmp_path, monkeypatch):
+    """It was measured again and again, and all was computed each time."""
+    concluded = []
+
+    def refuse(procedure, readings):
+        concluded.append(readings)
+        raise Inconclusive(f"refused {len(concluded)}")
+
+    monkeypatch.setattr(Weighing, "feed", refuse)
+    driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
+    driver.click(driver.workspace.overview.begin)
+    driver.workspace.begin_released()
+    driver.wait(lambda: driver.page == "setup")
+    driver.click(driver.wizard.going)
+    driver.wait(lambda: driver.wizard.refusal.text() == "refused 1")
+    scale = driver.made[0][1]
+    reads = scale.reads
+    driver.wait(lambda: scale.reads > reads + 3)
+    assert (len(concluded), driver.wizard.going.text()) == (1, "Read")
+    driver.click(driver.wizard.going)
+    driver.wait(lambda: driver.wizard.refusal.text() == "refused 2")
 
 
 def test_a_report_that_cannot_be_written_is_one_line_and_the_result_stays(driver, tmp_path):

@@ -38,8 +38,8 @@ class Pace:
 @dataclass(frozen=True)
 class Snapshot:
     """State of a procedure. `is_waiting` is true while it waits for the user; `is_automatic` while it runs without.
-    `rejection` is the reason for which the page's measurement was rejected, in one line. `inconclusive` has the raw
-    data of all pages, where they lead to no result.
+    `rejection` is the reason for which the page's measurement was rejected, in one line; `inconclusive` has the raw
+    data so far, then.
     """
 
     page: Page
@@ -172,7 +172,7 @@ class _Worker:
     ) -> None:
         self.procedure, self.rig = procedure, WatchedRig(rig)
         self._orders, self._send_snapshot, self._pace, self._by_hand = orders, send_snapshot, pace, by_hand
-        self._is_requested = self._is_automatic = False
+        self._is_requested = self._is_automatic = self._is_refused = False
         self._rejection = ""
         self._inconclusive: Result | None = None
         self._values: Mapping[str, Any] = {}
@@ -243,7 +243,8 @@ class _Worker:
         """Return whether there is work without an order."""
         page = self.procedure.page
         wants_press = page.press is not None and not page.questions
-        return not page.last and (self._is_requested or self._is_automatic or (self._by_hand and wants_press))
+        takes_press = self._by_hand and wants_press and not self._is_refused
+        return not page.last and (self._is_requested or self._is_automatic or takes_press)
 
     def _advance(self) -> None:
         """Perform the page's request once."""
@@ -275,21 +276,26 @@ class _Worker:
 
     def _run_checked(self, action: Callable[[], None]) -> None:
         """Do something that may be refused, and send the result."""
-        before, rejection, found = self.procedure.page, "", None
+        before, rejection = self.procedure.page, ""
         try:
             action()
         except UnderfootError as error:
             rejection, self._is_requested, self._is_automatic = str(error), False, False
-            found = error.result if isinstance(error, Inconclusive) else None
+            # Measured again without end, the last page would lead to the same: it waits for Continue.
+            self._is_refused = isinstance(error, Inconclusive)
         page = self.procedure.page
         is_new = (page.key, page.questions) != (before.key, before.questions)
-        self._inconclusive = found or (None if is_new else self._inconclusive)
         if page.key != before.key:
             self._is_requested, self._page_began_s = False, time.monotonic()
             self._is_automatic = self._is_automatic and not page.last
         if is_new:
             self._values = {}
+            self._is_refused = self._is_refused and bool(rejection)
         is_news = bool(rejection) and rejection != self._rejection
+        if is_news:
+            self._inconclusive = self.procedure.without_conclusion(rejection)
+        elif is_new:
+            self._inconclusive = None
         self._rejection = rejection or ("" if is_new else self._rejection)
         self._send(whole=is_new or is_news)
 

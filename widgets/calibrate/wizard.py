@@ -376,10 +376,10 @@ def continue_text(page: Page, by_hand: bool, is_waiting: bool) -> str:
     """Return the label of Continue for a page's action."""
     if page.press is not None and not page.questions:
         if page.press.position is not None:
-            return "Move" if is_waiting and not by_hand else "Moving…"
+            return "Move" if is_waiting else "Moving…"
         if page.press.force_n <= 0.0:
-            return "Read" if is_waiting and not by_hand else "Reading…"
-        if by_hand:
+            return "Read" if is_waiting else "Reading…"
+        if by_hand and not is_waiting:
             return "Waiting for a footstep" if page.press.footstep else "Waiting for the press"
         if page.press.footstep:
             return "Step" if is_waiting else "Stepping…"

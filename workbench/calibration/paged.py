@@ -60,7 +60,7 @@ class PagedProcedure:
         raise AssertionError(f"{type(self).__name__} has no plan")
 
     def conclude(self) -> Result:
-        """Return the result of all data taken; `BadMeasurement` if there is none."""
+        """Return the result of all data taken; `BadMeasurement` or `BadValue` if there is none."""
         raise AssertionError(f"{type(self).__name__} comes to no conclusion")
 
     def check_answers(self, step: Step, answers: Answers) -> None:
@@ -127,6 +127,8 @@ class PagedProcedure:
                 return
             self._step_data[self._at] = self._incoming
             self._go_on()
+        except Inconclusive:
+            raise
         except BadMeasurement:
             self._step_data.pop(self._at, None)
             self._answers.pop(self._at, None)
@@ -151,7 +153,7 @@ class PagedProcedure:
         self._conclude_if_last()
 
     def without_conclusion(self, reason: str) -> Result | None:
-        """Return a result of the raw data alone, where `conclude` is refused; None if it is not kept."""
+        """Return the raw data so far, where `reason` keeps them from a result; None unless a subclass has any."""
         return None
 
     def back(self) -> None:
@@ -183,12 +185,9 @@ class PagedProcedure:
             return
         try:
             self._result = self.conclude()
-        except BadMeasurement as error:
-            measured = self.without_conclusion(str(error)) if self._step_data else None
+        except (BadMeasurement, BadValue) as error:
             self._open(self._at - 1)
-            if measured is None:
-                raise
-            raise Inconclusive(measured) from None
+            raise Inconclusive(str(error)) from None
 
 
 class SoundProcedure(PagedProcedure):

@@ -80,6 +80,10 @@ class Procedure(Protocol):
         """Result; None before the last page."""
         ...
 
+    def without_conclusion(self, reason: str) -> Result | None:
+        """Return the raw data so far, where `reason` keeps them from a result; None before there are any."""
+        ...
+
     def answer(self, values: Answers) -> None:
         """Answer the page and go on (to the page's press, if it has one).
 

@@ -43,8 +43,4 @@ class Result:
 
 
 class Inconclusive(BadMeasurement):
-    """Measurements without a conclusion, for the reason in the message; `result` has no more than their raw data."""
-
-    def __init__(self, result: Result) -> None:
-        super().__init__(result.verdict)
-        self.result = result
+    """All was measured, and leads to no result, for the reason in the message."""

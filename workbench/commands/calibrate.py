@@ -12,7 +12,7 @@ import click
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
 from underfoot.commands.options import chosen, click_parameters
-from underfoot.errors import BadMeasurement, BadValue, DeviceError
+from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
 if TYPE_CHECKING:
     from underfoot.calibration.declaration import Calibration, MeasurementSetup
@@ -72,7 +72,6 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
     """Measure on a target, and put the result into the profile; first what the calibration requires."""
     from underfoot.calibration.declaration import MeasurementSetup
     from underfoot.calibration.procedures import CALIBRATIONS
-    from underfoot.calibration.result import Inconclusive
 
     floor, tile = options.chosen()
     known = options.known(tile.id)
@@ -81,20 +80,18 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             first = CALIBRATIONS[calibration.requires].command()
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
-        known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed)).apply(known)
-    try:
-        with report_compiling():
-            found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed))
-    except Inconclusive as error:
-        options.keep(error.result, tile.id)
-        raise
+        known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
+    with report_compiling():
+        found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
     options.conclude(found, known)
 
 
-def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", setup: "MeasurementSetup") -> "Result":
+def _measured(
+    calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", setup: "MeasurementSetup", options: "TileOptions"
+) -> "Result":
     """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused.
 
-    A line that is gone ends it only while nothing was measured.
+    A line that is gone ends it only while nothing was measured. Whatever else ends it, Ctrl-C too, its data are kept.
     """
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run
@@ -114,11 +111,14 @@ def _measured(calibration: "Calibration", rig: "MeasuringRig", floor: "Floor", s
         while True:
             try:
                 return run(procedure, opened, answers, show, calibration.skips_optional)
-            except (BadMeasurement, DeviceError) as error:
-                page = procedure.page
+            except (UnderfootError, KeyboardInterrupt) as error:
+                page, measured = procedure.page, procedure.without_conclusion(str(error) or "interrupted")
                 can_repeat = page.press is not None or (page.sound is not None and sys.stdin.isatty())
-                is_nothing_lost = isinstance(error, DeviceError) and not procedure.drawings
-                if not by_hand or not can_repeat or is_nothing_lost or isinstance(error, Inconclusive):
+                is_final = isinstance(error, Inconclusive) or not isinstance(error, (BadMeasurement, DeviceError))
+                is_nothing_lost = isinstance(error, DeviceError) and measured is None
+                if not by_hand or not can_repeat or is_nothing_lost or is_final:
+                    if measured is not None:
+                        options.keep(measured, setup.tile.id, by_hand=by_hand)
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
                 if page.sound is not None:

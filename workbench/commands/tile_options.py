@@ -2,12 +2,14 @@
 
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from underfoot.commands.files import require_folders_writable, require_outputs_writable
 from underfoot.errors import BadFile
+from underfoot.files import stem_of
 from underfoot.options import option
 
 if TYPE_CHECKING:
@@ -64,13 +66,22 @@ class TileOptions:
         if failure is not None:
             raise failure
 
-    def keep(self, measured: "Result", tile: str) -> None:
-        """Write the report of what was `measured` without a conclusion: its raw data are not lost."""
+    def keep(self, measured: "Result", tile: str, *, by_hand: bool) -> None:
+        """Write the report of what was `measured` without a conclusion, by hand to a new folder if none is named."""
         from underfoot.floor.profile import Profile
 
-        if self.report is not None:
-            self._write_report(measured, Profile(tile=tile, serial=self.serial))
-            print(f"underfoot: what was measured is in {self.report}", file=sys.stderr)
+        options = self
+        if self.report is None and by_hand:
+            stem = stem_of(f"{tile} {measured.kind}", measured.kind)
+            folders = (Path(stem if n == 1 else f"{stem}-{n}") for n in count(1))
+            options = replace(self, report=next(folder for folder in folders if not folder.exists()))
+        if options.report is None:
+            return
+        try:
+            options._write_report(measured, Profile(tile=tile, serial=self.serial))
+            print(f"underfoot: what was measured is in {options.report}", file=sys.stderr)
+        except BadFile as error:
+            print(f"underfoot: {error}", file=sys.stderr)
 
     def _write_report(self, result: "Result", new: "Profile") -> None:
         from underfoot.calibration.files.report import write_report

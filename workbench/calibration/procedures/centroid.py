@@ -154,10 +154,7 @@ class CentroidProcedure(PagedProcedure):
         from underfoot.calibration.results.centroid import result_of
 
         presses, forces = self._presses(_STATIC, rising=True)
-        try:
-            found = self._assess(presses, forces)
-        except BadValue as error:
-            raise BadMeasurement(str(error)) from None
+        found = self._assess(presses, forces)
         self.accuracy = found
         falling, falling_n = self._presses(_STATIC, rising=False)
         if not falling.force_n.size:
@@ -165,11 +162,12 @@ class CentroidProcedure(PagedProcedure):
         place = found.correction.position(falling_n, self._sensors_m, 0.0)
         return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
 
-    def without_conclusion(self, reason: str) -> Result:
+    def without_conclusion(self, reason: str) -> Result | None:
         """Return the presses without an accuracy."""
         from underfoot.calibration.results.centroid import inconclusive
 
-        return inconclusive(self._tile.id, self._presses(_STATIC, rising=True)[0], reason, self.drawings)
+        presses = self._presses(_STATIC, rising=True)[0]
+        return inconclusive(self._tile.id, presses, reason, self.drawings) if presses.force_n.size else None
 
     def feed(self, readings: Readings) -> None:
         """Take readings; each is stored with its newtons, by the static curves and with hysteresis compensated."""

@@ -163,19 +163,18 @@ class FsrProcedure(PagedProcedure):
 
         if not self._step_data:
             raise BadMeasurement("every sensor was skipped; go back, and load one at least")
-        try:
-            found = linearise(self._pairs(), self._divider, hysteresis=False)
-            if self._reference == LOAD_CELL:
-                found = linearise(self._pairs(found), self._divider)
-        except BadValue as error:
-            raise BadMeasurement(str(error)) from None
+        found = linearise(self._pairs(), self._divider, hysteresis=False)
+        if self._reference == LOAD_CELL:
+            found = linearise(self._pairs(found), self._divider)
         self.linearisation = found
         return result_of(found, self._reference)
 
-    def without_conclusion(self, reason: str) -> Result:
+    def without_conclusion(self, reason: str) -> Result | None:
         """Return the pairs without curves."""
         from underfoot.calibration.results.fsr import inconclusive
 
+        if not self._step_data:
+            return None
         return inconclusive(self._tile.id, self._pairs(), reason, self.drawings)
 
     # --- pages ---

@@ -155,6 +155,13 @@ class PlateProcedure(PagedProcedure):
         reference = "a load cell" if self._force == LOAD_CELL else f"the forces of {self._tile.id}"
         return result_of(lines, samples, reference)
 
+    def without_conclusion(self, reason: str) -> Result | None:
+        """Return the footsteps so far."""
+        from underfoot.calibration.results.plate import inconclusive
+
+        lines, samples = self._footsteps()
+        return inconclusive(lines, samples, reason, self.drawings) if lines else None
+
     def feed(self, readings: Readings) -> None:
         """Take readings; with the tile's force for that of a load cell, if so chosen."""
         if self._force == TILE and self._profile is not None and readings.time_s.size:

@@ -210,6 +210,14 @@ class ResponseProcedure(SoundProcedure):
             )
         )
 
+    def without_conclusion(self, reason: str) -> Result | None:
+        """Return the responses so far."""
+        from underfoot.calibration.results.response import inconclusive
+
+        if not self._measured:
+            return None
+        return inconclusive(self._measured, self._settings["sensitivity"], self._tones, reason, self.drawings)
+
     def _sound(self, key: str, title: str, instruction: str, signal: Array) -> Step:
         return Step(Page(key, title, instruction, sound=Sound(signal, self._rate_hz, "none")), group=key)
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.result import Result
 from underfoot.calibration.science.plate_stiffness import ALLOWED_ERROR, FootstepLine, PlateFit, drawings_of, plate_fit
+from underfoot.drawing import Drawing
 from underfoot.floor.profile import PlateStiffness
 
 METHOD = (
@@ -16,6 +17,7 @@ METHOD = (
     "The error is how far a line is off the mean of the others at its position. Between positions the logarithm of the "
     "stiffness is interpolated."
 )
+_TITLE = "Stiffness of a plate"
 
 
 def result_of(
@@ -53,15 +55,25 @@ def result_of(
     )
     return Result(
         kind="plate",
-        title="Stiffness of a plate",
+        title=_TITLE,
         quantities=figures if error is None else (("mean_error_percent", error, "%"), *figures),
         verdict=verdict,
         good=fit.good,
         drawings=drawings_of(fit, samples),
-        raw=(("footsteps", "position,footstep,force_n,displacement_mm", _rows(lines, samples)),),
+        raw=_raw(lines, samples),
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
         method=METHOD,
     )
+
+
+def inconclusive(
+    lines: Sequence[FootstepLine],
+    samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+    reason: str,
+    drawings: tuple[Drawing, ...],
+) -> Result:
+    """Return the footsteps alone, which led to no stiffness for this reason."""
+    return Result("plate", _TITLE, (), reason, False, drawings=drawings, raw=_raw(lines, samples))
 
 
 def error_words(fit: PlateFit) -> str:
@@ -72,12 +84,12 @@ def error_words(fit: PlateFit) -> str:
     return words if fit.good else f"{words} That is more than {100.0 * ALLOWED_ERROR:.0f} %: measure again."
 
 
-def _rows(
+def _raw(
     lines: Sequence[FootstepLine], samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]
-) -> NDArray[np.float64]:
-    """Return a row per sample, as the table of footsteps has them."""
+) -> tuple[tuple[str, str, NDArray[np.float64]], ...]:
+    """Return the table of footsteps, which has a row per sample."""
     rows = [
         np.column_stack([np.full(len(force), line.position), np.full(len(force), k), force, displacement])
         for k, (line, (force, displacement)) in enumerate(zip(lines, samples, strict=True), 1)
     ]
-    return np.concatenate(rows)
+    return (("footsteps", "position,footstep,force_n,displacement_mm", np.concatenate(rows)),)

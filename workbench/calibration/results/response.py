@@ -16,7 +16,7 @@ from underfoot.calibration.science.response import (
     flatness_db,
     usable_band_hz,
 )
-from underfoot.calibration.science.tones import TONE_HZ
+from underfoot.calibration.science.tones import TONE_HZ, DistortionOverLevel
 from underfoot.calibration.science.transfer_function import ORDERS, SweepMeasurement
 from underfoot.drawing import Drawing, series
 from underfoot.floor.profile import Response
@@ -32,6 +32,7 @@ METHOD = (
     "the decibels from 60 to 700 Hz. The equaliser is designed by the least p-th norm, for the response under one "
     "load; measured again means that the sweep was played through it, under that load."
 )
+_TITLE = "Frequency response and equaliser"
 LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "corner": "a foot on a corner"}
 _WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
@@ -63,16 +64,31 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     part = _part(found, values, after, good, verdict, today or date.today())
     return Result(
         kind="response",
-        title="Frequency response and equaliser",
+        title=_TITLE,
         quantities=quantities,
         verdict=verdict,
         good=good,
         warnings=warnings,
         drawings=drawings_of(found),
-        raw=_raw(found),
+        raw=(
+            *_raw({**found.loads, **({"again": found.again} if found.again else {})}, found.sensitivity, found.tones),
+            ("equaliser", "b0,b1,b2,a0,a1,a2", found.sections),
+        ),
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
         method=METHOD,
     )
+
+
+def inconclusive(
+    measured: Mapping[str, SweepMeasurement],
+    sensitivity: float,
+    tones: DistortionOverLevel | None,
+    reason: str,
+    drawings: tuple[Drawing, ...],
+) -> Result:
+    """Return the responses alone, which led to no equaliser for this reason."""
+    raw = _raw(measured, sensitivity, tones)
+    return Result("response", _TITLE, (), reason, False, drawings=drawings, raw=raw)
 
 
 def _otherwise(found: ResponseMeasurements, values: Mapping[str, float]) -> str:
@@ -262,26 +278,26 @@ def _db(magnitude: Array) -> Array:
     return np.asarray(20.0 * np.log10(np.maximum(magnitude, 1e-12)))
 
 
-def _raw(found: ResponseMeasurements) -> tuple[tuple[str, str, Array], ...]:
-    """Return tables of the responses, the equaliser, and the distortion over level."""
+def _raw(
+    measured: Mapping[str, SweepMeasurement], sensitivity: float, tones: DistortionOverLevel | None
+) -> tuple[tuple[str, str, Array], ...]:
+    """Return tables of the responses, by load or "again", and the distortion over level."""
     tables = []
-    states = [*found.loads.items(), *([("equalised", found.again)] if found.again is not None else [])]
-    for name, measured in states:
+    for name, one in measured.items():
         columns = [
-            measured.frequencies_hz,
-            found.sensitivity * measured.magnitude,
-            np.degrees(np.angle(measured.transfer)),
-            measured.spread_db,
-            found.sensitivity * measured.noise,
-            measured.coherence,
-            *(measured.distortion[k] for k in ORDERS),
+            one.frequencies_hz,
+            sensitivity * one.magnitude,
+            np.degrees(np.angle(one.transfer)),
+            one.spread_db,
+            sensitivity * one.noise,
+            one.coherence,
+            *(one.distortion[k] for k in ORDERS),
         ]
         header = "frequency_hz,magnitude_m_s2,phase_deg,spread_db,noise_m_s2,coherence," + ",".join(
             f"harmonic_{k}" for k in ORDERS
         )
-        tables.append((name, header, np.stack(columns, axis=1)))
-    tables.append(("equaliser", "b0,b1,b2,a0,a1,a2", found.sections))
-    if found.tones is not None:
-        columns = [found.tones.drive, found.tones.acceleration, found.tones.thd]
+        tables.append(("equalised" if name == "again" else name, header, np.stack(columns, axis=1)))
+    if tones is not None:
+        columns = [tones.drive, tones.acceleration, tones.thd]
         tables.append(("distortion-over-level", "drive,acceleration_m_s2,thd", np.stack(columns, axis=1)))
     return tuple(tables)
