@@ -102,8 +102,14 @@ def test_an_interrupted_report_leaves_no_folder(folder):
 
 def test_the_simulator_is_calibrated_with_no_hands(underfoot, measured):
     """Without a profile its sensors are linearised first; on hardware that is for the person to do."""
-    said = underfoot("calibrate", "centroid", "--target", "simulator", "--quick", "--profile", "both.json")
+    arguments = ("calibrate", "centroid", "--floor", "floor.json", "--report")
+    said = underfoot(*arguments, "report", "--target", "simulator", "--quick", "--profile", "both.json")
     assert said.status == 0
+    assert "with hysteresis and creep compensated" in said.out.lower()
+    assert underfoot(*arguments, "again", "--presses", "report/centroid-presses.csv").status == 0
+    assert json.loads((measured / "again/centroid.json").read_text()) == json.loads(
+        (measured / "report/centroid.json").read_text()
+    )
     profile = Profile.load("both.json")
     assert profile.is_calibrated
     assert profile.centroid is not None

@@ -330,7 +330,7 @@ def test_readings_that_are_newtons_need_no_profile():
     assert result.figures["worst_after_mm"] < 0.5
     assert result.figures["presses"] == 27.0
     name, header, rows = result.raw[0]
-    assert (name, header.count(",") + 1, rows.shape) == ("presses", 8, (27, 7))
+    assert (name, header.count(",") + 1, rows.shape) == ("presses", 12, (27, 11))
 
 
 def test_what_still_drifts_from_older_loads_is_taken_off():
@@ -383,7 +383,7 @@ def test_presses_that_lead_to_no_result_are_not_lost():
         run(procedure, swapped, {"pattern": "own", "places_m": own, "loads_n": (100.0, 300.0)})
     measured = procedure.without_conclusion(str(refused.value))
     name, header, rows = measured.raw[0]
-    assert (name, header.count(",") + 1, rows.shape) == ("presses", 8, (12, 7))
+    assert (name, header.count(",") + 1, rows.shape) == ("presses", 12, (12, 11))
     assert (measured.good, measured.quantities, measured.verdict) == (False, (), str(refused.value))
     assert procedure.page.key == "release"
     assert procedure.result is None

@@ -1,8 +1,10 @@
 """Measurement tables: pairs of reading and force, and presses at known positions.
 
 FSR pairs: `time_s,tile,sensor,reading,force_n`; presses: `tile,x_m,y_m,force_n,r1,r2,r3,r4`, in the tile's frame,
-readings in the sensors' own units. Columns may be in any order, separated by commas, semicolons or tabs; between
-semicolons and tabs a number can have a decimal comma. Other columns and lines that begin with # are ignored.
+readings in the sensors' own units, and, if known, n1,n2,n3,n4: the sensors' newtons, less those of the empty tile, and
+c1,c2,c3,c4: the same, with hysteresis and creep compensated. Columns may be in any order, separated by commas,
+semicolons or tabs; between semicolons and tabs a number can have a decimal comma. Other columns and lines that begin
+with # are ignored.
 """
 
 import csv
@@ -19,6 +21,7 @@ LARGEST_READING = 65535.0
 _LARGEST = 1e9
 _PAIRS = ("time_s", "tile", "sensor", "reading", "force_n")
 _PRESSES = ("tile", "x_m", "y_m", "force_n", "r1", "r2", "r3", "r4")
+_NEWTONS = ("n1", "n2", "n3", "n4"), ("c1", "c2", "c3", "c4")
 
 
 @dataclass(frozen=True)
@@ -38,16 +41,33 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Presses:
-    """Loads on one tile at known positions: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4)."""
+    """Loads on one tile at known positions: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4).
+
+    `newtons` (n, 4) are the sensors' forces, less those of the empty tile, where they are known; (n, 8) with those in
+    which hysteresis and creep are compensated.
+    """
 
     tile: str
     at_m: NDArray[np.float64]
     force_n: NDArray[np.float64]
     readings: NDArray[np.float64]
+    newtons: NDArray[np.float64] | None = None
+
+    @property
+    def static_n(self) -> NDArray[np.float64]:
+        """The sensors' forces (n, 4) by their static curves; the readings where these are not known."""
+        return self.readings if self.newtons is None else self.newtons[:, :4]
+
+    @property
+    def header(self) -> str:
+        """The columns of a table of these presses."""
+        known = 0 if self.newtons is None else self.newtons.shape[1] // 4
+        return ",".join(sum(_NEWTONS[:known], _PRESSES))
 
     def rows(self) -> NDArray[np.float64]:
-        """Return position, force and readings: (n, 7)."""
-        return np.column_stack([self.at_m, self.force_n, self.readings])
+        """Return position, force, readings and newtons: (n, 7) to (n, 15)."""
+        newtons = self.readings[:, :0] if self.newtons is None else self.newtons
+        return np.column_stack([self.at_m, self.force_n, self.readings, newtons])
 
 
 PAIR_HEADER = ",".join(_PAIRS)
@@ -77,12 +97,14 @@ def read_pairs(path: str | Path, tile: str = "") -> Pairs:
 
 def read_presses(path: str | Path, tile: str = "") -> Presses:
     """Read the presses on `tile`, optional if the file has only one tile; `BadFile` as in `read_pairs`."""
-    names, numbers, columns = _read(path, _PRESSES)
+    names, numbers, columns = _read(path, _PRESSES, _NEWTONS)
     mine = _of_tile(path, names, tile)
     _within(path, "force_n", columns["force_n"], columns["force_n"] > 0.0, "above 0", mine, numbers)
     at_m = np.stack([columns["x_m"], columns["y_m"]], axis=1)[mine]
     readings = np.stack([columns[f"r{j}"] for j in (1, 2, 3, 4)], axis=1)[mine]
-    return Presses(str(names[mine][0]), at_m, columns["force_n"][mine], readings)
+    newtons = [columns[name][mine] for group in _NEWTONS for name in group if name in columns]
+    known = np.stack(newtons, axis=1) if newtons else None
+    return Presses(str(names[mine][0]), at_m, columns["force_n"][mine], readings, known)
 
 
 def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: str) -> None:
@@ -103,9 +125,12 @@ def table(header: str, rows: NDArray[np.float64], tile: str) -> bytes:
 
 
 def _read(
-    path: str | Path, wanted: tuple[str, ...]
+    path: str | Path, wanted: tuple[str, ...], optional: tuple[tuple[str, ...], ...] = ()
 ) -> tuple[NDArray[np.str_], NDArray[np.intp], dict[str, NDArray[np.float64]]]:
-    """Return the tile and the line number of each line, and the other columns as numbers."""
+    """Return the tile and the line number of each line, and the other columns as numbers.
+
+    Groups of columns that are `optional` follow each other; each is read if its first column is there.
+    """
     try:
         text = read_file(path).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -116,6 +141,10 @@ def _read(
     first, header = lines[0] if lines else (1, "")
     separator = max(",;\t", key=header.count)
     names = [name.strip().lower() for name in _cells(path, first, header, separator)]
+    for group in optional:
+        if group[0] not in names:
+            break
+        wanted += group
     for name in wanted:
         if names.count(name) != 1:
             found = f"{names.count(name)} columns {name}" if name in names else f"no column {name}"

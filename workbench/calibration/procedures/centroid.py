@@ -1,6 +1,6 @@
 """Calibration of positions (figure 5.5): presses at known positions, error vectors, and a correction."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -42,7 +42,7 @@ _RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
 
 Values = NDArray[np.float64]
 
-_STATIC, _COMPENSATED = slice(4, 8), slice(8, 12)
+_STATIC = slice(4, 8)
 """Columns of newtons beside the readings: by the static curves, and with hysteresis and creep compensated."""
 
 
@@ -143,31 +143,27 @@ class CentroidProcedure(PagedProcedure):
         from underfoot.calibration.results.centroid import error_vectors
         from underfoot.calibration.science.centroid_fit import centroid
 
-        presses, forces = self._presses(_STATIC, rising=None)
+        presses = self._presses(rising=None)
         if not presses.force_n.size:
             return ()
-        found = centroid(forces, self._sensors_m)
+        found = centroid(presses.static_n, self._sensors_m)
         return (error_vectors("Taken so far", presses.at_m, (("measured", "alarm", found),), self._tile),)
 
     def conclude(self) -> Result:
         """Return the accuracy on rising loads, and the mean error on falling ones if any."""
         from underfoot.calibration.results.centroid import result_of
+        from underfoot.calibration.science.centroid import assess
 
-        presses, forces = self._presses(_STATIC, rising=True)
-        found = self._assess(presses, forces)
-        self.accuracy = found
-        falling, falling_n = self._presses(_STATIC, rising=False)
-        if not falling.force_n.size:
-            return result_of(found, presses)
-        place = found.correction.position(falling_n, self._sensors_m, 0.0)
-        return result_of(found, presses, float(1e3 * np.hypot(*(place - falling.at_m).T).mean()))
+        presses, falling = self._presses(rising=True), self._presses(rising=False)
+        self.accuracy = assess(presses, self._tile)
+        return result_of(self.accuracy, presses, falling)
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the presses without an accuracy."""
         from underfoot.calibration.results.centroid import inconclusive
 
-        presses = self._presses(_STATIC, rising=True)[0]
-        return inconclusive(self._tile.id, presses, reason, self.drawings) if presses.force_n.size else None
+        presses, falling = self._presses(rising=True), self._presses(rising=False)
+        return inconclusive(presses, falling, reason, self.drawings) if presses.force_n.size else None
 
     def feed(self, readings: Readings) -> None:
         """Take readings; each is stored with its newtons, by the static curves and with hysteresis compensated."""
@@ -318,10 +314,10 @@ class CentroidProcedure(PagedProcedure):
             total = total - total.min()
         return press_begun(readings, total, load)
 
-    def _presses(self, newtons: slice, rising: bool | None) -> tuple[Presses, Values]:
-        """Return the presses so far, with mean readings of the steady stretch, and corner forces (n, 4) less baseline.
+    def _presses(self, rising: bool | None) -> Presses:
+        """Return the presses so far, with mean readings of the steady stretch, and newtons less the baseline.
 
-        `newtons` selects the kind of forces; `rising` selects rising or falling loads, None both.
+        `rising` selects rising or falling loads, None both.
         """
         at, load, values, forces = [], [], [], []
         times, empty_values = self._empty()
@@ -332,30 +328,14 @@ class CentroidProcedure(PagedProcedure):
             # A creeping sensor drifts while it is pressed: the baseline is interpolated from empty to empty.
             now = float(seen.time_s.mean())
             empty = np.array([np.interp(now, times, column) for column in empty_values.T])
-            corners = (seen.values.mean(axis=0) - empty)[newtons]
+            corners = (seen.values.mean(axis=0) - empty)[4:]
             at.append(step.at_m)
             values.append(seen.values[:, :4].mean(axis=0))
             forces.append(corners)
-            load.append(float(corners.sum() if seen.force_n is None else seen.force_n.mean()))
-        found = Presses(self._tile.id, np.array(at).reshape(-1, 2), np.array(load), np.array(values).reshape(-1, 4))
-        return found, np.array(forces).reshape(-1, 4)
-
-    def _assess(self, presses: Presses, forces: Values) -> "CentroidAccuracy":
-        """Return the accuracy by static curves; with hysteresis models, if the profile has any, and in bounds, too."""
-        from underfoot.calibration.science.centroid import assess_forces, best_static_forces
-
-        found = assess_forces(presses, forces, self._tile)
-        if not self._has_hysteresis():
-            return found
-        compensated = self._presses(_COMPENSATED, rising=True)[1]
-        over_time = assess_forces(presses, compensated, self._tile)
-        if over_time.at_m.shape != found.at_m.shape:
-            return found
-        found = replace(found, over_time=over_time)
-        truest = over_time.correction.linearised(compensated)
-        bound = assess_forces(presses, best_static_forces(forces, truest), self._tile)
-        # Too few presses for a bound.
-        return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
+            load.append(float(corners[:4].sum() if seen.force_n is None else seen.force_n.mean()))
+        newtons = np.array(forces).reshape(-1, 8)[:, : 8 if self._has_hysteresis() else 4]
+        counts = np.array(values).reshape(-1, 4)
+        return Presses(self._tile.id, np.array(at).reshape(-1, 2), np.array(load), counts, newtons)
 
     def _has_hysteresis(self) -> bool:
         """Return whether the profile has a hysteresis model for a sensor."""

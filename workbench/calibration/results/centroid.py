@@ -1,13 +1,12 @@
 """Results of presses at known positions: figures, verdict, the profile's part, and pictures of the errors."""
 
-import math
 from datetime import date
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.calibration.files.measurements import PRESS_HEADER, Presses
+from underfoot.calibration.files.measurements import Presses
 from underfoot.calibration.result import Result
 from underfoot.calibration.science.centroid import ALLOWED_M, SHEAR_SHARE, CentroidAccuracy, edge_distance_m
 from underfoot.calibration.science.press_plausibility import load_groups
@@ -26,11 +25,13 @@ _PLACES_HEADER = "x_m,y_m,force_n,before_x_m,before_y_m,after_x_m,after_y_m"
 _EDGES_M = (0.0, 0.03, 0.06, 0.10, np.inf)
 
 
-def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = math.nan) -> Result:
-    """Return the result of presses; `falling_mm` is the mean error on falling loads, NaN if there were none."""
+def result_of(found: CentroidAccuracy, presses: Presses, falling: Presses | None = None) -> Result:
+    """Return the result of presses with rising loads, and the mean error of those with `falling` ones, if any."""
     quantities = quantities_of(found)
-    if np.isfinite(falling_mm):
-        quantities += (("mean_after_mm_falling", falling_mm, "mm"),)
+    if falling is not None and falling.force_n.size:
+        place = found.correction.position(falling.static_n, np.array(found.tile.sensors_m), 0.0)
+        error_mm = float(1e3 * np.hypot(*(place - falling.at_m).T).mean())
+        quantities += (("mean_after_mm_falling", error_mm, "mm"),)
     places = np.column_stack([found.at_m, found.force_n, found.before_m, found.after_m])
     return Result(
         kind="centroid",
@@ -40,23 +41,25 @@ def result_of(found: CentroidAccuracy, presses: Presses, falling_mm: float = mat
         good=found.good,
         warnings=found.left_out,
         drawings=drawings_of(found),
-        raw=(*_raw(presses), ("places", _PLACES_HEADER, places)),
+        raw=(*_raw(presses, falling), ("places", _PLACES_HEADER, places)),
         apply=lambda profile: profile.with_part(part_of(found, "presses at known places")),
         method=METHOD,
     )
 
 
-def inconclusive(tile: str, presses: Presses, reason: str, drawings: tuple[Drawing, ...]) -> Result:
+def inconclusive(presses: Presses, falling: Presses, reason: str, drawings: tuple[Drawing, ...]) -> Result:
     """Return the presses alone, which led to no accuracy for this reason."""
-    return Result("centroid", _title(tile), (), reason, False, drawings=drawings, raw=_raw(presses))
+    raw = _raw(presses, falling)
+    return Result("centroid", _title(presses.tile), (), reason, False, drawings=drawings, raw=raw)
 
 
 def _title(tile: str) -> str:
     return f"Contact centroid of {tile}"
 
 
-def _raw(presses: Presses) -> tuple[tuple[str, str, Values], ...]:
-    return (("presses", PRESS_HEADER, presses.rows()),)
+def _raw(presses: Presses, falling: Presses | None) -> tuple[tuple[str, str, Values], ...]:
+    tables = {"presses": presses, "falling-presses": falling}
+    return tuple((name, one.header, one.rows()) for name, one in tables.items() if one is not None and one.force_n.size)
 
 
 def quantities_of(found: CentroidAccuracy) -> tuple[tuple[str, float, str], ...]:

@@ -5,7 +5,7 @@ are fitted; the model is chosen by the error at positions left out of the fit. N
 of the positions used, the displacement is held constant.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,11 +85,15 @@ class CentroidAccuracy:
 
 
 def assess(presses: Presses, tile: Tile, profile: Profile | None = None) -> CentroidAccuracy:
-    """Return the centroid's accuracy for presses on `tile`, and its correction, by the profile's curves.
+    """Return the centroid's accuracy for presses on `tile`, and its correction.
 
+    By the sensors' newtons where they are known, also with hysteresis compensated; else by the profile's curves.
     `BadValue` for fewer than 6 presses or 4 positions, positions off the tile, a sensor that is dead or has no curve,
     sensors that look swapped, and a table whose forces or positions do not fit its readings.
     """
+    if presses.newtons is not None:
+        found, compensated = assess_forces(presses, presses.static_n, tile), presses.newtons[:, 4:]
+        return found if compensated.size == 0 else _with_bounds(found, presses, compensated)
     if profile is None or not profile.is_calibrated:
         return assess_forces(presses, presses.readings, tile)
     forces = profile.force(presses.readings)
@@ -146,6 +150,18 @@ def assess_forces(presses: Presses, forces: Values, tile: Tile) -> CentroidAccur
     _, sensed, order = next(form for form in FORMS if form[0] == chosen)
     correction = fit_correction(forces, at_m, sensors, sensed, order, bends_n)
     return CentroidAccuracy(tile, at_m, load, before, held[chosen], chosen, tuple(tried), correction, left_out)
+
+
+def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Values) -> CentroidAccuracy:
+    """Add the accuracy with compensated forces (n, 4), and the best of any static curves."""
+    over_time = assess_forces(presses, compensated, found.tile)
+    if over_time.at_m.shape != found.at_m.shape:
+        return found
+    found = replace(found, over_time=over_time)
+    truest = over_time.correction.linearised(compensated)
+    bound = assess_forces(presses, best_static_forces(presses.static_n, truest), found.tile)
+    # Too few presses for a bound.
+    return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
 
 
 def best_static_forces(static_n: Values, true_n: Values) -> Values:
