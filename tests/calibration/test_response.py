@@ -297,6 +297,21 @@ def test_distortion_is_told_in_percent():
     assert over_level.y == pytest.approx([1.0, 12.0])
 
 
+def test_hum_of_the_mains_that_bends_the_response_is_warned_of():
+    """It is far below what the page of the noise floor refuses, and the median over the band does not show it."""
+    draws = np.random.default_rng(3)
+
+    def hum(heard):
+        return heard + 0.004 * np.sin(2.0 * np.pi * (50.0 * np.arange(heard.size) / RATE + draws.uniform()))
+
+    result = run(ResponseProcedure(TILE, RATE), Listening(spoil=hum), QUICK | {"level": 0.25})
+    assert result.figures["snr_db"] > 60.0
+    assert abs(result.figures["at_50_hz_db"]) > 1.0
+    (warning,) = (line for line in result.warnings if "signal-to-noise" in line)
+    assert warning.startswith("at 50 Hz the signal-to-noise ratio is only ")
+    assert not any("signal-to-noise" in line for line in finished()[0].warnings)
+
+
 def test_a_tile_that_cannot_be_made_flat_is_not_good():
     tile = SimulatedTile(TILE, seed=6)
     sweep = train(exponential(20.0, 2000.0, 2.0, RATE, 0.1), 1, RATE)

@@ -37,6 +37,8 @@ LOAD_NAMES = {"none": "nothing on it", "standing": "standing in the middle", "co
 _WITH = {"none": "nobody on it", "standing": "a person in the middle", "corner": "a foot on a corner"}
 _MOST_DISTORTION = 0.10
 """Distortion, as a share, above which a warning is given."""
+_LEAST_SNR_DB = 20.0
+"""Below it, noise can change a response by 1 dB."""
 _HZ, _DB_LABEL = "frequency, Hz", "dB re 1 m/s^2 at full scale"
 _SPAN_HZ = (20.0, 2000.0)
 _KEPT_AN_OCTAVE = 48
@@ -159,8 +161,12 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
         lines.append(
             f"the equaliser amplifies by up to {lift:.0f} dB; at that frequency the limiter allows {loudest:.2g} m/s^2"
         )
-    if values["snr_db"] < 20.0:
-        lines.append(f"the signal is only {values['snr_db']:.0f} dB above the noise; play it louder")
+    snr_db, at_hz = _least_snr(found)
+    if snr_db < _LEAST_SNR_DB:
+        lines.append(
+            f"at {at_hz:.0f} Hz the signal-to-noise ratio is only {snr_db:.0f} dB, and the response not sure: play it "
+            "louder, or look for a source such as hum of the mains"
+        )
     if "spread_db" in values and values["spread_db"] > 0.5:
         lines.append(f"passes differ by {values['spread_db']:.1f} dB; is something loose?")
     if values.get("thd_loudest_percent", 0.0) > 100.0 * _MOST_DISTORTION:
@@ -175,6 +181,20 @@ def _warnings(found: ResponseMeasurements, values: Mapping[str, float]) -> tuple
     if found.basis.passes == 1:
         lines.append("one pass only: the spread of the response is not known")
     return tuple(lines)
+
+
+def _least_snr(found: ResponseMeasurements) -> tuple[float, float]:
+    """Return the smallest signal-to-noise ratio of all sweeps in the equaliser's band, dB, and its frequency.
+
+    The median over the band would not show a hum, which is at single frequencies.
+    """
+    least = []
+    for one in (*found.loads.values(), *(() if found.again is None else (found.again,))):
+        f = one.frequencies_hz
+        inside = (f >= found.band_hz[0]) & (f <= found.band_hz[1])
+        snr_db = _db(one.magnitude[inside]) - _db(np.nan_to_num(one.noise[inside]))
+        least.append((float(snr_db.min()), float(f[inside][snr_db.argmin()])))
+    return min(least)
 
 
 def _level_change_db(found: ResponseMeasurements) -> float:
