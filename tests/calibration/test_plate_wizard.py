@@ -197,6 +197,20 @@ def test_back_discards_one_footstep():
     assert len(procedure.step_data()) == 2
 
 
+def test_after_back_to_another_position_the_servo_moves_there_before_a_footstep():
+    procedure, stepped, few = PlateProcedure(TILE), rig(), {"footsteps": 3, "positions": (0.0, 1.0)}
+    procedure.answer(few)
+    while procedure.page.key != "position2-footstep1":
+        step(procedure, stepped)
+    while procedure.page.key != "position1-footstep3":
+        procedure.back()
+    step(procedure, stepped)
+    assert procedure.page.press.position == 0.0
+    assert procedure.page.instruction.startswith("Step off the plate")
+    found = run(procedure, stepped, few)
+    np.testing.assert_allclose(found.apply(Profile(tile=TILE.id)).plate.stiffness_n_mm, [40.0, 160.0], rtol=0.02)
+
+
 def test_the_command_measures_on_the_simulator_and_reads_its_own_table(underfoot, tmp_path):
     profile = tmp_path / "t1.json"
     shared = ("--profile", profile, "--report", tmp_path / "r", "--json")

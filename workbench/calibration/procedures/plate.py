@@ -38,6 +38,7 @@ _LEAST_PEAK_N = 150.0
 _PERSON_N = 250.0
 """More than the plate itself weighs, and less than a person."""
 _CLEAR_S, _RELEASED_S = 0.5, 0.2
+_STAY_OFF = f"Step off the plate, and stay off while it moves; that takes {MOVE_S:g} s."
 _NO_FORCE = "No force arrives; is the load cell plugged in, and named? Else choose the tile for the force."
 _NO_DISPLACEMENT = "No displacement arrives; is its sensor plugged in, and named?"
 
@@ -107,7 +108,7 @@ class PlateProcedure(PagedProcedure):
         self._has_forces = profile is not None and profile.fsr is not None
         self._states = None if profile is None else profile.rested()
         self._force = LOAD_CELL
-        self._is_loaded = False
+        self._is_loaded = self._is_elsewhere = False
         self._taken: dict[int, Footstep] = {}
         instruction = (
             f"The plate is on tile {tile.id}. Its servo goes to each position, and you step on it, as in a walk. "
@@ -131,10 +132,12 @@ class PlateProcedure(PagedProcedure):
 
     @property
     def page(self) -> Page:
-        """Return the present page; a loaded plate is not to move."""
-        page = super().page
+        """Return the present page; a loaded plate is not to move, and after Back the servo moves before a footstep."""
+        page, step = super().page, self._steps[self._at]
         if page.press is not None and self._is_loaded:
             return replace(page, press=replace(page.press, position=None))
+        if self._is_elsewhere and isinstance(step, PositionStep):
+            return replace(page, instruction=_STAY_OFF, press=_clear(step.position))
         return page
 
     @property
@@ -172,18 +175,17 @@ class PlateProcedure(PagedProcedure):
     def back(self) -> None:
         """Return to the previous page, and discard the data taken since."""
         super().back()
-        self._is_loaded = False
+        self._is_loaded = self._is_elsewhere = False
 
     # --- pages ---
 
     def _at_position(self, k: int, positions: Sequence[float], footsteps: int) -> list[Step]:
         position, count = positions[k], f"{k + 1} of {len(positions)}"
-        clear = PressRequest((0.0, 0.0), 0.0, _CLEAR_S, position=position)
         move = Page(
             f"move{k + 1}",
             f"Position {count}: the servo goes to {position:g}",
-            f"Step off the plate, and stay off while it moves; that takes {MOVE_S:g} s.",
-            press=clear,
+            _STAY_OFF,
+            press=_clear(position),
         )
         on = PressRequest((0.0, 0.0), _STEP_N, footstep=True)
         steps: list[Step] = [PositionStep(move, partial(self._move, position), k, position)]
@@ -217,14 +219,22 @@ class PlateProcedure(PagedProcedure):
             return PageProgress(_NO_FORCE)
         if readings.displacement_mm is None:
             return PageProgress(_NO_DISPLACEMENT)
+        step = self._steps[self._at]
+        assert isinstance(step, PositionStep)
+        assert readings.position is not None
+        away = np.flatnonzero(~(np.abs(readings.position - step.position) < 1e-3))
+        self._is_elsewhere = away.size > 0 and away[-1] == readings.time_s.size - 1
+        if self._is_elsewhere:
+            return self._move(step.position, readings)
+        readings = readings.since(int(away.max(initial=-1)) + 1)
+        assert readings.force_n is not None
+        assert readings.displacement_mm is not None
         force = readings.force_n - self._rest_n()
         shown = (("force", float(force[-1]), "N"), ("depth", float(readings.displacement_mm[-1]), "mm"))
         contact = _contact(readings.time_s, force)
         if contact is None:
             peak = min(float(force.max()) / _STEP_N, 0.9)
             return PageProgress("Step on the plate, and off again.", max(peak, 0.0), shown)
-        step = self._steps[self._at]
-        assert isinstance(step, PositionStep)
         taken = _footstep(step.position, force[contact], readings.displacement_mm[contact])
         _require_rise([*self._footsteps()[0], taken[0]])
         self._taken[self._at] = taken
@@ -274,6 +284,11 @@ def _setup_questions() -> tuple[Parameter, ...]:
             ),
         ),
     )
+
+
+def _clear(position: float) -> PressRequest:
+    """Return the request to stand clear while the servo goes to a position."""
+    return PressRequest((0.0, 0.0), 0.0, _CLEAR_S, position=position)
 
 
 def _rest_of(readings: Readings) -> float:
