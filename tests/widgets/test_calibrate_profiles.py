@@ -3,6 +3,7 @@
 import math
 import threading
 
+import msgspec
 import pytest
 from calibrate_driver import LEFT, CalibrateDriver
 from calibrate_samples import MIDDLE, Weighing
@@ -104,6 +105,20 @@ def test_floors_keep_their_profiles_apart(driver):
 def _choose_folder(driver, folder):
     choose_file(driver.workspace, folder, lambda: driver.click(driver.wizard.reporting))
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def test_profiles_that_a_renamed_floor_left_behind_are_named(driver):
+    floor = default_floor()
+    Profile(tile="t1").save(driver.file())
+    had = driver.workspace.profiles.folder
+    driver.workspace.set_target(Target(msgspec.structs.replace(floor, title="Lab")))
+    driver.wait(lambda: driver.said)
+    (line,) = driver.said
+    assert line.startswith(f"Lab has no profiles; {had} has some of the same tiles: if it was renamed, rename")
+    had.rename(had.parent / line.rpartition(" ")[2])
+    driver.workspace.set_target(Target(floor))
+    driver.workspace.set_target(Target(msgspec.structs.replace(floor, title="Lab")))
+    driver.wait(lambda: driver.workspace.profiles.by_tile)
 
 
 def test_the_report_is_a_page_in_a_folder_with_pictures_and_raw_data(driver, tmp_path):

@@ -13,7 +13,7 @@ from underfoot.errors import UnderfootError
 from underfoot.files import make_folder
 from underfoot.floor.layout import Floor
 from underfoot.floor.profile import Profile, load_for_tile
-from underfoot.widgets.session.profile_folder import profile_folder
+from underfoot.widgets.session.profile_folder import profile_folder, profiles_elsewhere
 
 
 def flags_of(profiles: dict[str, Profile], today: date) -> tuple[str, ...]:
@@ -50,6 +50,8 @@ class Profiles(QObject):
     def follow(self, floor: Floor, folder: str = "", simulation: str = "") -> None:
         """Load the profiles of this floor, from its own folder or this one."""
         self.folder = Path(folder) if folder else profile_folder(self._root, floor, simulation)
+        if not folder:
+            self._submit(self._say_elsewhere, self.folder, floor, simulation)
         self.by_tile = {}
         self.changed.emit()
         self._submit(self._load, self.folder, floor.ids)
@@ -86,6 +88,16 @@ class Profiles(QObject):
             except UnderfootError as error:
                 self.notified.emit(str(error))
         self._read.emit(folder, found)
+
+    def _say_elsewhere(self, folder: Path, floor: Floor, simulation: str) -> None:
+        """Say where profiles of the same tiles are, if this floor has none: it may have had another name."""
+        elsewhere = [] if folder.is_dir() else profiles_elsewhere(folder, floor, simulation)
+        if elsewhere:
+            name = floor.title or "This floor"
+            self.notified.emit(
+                f"{name} has no profiles; {elsewhere[0]} has some of the same tiles: if it was renamed, "
+                f"rename that folder to {folder.name}"
+            )
 
     def _write(self, folder: Path, tile: str, kind: str, change: Callable[[Profile], Profile], text: str) -> None:
         path = folder / f"{tile}.json"
