@@ -166,6 +166,15 @@ def test_a_device_without_a_clock_is_said(until):
         assert "tile t1 sends the same microseconds in all frames, so its samples have no time" in source.take_notices()
 
 
+def test_a_clock_that_runs_backwards_is_said(until):
+    """Each second frame was a new start, and half of the samples were played, in silence."""
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, i, 1000 * i if t else 1_000_000 - 1000 * i, 0) for i in range(300) for t in (0, 1)])
+        pulled(source, until, 300)
+        said = source.take_notices()
+    assert "tile t1 sends microseconds that fall from frame to frame, so its samples have no time" in said
+
+
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
     now = [1000.0]

@@ -164,10 +164,12 @@ class DeviceFloor:
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
 
     def _rate_line(self) -> str:
-        """Return a line if a tile's clock stands still, or its sample rate differs from the declared one."""
+        """Return a line if a tile's clock stands still or runs backwards, or its rate is not the declared one."""
         for row, tile in enumerate(self.floor.tiles):
             if self.reader.stands_still(row):
                 return f"tile {tile.id} sends the same microseconds in all frames, so its samples have no time"
+            if self.reader.runs_backwards(row):
+                return f"tile {tile.id} sends microseconds that fall from frame to frame, so its samples have no time"
             period = self.reader.period_us(row)
             if period > 0 and abs(period * 1e-6 * self.rate_hz - 1.0) > _WRONG_RATE:
                 return f"tile {tile.id} sends {1e6 / period:.0f} samples a second, not {self.rate_hz:.0f}"

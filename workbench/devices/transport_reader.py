@@ -69,6 +69,10 @@ class TransportReader:
         """Return whether a tile's microseconds do not change from frame to frame."""
         return self._parser.stands_still(tile)
 
+    def runs_backwards(self, tile: int) -> bool:
+        """Return whether a tile's microseconds fall from frame to frame."""
+        return self._parser.runs_backwards(tile)
+
     def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
         if not self._parser.is_contested(tile):

@@ -186,6 +186,11 @@ class Parser:
         known = self._state.tiles[tile]
         return bool(known["age"] >= WINDOW and known["period_us"] == 0)
 
+    def runs_backwards(self, tile: int) -> bool:
+        """Return whether a tile began anew with most of its frames, because its microseconds fall."""
+        known = self._state.tiles[tile]
+        return bool(known["accepted"] >= WINDOW and 2 * known["restarts"] > known["accepted"])
+
     def counts_of(self, tile: int) -> FrameCounts:
         """Return the counts of one tile's frames; corrupted ones belong to no tile."""
         known = self._state.tiles[tile]
