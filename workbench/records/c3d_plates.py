@@ -59,7 +59,10 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         raise BadFile(f"{path} has no force plates; allowed: FORCE_PLATFORM with plates of type 1 to 4")
     if samples.shape[1] < 2:
         raise BadFile(f"{path} has no force samples")
-    scale = _LENGTHS_M.get(_text(parameters["POINT"].get("UNITS")).lower()[:3], 1e-3)
+    length = _text(parameters["POINT"].get("UNITS")) or "mm"
+    scale = _LENGTHS_M.get(length.lower()[:3])
+    if scale is None:
+        raise BadFile(f"{path}: POINT:UNITS is {length!r}; allowed: mm, cm, m")
     names, units = _tile_names(parameters, count), _units(parameters["ANALOG"])
     tiles, forces = [], []
     for number in range(count):
@@ -113,6 +116,8 @@ class _Plate:
         if self.type not in _CHANNELS:
             raise BadFile(f"{self._where} has type {self.type}; allowed: 1, 2, 3, 4")
         corners_m = scale * np.asarray(plates["CORNERS"], np.float64).reshape(3, 4, -1, order="A")
+        if not np.isfinite(corners_m).all():
+            raise BadFile(f"{self._where} has corners that are not finite; allowed: numbers")
         up = int(np.ptp(corners_m[:, :, 0], axis=1).argmin())  # the axis along which the first plate is thin
         self.corners_m = np.roll(corners_m[:, :, number], 2 - up, axis=0).T
         origin_m = scale * np.asarray(plates["ORIGIN"], np.float64).reshape(3, -1)[:, number]
