@@ -137,7 +137,7 @@ def test_c3d(exported, recorded, stretch, whole_steps):
     content = ezc3d.c3d(str(exported("walk.c3d")))
     time_s, force_n = within(recorded, stretch)
     count = len(time_s) // 10 * 10
-    sums = content["data"]["analogs"][0].reshape(2, 8, -1)[:, 4:].sum(axis=1)
+    sums = -content["data"]["analogs"][0].reshape(2, 8, -1)[:, 4:].sum(axis=1)
     np.testing.assert_allclose(sums.T, force_n[:count].sum(axis=2), atol=1e-3)
     events = content["parameters"]["EVENT"]
     times_s = 60.0 * events["TIMES"]["value"][0] + events["TIMES"]["value"][1]

@@ -107,7 +107,7 @@ def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_p
     for row, (tile, plate) in enumerate(zip(FLOOR.tiles, content["data"]["platform"], strict=True)):
         assert plate["unit_position"] == "mm"
         loads = force_n[:, row].sum(axis=1)
-        np.testing.assert_allclose(plate["force"][2], -loads, atol=2e-4)  # on the plate, downwards
+        np.testing.assert_allclose(plate["force"][2], loads, atol=2e-4)  # on the foot, upwards
         pressed = np.flatnonzero(loads > 100.0)
         centroid = tile.to_floor(force_n[pressed, row] @ np.array(tile.sensors_m) / loads[pressed, None])
         np.testing.assert_allclose(plate["center_of_pressure"][:2, pressed].T, 1e3 * centroid, atol=0.01)
@@ -155,7 +155,7 @@ def test_c3d_has_more_than_255_channels_as_the_manual_says(tmp_path):
     assert content["data"]["analogs"].shape[1] == 288
     with Recording(source) as recording:
         corners = recording.force_samples()[:, 2:].reshape(-1, 36, 4)
-    loads = np.stack([-plate["force"][2] for plate in content["data"]["platform"]], axis=1)
+    loads = np.stack([plate["force"][2] for plate in content["data"]["platform"]], axis=1)
     np.testing.assert_allclose(loads, corners.sum(axis=2), atol=2e-4)
     forces, floor = read_force_file(output)
     assert floor.ids == whole.ids

@@ -1,7 +1,8 @@
 """C3D: tiles as force plates of type 3, as gait laboratories read them.
 
-A plate's frame has z down, so that a press is positive: x is the tile's, y is against the tile's. Corners and sensors
-are in the order that the C3D manual gives for type 3: (+x, +y), (-x, +y), (-x, -y), (+x, -y) of the plate's frame.
+A plate's frame has z down: x is the tile's, y is against the tile's. Corners and sensors are in the order that the C3D
+manual gives for type 3: (+x, +y), (-x, +y), (-x, -y), (+x, -y) of the plate's frame. Its forces are those of the ground
+on the foot, as motion capture systems write them and other programs draw them: those of a press are negative.
 """
 
 import math
@@ -133,7 +134,7 @@ def _analogs(floor: Floor, corners: NDArray[np.float32], path: Path) -> tuple[li
                 f"{path}: tile {tile.id} is no plate of type 3; allowed: sensors in a rectangle about the middle"
             )
         labels += [f"{tile.id}.{name}" for name in CHANNELS]
-        values[8 * row + 4 : 8 * row + 8] = corners[:, row, found[0]].T
+        values[8 * row + 4 : 8 * row + 8] -= corners[:, row, found[0]].T
     return labels, values
 
 
