@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from contextlib import suppress
 from functools import partial
 from types import SimpleNamespace
 from typing import ClassVar
@@ -22,7 +21,6 @@ from underfoot.commands.render import line_of
 from underfoot.engine import session
 from underfoot.engine.commands import Play
 from underfoot.engine.reports import CommandApplied, Fault, Notice, OutputChanged, ProcessDied, Started
-from underfoot.engine.worker_pool import cores
 from underfoot.floor.layout import default_floor
 from underfoot.models import gait
 from underfoot.nodes import REGISTRY
@@ -214,62 +212,6 @@ def test_render_says_which_of_several_patches_failed_and_does_the_others(underfo
     assert "underfoot: missing.json: cannot be read: no such file or directory" in errors
     assert errors[-1] == "underfoot: 2 of 3 patches were not rendered"
     assert sorted(path.name for path in (folder / "all").iterdir()) == ["manifest.csv", f"{SINE.stem}.wav"]
-
-
-@pytest.mark.parametrize("end", [
-    lambda pid: os.killpg(pid, signal.SIGINT),  # Ctrl-C goes to all processes
-    lambda pid: os.kill(pid, signal.SIGTERM),
-], ids=["Ctrl-C", "SIGTERM"])  # fmt: skip
-def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, folder, until, end):
-    patches = [SINE, preset_files.patches()["gravel"], preset_files.patches()["snow"]]
-    assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
-    command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests that run in the background may not hear it
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, start_new_session=True, preexec_fn=heard) as process:
-        until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
-        end(process.pid)
-        out, error = process.communicate(timeout=300.0)
-    assert (process.returncode, out, error.strip()) == (130, b"", b"")
-    assert list((folder / "all").iterdir()) == []
-    until(lambda: not members(process.pid))
-
-
-ENDLESS = """
-import ctypes, threading
-from underfoot.commands.ending import interrupted_by_signals
-
-system, lock, condition = ctypes.CDLL(None), ctypes.create_string_buffer(64), ctypes.create_string_buffer(64)
-
-def tell():
-    system.pthread_mutex_lock(lock)  # which is free once the other thread waits
-    print("waiting", flush=True)
-
-with interrupted_by_signals():
-    system.pthread_mutex_lock(lock)
-    threading.Thread(target=tell, daemon=True).start()
-    system.pthread_cond_wait(condition, lock)
-"""
-
-
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_command_ends_though_what_it_runs_never_returns(name):
-    """As a node's kernel can: Python hears of no signal meanwhile."""
-    command = [sys.executable, "-c", ENDLESS]
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    with subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=heard) as process:
-        assert process.stdout.readline() == b"waiting\n"
-        process.send_signal(getattr(signal, name))
-        assert process.wait(timeout=60.0) == 130
-
-
-def members(group):
-    """The processes of a group."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        with suppress(ProcessLookupError):
-            found += [name] if os.getpgid(int(name)) == group else []
-    return found
 
 
 # --- monitor ---
