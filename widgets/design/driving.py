@@ -8,11 +8,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from underfoot.parameters import Number
+from underfoot.patch.grouping import put_into
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.menu import Menu
 from underfoot.widgets.design.items import NodeItem
 from underfoot.widgets.design.patch_editing import drivers, snapped
+from underfoot.widgets.design.patch_view import PatchView
 from underfoot.widgets.design.scene import PatchScene
 from underfoot.widgets.design.undo import Document
 
@@ -47,11 +49,13 @@ def driver_range(parameter: Number, value: float) -> tuple[float, float]:
     return low, high
 
 
-def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str) -> Patch:
+def with_driver(
+    patch: Patch, registry: Registry, id: str, name: str, type: str, beside: tuple[float, float] | None = None
+) -> Patch:
     """Return the patch with a new node of `type` wired to parameter `name` of node `id`.
 
     The node moves the parameter within `driver_range`. If it needs a force, it is wired to the patch's Tile force, or
-    to a new one.
+    to a new one. `beside` is where the sub-patch stands that the driven node is in.
     """
     node = patch.node(id)
     parameter = next(p for p in drivable_parameters(registry, node.type) if p.name == name)
@@ -59,7 +63,8 @@ def with_driver(patch: Patch, registry: Registry, id: str, name: str, type: str)
     ends = {"low": low, "high": high}
     if type == "random-walk":
         ends = {"centre": 0.5 * (low + high), "deviation": 0.25 * (high - low)}
-    at = _free_place(patch, node.at[0] - _WIDTH - _GAP, node.at[1])
+    left, top = beside or node.at
+    at = _free_place(patch, left - _WIDTH - _GAP, top)
     after = patch.add(type, registry, at, **ends)
     new = after.nodes[-1].id
     for port in registry[type].inputs:
@@ -82,7 +87,7 @@ def _free_place(patch: Patch, x: float, y: float) -> tuple[float, float]:
 class DriverMenus:
     """The menus of drivers for parameters of a document's nodes. Each choice is one undo step."""
 
-    def __init__(self, document: Document, scene: PatchScene, parent: QWidget) -> None:
+    def __init__(self, document: Document, scene: PatchScene, parent: PatchView) -> None:
         self._document, self._scene, self._parent = document, scene, parent
 
     def open_menu(self, id: str, name: str, place: QPoint, further: Sequence[QAction] = ()) -> None:
@@ -119,8 +124,16 @@ class DriverMenus:
         self._parent.setFocus()  # the number's field had the focus, and may be replaced by the driver's
         if by in registry:
             label = registry[patch.node(id).type].parameters[name].label.lower()
-            after = with_driver(patch, registry, id, name, by)
+            shown = self._scene.group_view.shown_as[id]
+            place = self._scene.movable()[shown].pos()
+            after = with_driver(patch, registry, id, name, by, (place.x(), place.y()))
+            new = after.nodes[len(patch.nodes) :]
+            for node in new:
+                frame = self._scene.frame_around(QPointF(*node.at))
+                if around := frame.shown_group.id if frame else self._scene.inside:
+                    after = put_into(after, [node.id], around)
             self._document.edit(after, f"Drive {label} with {registry[by].label}")
+            self._parent.ensure_visible([shown, *(node.id for node in new)])
         elif by == "no wire":
             self._document.edit(patch.disconnect([w for w in patch.wires if w[1] == f"{id}.{name}"]), "Disconnect")
         else:
@@ -135,6 +148,8 @@ class DriverMenus:
         menu.addSeparator()
         if name in drivers(patch).get(id, {}):
             menu.addAction("Disconnect its wire", partial(self.drive, id, name, "no wire"))
+        elif id not in self._scene.nodes:
+            pass  # it is in a sub-patch, which has ports for wires alone
         elif name in self._scene.nodes[id].shown_ports:
             menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
         else:

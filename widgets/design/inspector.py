@@ -157,7 +157,7 @@ class Inspector(QScrollArea):
     def show_signal_ranges(self, signal_ranges: Mapping[str, tuple[float, float]]) -> None:
         """Show the ranges of the outputs ("node.port") in their last preview, for driving nodes."""
         self._signal_ranges = signal_ranges
-        if len(self._ids) == 1:
+        if len(self._ids) == 1 or self._group is not None:
             self._refresh(drivers(self._patch).get(self._ids[0], {}))
 
     @property
@@ -237,15 +237,7 @@ class Inspector(QScrollArea):
             if isinstance(editor, RhythmEditor):
                 editor.rhythm_chosen.connect(lambda rhythm, name=name: self._set_rhythm(id, name, rhythm))
             self._add_editor(column, name, editor)
-            editor.value_changed.connect(
-                lambda value, name=name: self.edited.emit(id, name, value, f"{id}.{name} {self._edit_number}")
-            )
-            if isinstance(editor, NumberEditor):
-                editor.disconnect_requested.connect(lambda name=name: self.disconnect_requested.emit(f"{id}.{name}"))
-                editor.drive_requested.connect(
-                    lambda place, name=name, editor=editor: self.drive_requested.emit(id, name, place, editor.actions())
-                )
-            self._offer_publishing(editor, f"{id}.{name}")
+            self._connect_editor(editor, f"{id}.{name}")
         if type.type in INTERVAL_NODES:
             self.distribution = DistributionView(most=1)
             self.distribution.setFixedHeight(DISTRIBUTION_PX)
@@ -257,6 +249,15 @@ class Inspector(QScrollArea):
             column.addWidget(self.errors)
         column.addWidget(_line())
         self._add_facts(column, {"Cost": self._cost, "Awake": self._tiles_awake, "Id": theme.label(id)})
+
+    def _connect_editor(self, editor: ParameterEditor, end: str) -> None:
+        """Emit what is done in the control of a node's parameter, "node.parameter"."""
+        id, _, name = end.partition(".")
+        editor.value_changed.connect(lambda value: self.edited.emit(id, name, value, f"{end} {self._edit_number}"))
+        if isinstance(editor, NumberEditor):
+            editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
+            editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
+        self._offer_publishing(editor, end)
 
     def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
         """Add a menu that exposes the parameter on the sub-patch, if the node is in a group."""
@@ -292,9 +293,7 @@ class Inspector(QScrollArea):
             self._add_editor(column, end, editor)
             editor.label.setText(f"{self._patch.node(id).label or types[id].label}: {editor.parameter.label.lower()}")
             editor.label.setWordWrap(True)
-            editor.value_changed.connect(
-                lambda value, id=id, name=name, end=end: self.edited.emit(id, name, value, f"{end} {self._edit_number}")
-            )
+            self._connect_editor(editor, end)
         if not group.published:
             hint = "A parameter of a node in it is shown here when its context menu says so."
             column.addWidget(_wrapped(hint, "muted"))
@@ -375,6 +374,8 @@ class Inspector(QScrollArea):
                 value = editor.parameter.check(self._patch.node(id).parameters.get(name, editor.parameter.default))
                 if value != editor.value():
                     editor.set_value(value)
+                if isinstance(editor, NumberEditor):
+                    self._show_driver(editor, drivers(self._patch).get(id, {}).get(name, ""))
         elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
             if self.picture is not None:

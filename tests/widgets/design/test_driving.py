@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.engine.reports import Preview
 from underfoot.nodes import REGISTRY
+from underfoot.patch.grouping import published
 from underfoot.patch.patch import Patch
 from underfoot.patch.program import Program
 from underfoot.widgets.controls.number_editor import NumberEditor
@@ -286,3 +287,33 @@ def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, wo
         QTest.keyClick(workspace.canvas.search.field, Qt.Key.Key_Return)
     assert workspace.patch().wires == (("tile-force.force", "footfall.force"), ("footfall.onset", "impact.strike"))
     assert scene.selected() == ["impact"]
+
+
+@pytest.fixture
+def sub_patch(workspace):
+    """The filter in a sub-patch, which is selected, and on which its cutoff is shown."""
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    workspace.document.edit(published(workspace.patch(), "low-pass.cutoff", True), "Show on the sub-patch")
+    return workspace
+
+
+def test_a_driver_of_a_node_in_a_sub_patch_is_in_it_too(qtbot, sub_patch):
+    QTest.keyClick(sub_patch.canvas, Qt.Key.Key_Return)
+    sub_patch.canvas.patch_scene.select(["low-pass"])
+    editor = sub_patch.inspector.editors["cutoff"]
+    click(qtbot, ask(editor.field, editor.field.rect().center()), "LFO")
+    assert set(sub_patch.canvas.patch_scene.nodes) == {"low-pass", "lfo"}
+    assert sub_patch.patch().groups[0].members == ("low-pass", "lfo")
+
+
+def test_a_parameter_on_a_sub_patch_is_driven_disconnected_and_hidden_from_there(qtbot, sub_patch):
+    scene, shown = sub_patch.canvas.patch_scene, sub_patch.inspector.editors["low-pass.cutoff"]
+    click(qtbot, ask(shown.field, shown.field.rect().center()), "LFO")
+    assert set(scene.nodes) == {"tone", "tile-output", "lfo"}
+    assert shown.driver.text().startswith("driven by LFO")
+    assert not shown.slider.isEnabled()
+    QTest.mouseClick(shown.driver, Qt.MouseButton.LeftButton)
+    assert ("lfo.out", "low-pass.cutoff") not in sub_patch.patch().wires
+    assert shown.slider.isEnabled()
+    click(qtbot, ask(shown.field, shown.field.rect().center()), "Show on the sub-patch")
+    assert sub_patch.patch().groups[0].published == ()
