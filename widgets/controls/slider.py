@@ -9,10 +9,15 @@ from underfoot.widgets.controls.wheel import takes_wheel
 
 STEPS = 1000
 KNOB_PX = 5.0
+FINE = 0.1
+"""The part of the mouse's way that the knob goes while Shift is held."""
 
 
 class Slider(QSlider):
-    """A position from 0 to 1. `moved` follows every change by the user; `edit_began` precedes a drag or a key press."""
+    """A position from 0 to 1. `moved` follows every change by the user; `edit_began` precedes a drag or a key press.
+
+    With Shift both are finer.
+    """
 
     moved = Signal(float)
     edit_began = Signal()
@@ -30,6 +35,7 @@ class Slider(QSlider):
         self._position = 0.0
         self._accent = theme.VIBRATION
         self._range_shown: tuple[float, float] | None = None
+        self._held_x = self._held_at = 0.0
         self._is_set = True
         self.valueChanged.connect(self._changed)
         self._is_silent = False
@@ -84,6 +90,7 @@ class Slider(QSlider):
         if event.button() == Qt.MouseButton.LeftButton:
             self.edit_began.emit()
             self.setSliderDown(True)
+            self._held_x, self._held_at = event.position().x(), self._position
             self._go(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -106,8 +113,11 @@ class Slider(QSlider):
         super().keyPressEvent(event)
 
     def _go(self, event: QMouseEvent) -> None:
-        room = self.width() - 2 * KNOB_PX
-        value = round(min(max((event.position().x() - KNOB_PX) / room, 0.0), 1.0) * STEPS)
+        x, room = event.position().x(), self.width() - 2 * KNOB_PX
+        is_fine = self._is_set and event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        place = self._held_at + FINE * (x - self._held_x) / room if is_fine else (x - KNOB_PX) / room
+        self._held_x, self._held_at = x, min(max(place, 0.0), 1.0)
+        value = round(self._held_at * STEPS)
         if not self._is_set and value == self.value():
             self._changed(value)  # Qt reports only changed values
         self.setValue(value)

@@ -3,8 +3,9 @@
 import math
 
 import pytest
+from design_samples import send
 from on_screen import show
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtWidgets import QToolTip
 
 from underfoot.errors import BadValue
@@ -157,6 +158,15 @@ def test_each_key_on_the_slider_of_a_count_changes_it(qtbot, most):
     for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Right):
         qtbot.keyClick(editor.slider, key)
     assert given == [2, 3, 2, 3]
+
+
+def test_a_drag_with_shift_goes_a_tenth_of_the_way_from_where_the_knob_is(editor):
+    slider, shift = editor.slider, Qt.KeyboardModifier.ShiftModifier
+    slider.set_position(0.5)
+    for kind, x in ((QEvent.Type.MouseButtonPress, 20), *((QEvent.Type.MouseMove, x) for x in range(20, 121))):
+        send(slider, kind, QPoint(x, 8), Qt.MouseButton.LeftButton, shift)
+    send(slider, QEvent.Type.MouseButtonRelease, QPoint(120, 8), Qt.MouseButton.LeftButton, shift)
+    assert slider.position() == pytest.approx(0.5 + 0.1 * 100 / (slider.width() - 10), abs=0.001)
 
 
 def test_a_key_after_a_drag_of_the_slider_is_an_edit_of_its_own(qtbot, editor):
