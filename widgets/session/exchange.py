@@ -17,6 +17,7 @@ from underfoot.widgets.session.open_patch import OpenPatch
 
 if TYPE_CHECKING:
     from underfoot.exchange.format import Imported
+    from underfoot.patch.patch import Patch
 
 MOST_LINES = 12
 """Of what an import left out."""
@@ -88,15 +89,21 @@ class Exchange(QObject):
         from underfoot.exchange.formats import to_read
 
         self._notify(f"Importing {path.name}…")
+        asked_about = self._open_patch.patch
         self._reader.submit(lambda: read_foreign_patch(to_read(path), path)).add_done_callback(
-            lambda future: self._imported.emit((path, _result_of(future)))
+            lambda future: self._imported.emit((path, asked_about, _result_of(future)))
         )
 
-    def _show(self, result: "tuple[Path, Imported | UnderfootError]") -> None:
-        path, imported = result
+    def _show(self, result: "tuple[Path, Patch, Imported | UnderfootError]") -> None:
+        path, asked_about, imported = result
         if isinstance(imported, UnderfootError):
             self._open_patch.not_read.emit(path, str(imported))
-            return
+        elif self._open_patch.patch is asked_about:
+            self._open(path, imported)
+        else:  # edited while the file was read
+            self._open_patch.ask_to_save(lambda: self._open(path, imported))
+
+    def _open(self, path: Path, imported: "Imported") -> None:
         self._open_patch.open_untitled(imported.patch)
         self._notify(f"Imported {path.name}: it plays at each footfall")
         if imported.losses:

@@ -58,6 +58,15 @@ def test_dropped_files_are_opened_as_patches_and_others_are_not_taken(window, qt
     assert window.open_patch.path == tmp_path / "a.json"
 
 
+def test_what_is_edited_while_a_file_is_imported_is_asked_for(window, qtbot, tmp_path):
+    assert drop(window, made.put(tmp_path, "wav"))
+    work = noise_patch("Edited meanwhile")
+    design(window).document.edit(work, "All")
+    qtbot.waitUntil(lambda: any(box.isVisible() for box in window.findChildren(QMessageBox)))
+    dialog_of(window, QMessageBox).reject()
+    assert design(window).patch() == work
+
+
 def test_of_several_dropped_files_the_first_that_fits_is_opened_and_the_line_says_so(window, tmp_path):
     for name in ("a", "b"):
         noise_patch(name).save(tmp_path / f"{name}.json")
