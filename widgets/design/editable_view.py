@@ -384,20 +384,19 @@ class EditableView(PatchView):
         return around[-1] if around else ""
 
     def collapse(self) -> None:
-        """Collapse the selection to one node, with a port for each wire across its border; expand a selected collapsed
-        group.
+        """Collapse the selection to one node, with a port for each wire across its border; expand selected collapsed
+        groups, unless they are all of a frame.
         """
         chosen = self.patch_scene.selected()
         blocks = [id for id in chosen if id in self.patch_scene.group_nodes]
-        patch = self.document.patch
-        if blocks and len(blocks) == len(chosen):
+        patch, id = self.document.patch, self._frame_around(chosen)
+        if blocks and len(blocks) == len(chosen) and not id:
             members = self._members()
             for id in blocks:
                 patch = self._with_group(id, patch, collapsed=False)
             self.document.edit(patch, "Open a sub-patch")
             self.patch_scene.select({self.patch_scene.group_view.shown_as[id] for id in members})
             return
-        id = self._frame_around(chosen)
         try:
             if not id:
                 patch = grouped(patch, self._members(), within=self.inside)

@@ -380,6 +380,18 @@ def test_a_sub_patch_opens_on_its_leftmost_node_and_the_way_out_leads_to_the_for
     assert (seen().center() - before).manhattanLength() < 4.0
 
 
+def test_a_frame_of_sub_patches_alone_is_collapsed_and_not_they_expanded(row):
+    for id in ("through", "through1"):
+        collapse(row, id)
+    row.canvas.patch_scene.select(["group", "group1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    write(row, "Both")
+    QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
+    assert [item.description.title for item in row.canvas.patch_scene.group_nodes.values()] == ["Both"]
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    assert len(row.canvas.patch_scene.group_nodes) == 2
+
+
 @pytest.mark.parametrize("key", [Qt.Key.Key_G, Qt.Key.Key_E])
 def test_all_that_is_in_a_sub_patch_is_grouped_within_it(row, key):
     collapse(row, "through", "through1")
