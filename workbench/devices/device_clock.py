@@ -131,6 +131,9 @@ def observe(clock: np.record, epoch: int, microseconds: float, frame: float, rat
     if abs(x - clock.opened_us) >= WINDOW_US:
         if clock.earliest - _line(clock, clock.earliest_us) > JUMP_S * rate:
             clock.count = 0  # everything is later than before: earlier windows no longer hold
+        before = clock.window_earliest[(clock.count - 1) % WINDOWS]
+        if clock.count > 0 and before - clock.earliest > JUMP_S * rate:
+            clock.count = 0  # earlier samples were held up, and came together: each was less late than the one before
         at = clock.count % WINDOWS
         clock.window_us[at], clock.window_earliest[at] = clock.earliest_us, clock.earliest
         clock.count += 1
