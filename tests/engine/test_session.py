@@ -169,6 +169,14 @@ def test_an_engine_that_is_killed_is_back_with_the_patch_that_played(playing):
     playing.until(lambda: "standby" in session.pids, "another engine stands by")
 
 
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_an_engine_leaves_it_to_the_session_when_to_end(playing, name):
+    """A service manager sends SIGTERM to all processes: the output was cut off at full level, a blow of the shakers."""
+    os.kill(playing.session.pids["engine"], getattr(signal, name))
+    playing.play(9_600)
+    assert playing.of(ProcessDied) == []
+
+
 def test_an_engine_that_is_not_started_any_more_does_not_seem_to_run(until, monkeypatch):
     """The window said that it plays on, and `monitor` waited for ever for what it would play."""
     monkeypatch.setattr("underfoot.engine.session.MOST_DEATHS", 0)
@@ -220,6 +228,7 @@ def test_an_engine_that_stands_still_is_started_again_and_the_reason_is_told(pla
     playing.started()
     (lost,) = playing.of(ProcessDied)
     assert lost.reason == "nothing was played for 2 s; look whether the sound card and its server answer"
+    playing.until(lambda: "standby" in playing.session.pids, "another engine stands by")
 
 
 def test_a_compiler_that_is_killed_is_back_with_the_preview_that_was_awaited(playing):

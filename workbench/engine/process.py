@@ -44,6 +44,7 @@ def run(connection: Connection) -> None:
         rehearsed = None
         while isinstance(message := connection.recv(), StandBy):
             rehearsed = _rehearse(message.setup)
+        leave_to_session("SIGTERM")  # from now on it plays, and ends in a ramp
         if message.target.sound is not None:
             _drop_library_messages()
         Engine(connection, message, rehearsed).run()
