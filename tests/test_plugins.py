@@ -86,6 +86,14 @@ def test_what_cannot_be_loaded_is_left_out_and_takes_no_place(python):
     ]
 
 
+def test_a_plug_in_that_brings_nothing_says_so(python):
+    """A misspelt place was left out in silence."""
+    install(python.site, "hollow", "underfoot.nodes", "hollow", {"hollow/__init__.py": "from math import pi\n"})
+    told = python("-m", "underfoot", "nodes", "gain")
+    assert told.returncode == 0
+    assert told.stderr == "underfoot: plug-in hollow is left out: no complete node is in hollow\n"
+
+
 def test_a_transport_of_a_plug_in_is_a_target(python):
     code = (
         "from underfoot.devices.transports.udp import UdpTransport\n"
@@ -107,6 +115,22 @@ def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
     told = python("-m", "underfoot", "scene")
     assert (told.returncode, told.stderr) == (0, "")
     assert "puddle" in told.stdout
+
+
+def test_a_scene_of_a_plug_in_may_be_made_of_another_and_one_without_a_title_is_left_out(python):
+    """The first was said to bring the pond again; the second ended the list of all scenes with a traceback."""
+    deep = "from underfoot.scenes.frozen_pond import FrozenPond\nclass Deep(FrozenPond):\n    title = 'Deep pond'\n"
+    install(python.site, "deep", "underfoot.scenes", "deep", {"deep/__init__.py": deep})
+    bare = "from underfoot.scenes.scene import Scene\nclass Bare(Scene):\n    doc = 'Bare.'\n"
+    bare += "    def step(self, moment):\n        return ()\n    def shapes(self):\n        return ()\n"
+    install(python.site, "bare", "underfoot.scenes", "bare", {"bare/__init__.py": bare})
+    told = python("-m", "underfoot", "scene")
+    assert told.returncode == 0
+    assert told.stderr == "underfoot: plug-in bare is left out: Bare does not declare title\n"
+    assert [line.split()[0] for line in told.stdout.splitlines() if line[:1].isalpha()][-2:] == [
+        "touch-widgets",
+        "deep",
+    ]
 
 
 @pytest.mark.parametrize("fails", ["__init__", "step", "shapes"])

@@ -3,25 +3,58 @@
 A plug-in that cannot be loaded is reported once and left out.
 """
 
+import inspect
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from multiprocessing import parent_process
 from pathlib import Path
 from types import ModuleType
+from typing import TypeGuard, TypeVar
+
+T = TypeVar("T")
 
 NODES, TRANSPORTS, SCENES = "underfoot.nodes", "underfoot.transports", "underfoot.scenes"
 """Entry point groups."""
 
 
-def declared(group: str) -> Iterator[tuple[str, object]]:
-    """Yield the objects of a group's entry points with the plug-in's name; for a module, all its values.
+def add_declared(
+    found: dict[str, T], group: str, is_one: Callable[[object], TypeGuard[T]], name_of: Callable[[T], str]
+) -> None:
+    """Add what a group's plug-ins declare to `found`, by name. What has a name that is taken is refused.
 
-    >>> list(declared("underfoot.none"))
-    []
+    `is_one` says of an object whether it is of the group; it raises `TypeError` for one that is incomplete.
+
+    >>> found = {}
+    >>> add_declared(found, "underfoot.none", lambda value: True, str)
+    >>> found
+    {}
     """
-    if not _may_declare(group):
-        return
+    kind = group.removeprefix("underfoot.").removesuffix("s")
+    for plugin, where, values in _loaded(group) if _may_declare(group) else ():
+        has_one = False
+        for value in values:
+            try:
+                if not is_one(value):
+                    continue
+                if found.setdefault(name_of(value), value) is not value:
+                    refuse(plugin, f"there is a {kind} {name_of(value)} already")
+            except TypeError as error:
+                refuse(plugin, str(error))
+            has_one = True
+        if not has_one:
+            refuse(plugin, f"no complete {kind} is in {where}")
+
+
+def require_declared(found: type, base: type) -> None:
+    """Raise `TypeError` if a class lacks something that `base` annotates, apart from a name of its objects."""
+    missing = [name for name in inspect.get_annotations(base) if name != "name" and not hasattr(found, name)]
+    if missing:
+        raise TypeError(f"{found.__qualname__} does not declare {', '.join(missing)}")
+
+
+def _loaded(group: str) -> Iterator[tuple[str, str, list[object]]]:
+    """Yield name, place and objects of a group's entry points; for a module, all its values."""
     from importlib.metadata import entry_points
 
     for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
@@ -30,8 +63,7 @@ def declared(group: str) -> Iterator[tuple[str, object]]:
         except Exception as error:  # untrusted code can raise anything
             refuse(point.name, f"{type(error).__name__}: {error}")
             continue
-        values = list(vars(found).values()) if isinstance(found, ModuleType) else [found]
-        yield from ((point.name, value) for value in values)
+        yield point.name, point.value, list(vars(found).values()) if isinstance(found, ModuleType) else [found]
 
 
 def _may_declare(group: str) -> bool:

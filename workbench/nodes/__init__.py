@@ -5,9 +5,10 @@ Plug-ins add nodes through entry points (docs/plugins.md); they cannot replace a
 
 import importlib
 import pkgutil
+from typing import TypeGuard
 
 from underfoot.patch.node import NodeType, Registry
-from underfoot.plugins import NODES, declared, refuse
+from underfoot.plugins import NODES, add_declared
 
 
 def discover() -> Registry:
@@ -19,12 +20,14 @@ def discover() -> Registry:
     found: dict[str, NodeType] = {}
     for module in pkgutil.iter_modules(__path__):
         for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
-            if isinstance(value, NodeType):
+            if _is_node(value):
                 found[value.type] = value
-    for name, value in declared(NODES):
-        if isinstance(value, NodeType) and found.setdefault(value.type, value) is not value:
-            refuse(name, f"there is a node {value.type} already")
+    add_declared(found, NODES, _is_node, lambda node: node.type)
     return found
+
+
+def _is_node(value: object) -> TypeGuard[NodeType]:
+    return isinstance(value, NodeType)
 
 
 REGISTRY = discover()

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeGuard
 
-from underfoot.plugins import SCENES, declared, refuse
+from underfoot.plugins import SCENES, add_declared, require_declared
 
 if TYPE_CHECKING:
     from underfoot.scenes.scene import Scene
@@ -28,26 +28,23 @@ def discover() -> "Mapping[str, type[Scene]]":
     """
     from underfoot.scenes.scene import Scene
 
+    def is_scene(value: object) -> TypeGuard[type[Scene]]:
+        if not (inspect.isclass(value) and issubclass(value, Scene) and not inspect.isabstract(value)):
+            return False
+        require_declared(value, Scene)
+        return True
+
     found: dict[str, type[Scene]] = {}
     for folder in pkgutil.iter_modules(__path__):
-        if not folder.ispkg:
-            continue
-        package = importlib.import_module(f"{__name__}.{folder.name}")
-        for value in vars(package).values():
-            if _is_scene(value, Scene):
-                value.name, value.folder = folder.name.replace("_", "-"), Path(str(package.__file__)).parent
-                found[value.name] = value
-    for plugin, value in declared(SCENES):
-        if not _is_scene(value, Scene):
-            continue
-        name = value.__module__.rpartition(".")[2].replace("_", "-")
-        if name in found:
-            refuse(plugin, f"there is a scene {name!r} already")
-            continue
-        value.name, value.folder = name, Path(inspect.getfile(value)).parent
-        found[name] = value
+        if folder.ispkg:
+            for value in vars(importlib.import_module(f"{__name__}.{folder.name}")).values():
+                if is_scene(value):
+                    found[_name_of(value)] = value
+    add_declared(found, SCENES, is_scene, _name_of)
+    for name, scene in found.items():
+        scene.name, scene.folder = name, Path(inspect.getfile(scene)).parent
     return MappingProxyType(found)
 
 
-def _is_scene(value: object, scene: type) -> "TypeGuard[type[Scene]]":
-    return inspect.isclass(value) and issubclass(value, scene) and not inspect.isabstract(value)
+def _name_of(scene: "type[Scene]") -> str:
+    return scene.__module__.rpartition(".")[2].replace("_", "-")

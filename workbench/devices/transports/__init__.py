@@ -9,7 +9,7 @@ from typing import TypeGuard
 from underfoot.devices.transport import Sender, Transport
 from underfoot.errors import BadValue
 from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
-from underfoot.plugins import declared, refuse
+from underfoot.plugins import add_declared, require_declared
 
 
 def discover() -> dict[str, type[Transport]]:
@@ -23,27 +23,16 @@ def discover() -> dict[str, type[Transport]]:
         for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values():
             if _is_transport(value):
                 found[value.scheme] = value
-    for name, value in declared(ENTRY_POINTS):
-        try:
-            if _is_transport(value) and found.setdefault(value.scheme, value) is not value:
-                refuse(name, f"there is a transport {value.scheme} already")
-        except TypeError as error:
-            refuse(name, str(error))
+    add_declared(found, ENTRY_POINTS, _is_transport, lambda transport: transport.scheme)
     return found
 
 
 def _is_transport(value: object) -> TypeGuard[type[Transport]]:
     if not (isinstance(value, type) and issubclass(value, Transport) and not inspect.isabstract(value)):
         return False
-    _require_declared(value, Transport)
-    _require_declared(value.sender, Sender)
+    require_declared(value, Transport)
+    require_declared(value.sender, Sender)
     return True
-
-
-def _require_declared(found: type, base: type) -> None:
-    missing = [name for name in inspect.get_annotations(base) if name != "name" and not hasattr(found, name)]
-    if missing:
-        raise TypeError(f"{found.__qualname__} does not declare {', '.join(missing)}")
 
 
 TRANSPORTS: Mapping[str, type[Transport]] = discover()
