@@ -105,6 +105,20 @@ def test_a_transport_of_a_plug_in_is_a_target(python):
     assert "radio:" in told.stdout
 
 
+@pytest.mark.parametrize(("end", "option"), [("UdpSender", "--udp"), ("RadioSender", "--radio-link")])
+def test_the_emulator_sends_beside_a_transport_of_a_plug_in(python, end, option):
+    """One that shares the end of another, or whose option has a hyphen, ended every `emulate` with a traceback."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
+        "class RadioSender(UdpSender):\n    option = 'radio-link'\n"
+        f"class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n    sender = {end}\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    for each in ("--udp", option):
+        told = python("-m", "underfoot", "emulate", each, "9", "--seconds", "0.01")
+        assert (told.returncode, "Traceback" in told.stderr) == (0, False), told.stderr
+
+
 def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
     code = (
         "from underfoot.scenes.scene import Scene\n"

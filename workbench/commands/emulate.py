@@ -29,7 +29,10 @@ if TYPE_CHECKING:
 
 _SHARE = "share of the frames, 0 to 1"
 _BATCH = 1 << 15
-_SENDERS = [transport.sender for transport in TRANSPORTS.values()]
+_SENDERS: dict[str, type[Sender]] = {}
+"""The emulator's ends by their arguments. Transports may share one, as a plug-in's that is made of another does."""
+for _transport in TRANSPORTS.values():
+    _SENDERS.setdefault(_transport.sender.option.replace("-", "_"), _transport.sender)
 
 
 @dataclass(frozen=True)
@@ -61,10 +64,10 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(**given: object) -> None:
-        values = {sender: given.pop(sender.option) for sender in _SENDERS}
+        values = {sender: given.pop(argument) for argument, sender in _SENDERS.items()}
         command(senders={sender: str(value) for sender, value in values.items() if value not in (None, False)}, **given)
 
-    for sender in reversed(_SENDERS):
+    for sender in reversed(_SENDERS.values()):
         takes: dict[str, Any] = {"metavar": sender.option_value} if sender.option_value else {"is_flag": True}
         run = click.option(f"--{sender.option}", help=sender.help, **takes)(run)
     return run
@@ -106,7 +109,7 @@ def emulate(options: EmulateOptions) -> None:
     from underfoot.devices.emulation.emulator import Emulator, TileClock
 
     if len(options.senders) != 1:
-        forms = ", ".join(f"--{sender.option} {sender.option_value}".strip() for sender in _SENDERS)
+        forms = ", ".join(f"--{sender.option} {sender.option_value}".strip() for sender in _SENDERS.values())
         raise BadValue(f"{len(options.senders) or 'no'} transports are given; allowed: one of {forms}")
     if options.seconds is not None and not options.seconds > 0.0:
         raise BadValue(f"--seconds is {options.seconds:g}; allowed: above 0")
