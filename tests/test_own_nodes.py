@@ -145,6 +145,7 @@ def test_a_table_that_cannot_be_made_is_one_line(underfoot, folder, own_node, ma
     [
         ("", "AttributeError: type object 'Hum' has no attribute 'sizes'"),
         ("return {'m': 3}", "KeyError: 'n'"),
+        ("return {'n': -3}", "ValueError: n is -3; allowed: 0 or more"),
         ("return {'n': values['strength']}", "TypeError: 'float' object cannot be interpreted as an integer"),
     ],
 )

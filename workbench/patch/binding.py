@@ -111,7 +111,10 @@ class Binding:
             return {}
         with self.faults("sizes"):
             given = self.cls.sizes(values, rate)  # type: ignore[attr-defined]
-            return {symbol: operator.index(given[symbol]) for symbol in self.symbols}
+            found = {symbol: operator.index(given[symbol]) for symbol in self.symbols}
+            if negative := [f"{symbol} is {size}" for symbol, size in found.items() if size < 0]:
+                raise ValueError(f"{negative[0]}; allowed: 0 or more")
+            return found
 
     def data(self, values: Values, rate: float) -> NDArray[np.float64]:
         """Return the data of an instance: its sizes and its prepared tables."""
