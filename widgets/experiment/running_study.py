@@ -13,7 +13,6 @@ from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.experiments.analysis.findings import Findings
 from underfoot.experiments.store import SessionFile
-from underfoot.files import make_folder
 from underfoot.studies.equipment import Equipment, EquipmentChoice
 from underfoot.studies.phase import Phase
 from underfoot.studies.runner import Runner
@@ -69,7 +68,6 @@ class RunningStudy(QObject):
 
         Does nothing if the window has no session to lend.
         """
-        make_folder(path.parent)
         file = SessionFile.open(path) if path.exists() else _created(path, study, participant, controller.target)
         session = controller.lend()
         if session is None:

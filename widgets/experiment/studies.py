@@ -3,15 +3,19 @@
 import re
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 
 from underfoot.errors import UnderfootError
 from underfoot.experiments.protocol import Protocol, node_files_of
 from underfoot.experiments.store import SessionFile
+from underfoot.files import make_folder, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.node_files import NodeFile
+
+STUDY = "study.txt"
+"""File beside the sessions of a study: the place of its protocol."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +51,16 @@ class SessionFolder:
     root: Path
 
     def of(self, study: StudyFile) -> Path:
-        """Return the folder of a study's sessions."""
-        return self.root / study.name
+        """Return the folder of a study's sessions: it has the name of the protocol's file.
+
+        Another file of that name in another folder is another study; its sessions get a number after the name.
+        """
+        names = chain((study.name,), (f"{study.name}-{k}" for k in count(2)))
+        return next(self.root / name for name in names if not _is_of_another(self.root / name, study))
+
+    def claim(self, study: StudyFile) -> None:
+        """Make the folder of a study's sessions, and keep whose it is; raise `BadFile` if that fails."""
+        write_file(make_folder(self.of(study)) / STUDY, _origin(study).encode())
 
     def path(self, study: StudyFile, participant: str) -> Path:
         """Return the path of a participant's session file."""
@@ -79,6 +91,21 @@ class SessionFolder:
     def unused_id(self, study: StudyFile) -> str:
         """Return the first number from 1 without a session in the study, as a participant's id."""
         return next(str(k) for k in count(1) if not self.path(study, str(k)).exists())
+
+
+def _origin(study: StudyFile) -> str:
+    """Return the place of a study's protocol; that of a preset is its name, wherever the program lies."""
+    is_preset = study.path in preset_files.protocols().values()
+    return study.path.name if is_preset else str(study.path.resolve())
+
+
+def _is_of_another(folder: Path, study: StudyFile) -> bool:
+    """Return whether a folder has the sessions of another study, whose protocol has not been moved away since."""
+    try:
+        origin = (folder / STUDY).read_text("utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return origin != _origin(study) and (not Path(origin).is_absolute() or Path(origin).is_file())
 
 
 def load_study(path: Path, registry: Registry, *, is_own: bool = False) -> StudyFile:

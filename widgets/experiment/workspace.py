@@ -150,6 +150,7 @@ class ExperimentWorkspace(Workspace):
             return
         self.findings.stop()
         try:
+            self.sessions.claim(study)
             self.running.begin(
                 controller, study, participant, self.sessions.path(study, participant), self.start.equipment
             )
