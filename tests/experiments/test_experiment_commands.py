@@ -190,7 +190,7 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
     again.
     """
     stages = [
-        {"id": "consent", "kind": "consent", "title": "Taking part"},
+        {"id": "consent", "kind": "consent", "text": "You can stop at any time."},
         {"id": "rest", "kind": "pause", "seconds": 1.0},
         {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}},
     ]
@@ -211,7 +211,9 @@ def test_a_study_is_run_in_a_terminal(tmp_path):
         ("press Enter to begin", ""),
         ("How was it", "60"),
     )
-    assert in_terminal(command, typed) == 0
+    printed = []
+    assert in_terminal(command, typed, printed=printed) == 0
+    assert "You can stop at any time.\n" in printed  # a page without a title
     file = SessionFile.open(tmp_path / "p7.session")
     assert [entry.answers for entry in file.entries()] == [{"agreed": "yes"}, {}, {"rating": 40.0}, {"rating": 60.0}]
     assert [note.text for note in file.notes()].count("tired") == 1
@@ -283,6 +285,7 @@ def test_conditions_of_a_table_are_simulated(tmp_path):
 
 def test_what_cannot_be_is_one_line(tmp_path):
     assert "there is no protocol 'nope'; allowed: a file, or" in said("experiment", "nope", "--simulate", 3)
+    assert "there is no protocol 'p01.session'; allowed: a file, or" in said("experiment", "p01.session")
     assert "give one of --participant" in said("experiment", "free-labels")
     assert "people is 0; allowed: 1 to" in said("experiment", "free-labels", "--simulate", 0)
     assert "--truth is 'x'" in said("experiment", "free-labels", "--simulate", 2, "--truth", "x")

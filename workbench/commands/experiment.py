@@ -69,14 +69,14 @@ def experiment(options: ExperimentOptions) -> None:
         return
     chosen = [options.participant is not None, options.pilot, options.simulate is not None, options.levels,
               options.plan is not None]  # fmt: skip
-    if sum(chosen) != 1:
-        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
     if options.csv is not None and options.simulate is None and options.plan is None:
         raise BadValue("--csv is for --simulate and --plan; `analyse --csv` writes the trials of people")
     require_folders_writable(options.report)
     page = options.report / "power.html" if options.report else None
     require_outputs_writable(options.csv, inputs=(options.protocol, options.conditions, page))
     protocol, folder = opened_protocol(options.protocol, options.conditions)
+    if sum(chosen) != 1:
+        raise BadValue("give one of --participant (with --session), --pilot, --simulate, --levels, or --plan")
     if options.levels:
         _print_levels(protocol, folder, options.as_json)
     elif options.plan is not None:

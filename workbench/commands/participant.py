@@ -223,7 +223,7 @@ class _Terminal:
         if key != self._shown.key:
             self._shown.key = key
             if runner.phase is Phase.PAGE and page.kind != "end":
-                _say(f"\n{page.title}. {page.text}".strip())
+                _say("\n" + ". ".join(filter(None, (page.title, page.text))))
                 _ask(page.questions, page.kind)
             elif runner.phase is Phase.PAUSE:
                 _say(f"Pause of {page.seconds:.0f} s; skip ends it.")
