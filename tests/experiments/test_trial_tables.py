@@ -127,6 +127,15 @@ def test_what_another_program_notes_beside_the_trials_is_no_factor(stimulus, tmp
     assert found.remarks[-1] == "No factors of the stimuli, and left out: age, sex, thisRepN, thisN, rt."
 
 
+@pytest.mark.parametrize(("axis", "beside"), [("stiffness_n_mm", True), ("frequency", False)])
+def test_the_thesis_stands_beside_curves_over_stiffness_only(axis, beside, tmp_path):
+    """Its slope of 0.025 mm/N stood beside one of 0.026 s."""
+    (found,) = analysis_of(tmp_path, "\n".join(constant_stimuli(people=4, columns=f"stimulus,{axis},condition")))
+    (over_people,) = (table for table in found.tables if table.title == "Curves over people")
+    assert ("thesis, median" in over_people.columns) == beside
+    assert any("Thesis" in table.note for table in found.tables) == beside
+
+
 def test_a_trial_without_its_condition_is_named(tmp_path):
     rows = constant_stimuli(people=2)
     rows[7] = rows[7].replace(",0,", ",,", 1)

@@ -33,6 +33,13 @@ def test_a_curve_is_drawn_of_each_of_six_conditions():
     assert named(drawing_of("constant-stimuli", rows, "Judged more")) == [f"{name} material" for name in NAMES]
 
 
+def test_ratings_are_drawn_in_the_order_of_a_factor_that_is_a_number():
+    rows = [{"stimulus": f"s{hz}", "hz": hz, "rating": 10 + hz} for hz in (5, 100, 20) for _ in range(2)]
+    drawing = drawing_of("rating", rows, "Rating by hz")
+    assert drawing.x == "1 5, 2 20, 3 100"
+    assert list(drawing.series[0].y) == [15, 30, 110]
+
+
 def test_learning_is_drawn_of_each_of_four_sets():
     rows = [{"stimulus": f"{name}{k}", "set": name, "correct": k, "number": 1} for name in NAMES[:4] for k in (1, 2)]
     assert named(drawing_of("absolute-identification", rows, "Learning")) == list(NAMES[:4])

@@ -20,7 +20,8 @@ from underfoot.experiments.analysis.psychometric import fit
 from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.table import LEVEL, Row, by_value, factors_of, grouped
 
-_LABELS = {"stiffness_n_mm": "stiffness, N/mm", LEVEL: "level, m/s^2"}
+_STIFFNESS = "stiffness_n_mm"
+_LABELS = {_STIFFNESS: "stiffness, N/mm", LEVEL: "level, m/s^2"}
 _QUARTER = 0.67448975
 """The 75 % quantile of the standard normal distribution, in standard deviations."""
 _COLOURS = ("force", "vibration", "contact", "events", "muted")
@@ -161,13 +162,18 @@ def findings(rows: Sequence[Row], settings: Settings) -> Findings:
     found.tables.append(estimates_table("Curves of each person", "participant", shown, how))
     values = [{one.name: one.value for one in several} for several in people.values()]
     by_name = {one.name: [of.get(one.name, np.nan) for of in values] for _, one in lines}
-    found.tables.append(_medians(by_name))
+    is_thesis = axis == _STIFFNESS
+    found.tables.append(_medians(by_name, beside_thesis=is_thesis))
     found.tables.append(_shares(rows, axis, condition))
     found.drawings.append(_curves_drawn(rows, axis, condition))
     for name in (half, "slope", "intercept"):
         compared = {k: values for k, values in by_name.items() if k.split(" ")[0] == name}
         if len(compared) > 1:
-            found.add_tests(f"Does {condition} change the {name}?", _tests(name, compared), _THESIS.get(name, ""))
+            found.add_tests(
+                f"Does {condition} change the {name}?",
+                _tests(name, compared),
+                _THESIS.get(name, "") if is_thesis else "",
+            )
     return found
 
 
@@ -215,17 +221,18 @@ def _tests(name: str, values: Mapping[str, Sequence[float]]) -> Callable[[], lis
     return make
 
 
-def _medians(by_name: Mapping[str, Sequence[float]]) -> Table:
+def _medians(by_name: Mapping[str, Sequence[float]], *, beside_thesis: bool) -> Table:
     printed = {"threshold": {}, "pse": thesis.PSE_N_MM, "slope": thesis.SLOPE_MM_N, "intercept": thesis.INTERCEPT}
     rows = []
     for name, values in by_name.items():
         word, _, level = name.partition(" ")
-        beside = printed[word].get(_number(level), np.nan)
+        beside = (printed[word].get(_number(level), np.nan),) if beside_thesis else ()
         mean = mean_interval(name, values)
         there = [value for value in values if np.isfinite(value)]
-        rows.append((name, float(np.median(there)) if there else np.nan, mean.value, mean.low, mean.high, beside))
-    columns = ("of", "median", "mean", "95 % from", "to", "thesis, median")
-    return Table("Curves over people", columns, tuple(rows), "Thesis table 6.3: stiffness against vibration.")
+        rows.append((name, float(np.median(there)) if there else np.nan, mean.value, mean.low, mean.high, *beside))
+    columns = ("of", "median", "mean", "95 % from", "to", *(["thesis, median"] if beside_thesis else []))
+    note = "Thesis table 6.3: stiffness against vibration." if beside_thesis else ""
+    return Table("Curves over people", columns, tuple(rows), note)
 
 
 def _number(text: str) -> float:
@@ -262,7 +269,7 @@ def _curves_drawn(rows: Sequence[Row], axis: str, condition: str) -> Drawing:
             drawn.append(series("", fine, fit(x, yes, of).at(fine), "line", colour))
         except BadMeasurement:
             continue
-        if axis == "stiffness_n_mm" and value in thesis.JUDGED_STIFFER:
+        if axis == _STIFFNESS and value in thesis.JUDGED_STIFFER:
             label = f"thesis, {value}"
             drawn.append(series(label, thesis.STIFFNESS_N_MM, thesis.JUDGED_STIFFER[value], "dashed", colour))
     half = (ReferenceLine("y", 0.5, dashed=True),)

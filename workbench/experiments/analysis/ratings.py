@@ -10,7 +10,7 @@ from underfoot.experiments.analysis.comparisons import paired_t, repeated_measur
 from underfoot.experiments.analysis.estimate import Estimate, mean_interval
 from underfoot.experiments.analysis.findings import Findings, estimates_table
 from underfoot.experiments.analysis.settings import Settings
-from underfoot.experiments.table import Row, factors_of, grouped
+from underfoot.experiments.table import Row, by_value, factors_of, grouped
 
 _NOTE = (
     "Thesis 6.4.1 tests the same. p assumes sphericity: where the differences between three or more levels do not all "
@@ -73,7 +73,7 @@ def _are_crossed(rows: Sequence[Row], factors: Sequence[str]) -> bool:
 
 def _drawn(rows: Sequence[Row], factor: str) -> Drawing:
     """Plot the means of a factor's values over people, with standard errors."""
-    parts = sorted((str(value), part) for (value,), part in grouped(rows, factor).items() if value != "")
+    parts = by_value([row for row in rows if factor in row], factor)
     means, errors = [], []
     for _, part in parts:
         values = [np.mean([float(row["rating"]) for row in p]) for p in grouped(part, "participant").values()]
