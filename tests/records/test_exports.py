@@ -2,6 +2,7 @@
 
 import csv
 import json
+import tracemalloc
 from functools import partial
 
 import ezc3d
@@ -98,6 +99,21 @@ def test_mat_has_forces_steps_and_one_vibration(path, recorded, tmp_path):
         np.testing.assert_array_equal(content["measured_m_s2"], recording.acceleration("measured")[1])
     np.testing.assert_array_equal(content["steps"]["contact_ms"], [step.contact_ms for step in recorded[2]])
     assert content["tiles"].tolist() == ["t1", "t2"]
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".wav"])
+def test_vibration_need_not_fit_into_memory(tmp_path, suffix):
+    source = write_recording(tmp_path / "whole.underfoot", 8.0, default_floor(6, 6))
+    with Recording(source) as recording:
+        export = ExportSource(recording)
+        format_of(tmp_path / f"whole{suffix}").write(export, tmp_path / f"first{suffix}")  # imports its libraries
+        tracemalloc.start()
+        try:
+            format_of(tmp_path / f"whole{suffix}").write(export, tmp_path / f"whole{suffix}")
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+    assert peak < 0.7 * 8 * 48_000 * 36 * 4
 
 
 def test_c3d_is_plates_as_another_library_understands_them(path, recorded, tmp_path):
