@@ -1,11 +1,14 @@
 """Tables of conditions: a line is a stimulus, and each mistake in one is a line that names its place."""
 
+import msgspec
 import pytest
+from made_patches import patch_of
 from made_studies import TD, made_protocol, preset_protocol
 
 from underfoot.errors import BadFile
 from underfoot.experiments.conditions import read_conditions, with_conditions
 from underfoot.experiments.draft import Draft
+from underfoot.experiments.stimuli import Stimulus
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 
@@ -97,3 +100,18 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path):
     (tmp_path / "trials.csv").write_bytes(b"PK\x03\x04\xff")
     with pytest.raises(BadFile, match="save it as CSV, UTF-8"):
         read_conditions(tmp_path / "trials.csv", Draft.of(made_protocol("rating"), REGISTRY, tmp_path))
+
+
+def test_what_is_copied_beside_a_study_reads_the_same_sound_files(tmp_path):
+    """A patch, and the files that a table names."""
+    there, own = tmp_path / "sounds", tmp_path / "protocols"
+    there.mkdir()
+    player = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "ice.wav"})
+    player.save(there / "player.json")
+    draft = Draft.new(REGISTRY, own)
+    text = "stimulus,patch,wav-player.file\nice,player.json,\nsnow,player.json,snow.wav\n"
+    found = read_conditions(table(there, text), draft)
+    assert found["ice"]["patch"] == found["snow"]["patch"] == "patches/player.json"
+    for name, one in found.items():
+        patch = msgspec.convert(one, Stimulus).at(0.0, REGISTRY, own)
+        assert patch.node("wav-player").parameters["file"] == str(there / f"{name}.wav")

@@ -10,6 +10,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from made_patches import patch_of
 from made_studies import TD, first_answers, made_protocol, preset_protocol, protocol_text, walked
 
 from underfoot.errors import BadFile, BadValue
@@ -142,6 +143,19 @@ def test_a_session_goes_on_with_the_protocol_and_the_patches_that_it_was_begun_w
         assert file.study(protocol).page.stage == "main"
     file.close()
     assert not folder.exists()
+
+
+def test_a_patch_that_was_changed_since_reads_the_sound_files_beside_it_as_before(tmp_path):
+    patch = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "ice.wav"})
+    patch.save(tmp_path / "mine.json")
+    protocol = Protocol.loads(protocol_text(stimuli={"mine": {"patch": "mine.json"}, "X": {}}), REGISTRY, "", tmp_path)
+    SessionFile.create(tmp_path / "a.session", protocol, "P1", tmp_path).close()
+    patch.set("tile-output", "level", 0.5, REGISTRY).save(tmp_path / "mine.json")
+    with closing(SessionFile.open(tmp_path / "a.session")) as file:
+        begun, folder = file.as_begun(REGISTRY, tmp_path)
+        played = begun.stimuli["mine"].at(0.0, REGISTRY, folder)
+    assert played.node("wav-player").parameters["file"] == str(tmp_path / "ice.wav")
+    assert played.node("tile-output").parameters == {}
 
 
 def test_a_session_is_read_though_its_protocol_would_not_be_begun_any_more(tmp_path):

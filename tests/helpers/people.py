@@ -121,15 +121,15 @@ def open_session(until, target=None):
 
 
 @contextmanager
-def taking_part(session, protocol, path, until, equipment=None, silent_s=PATIENCE_S):
+def taking_part(session, protocol, path, until, equipment=None, silent_s=PATIENCE_S, folder=None):
     """Yield a participant with a runner of a new or existing session file.
 
     A study stops where no force comes for a second; here for `silent_s`, since a busy machine may stall the engine.
     """
-    file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1")
+    file = SessionFile.open(path) if path.exists() else SessionFile.create(path, protocol, "P1", folder)
     session.send(PressTile("t1", 0.0, 0.0, 0.0))
     try:
-        runner = Runner(session, file, protocol, None, equipment)
+        runner = Runner(session, file, protocol, folder, equipment)
     except BadValue:
         file.close()
         raise

@@ -7,10 +7,13 @@ import sqlite3
 import tty
 from contextlib import contextmanager
 from datetime import datetime
+from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+import soundfile
+from made_patches import patch_of
 from made_studies import TD, made_protocol, protocol_text
 from people import open_session, taking_part
 from wired import ends
@@ -40,6 +43,7 @@ def session(until):
         yield opened
 
 
+RATED = {"id": "main", "kind": "trials", "method": {"kind": "rating", "parameters": {"blocks": 1}}}
 CONSTANT = {"patch": "stimulus-wc", "scaled_by": "gain.gain", "measured_m_s2": 11.6, "level_m_s2": 2.0}
 
 
@@ -82,6 +86,31 @@ def test_a_study_runs_to_its_end_and_keeps_what_was_felt(start, session, until, 
         if name == "WC" and start != "key":
             assert 0.0 <= entry.facts["onset_after_step_s"] < 0.02
     file.close()
+
+
+def test_a_stimulus_reads_its_sound_files_beside_the_protocol(session, until, tmp_path, monkeypatch):
+    """In a setting, too; a session has a folder of its own, in which they were sought."""
+    folder = tmp_path / "study"
+    folder.mkdir()
+    hum = np.sin(2.0 * np.pi * 100.0 * np.arange(48_000) / 48_000)
+    for name, size in (("soft", 0.1), ("loud", 0.4)):
+        soundfile.write(folder / f"{name}.wav", size * hum, 48_000)
+    player = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "soft.wav"})
+    player.save(folder / "player.json")
+    stimuli = {"soft": {"patch": "player.json"}, "loud": {"patch": "player.json"}}
+    stimuli["loud"]["settings"] = {"wav-player.file": "loud.wav"}
+    text = protocol_text(stages=[RATED], stimuli=stimuli, present_s=0.3)
+    monkeypatch.chdir(tmp_path)
+    folder = Path("study")
+    protocol = Protocol.loads(text, REGISTRY, folder=folder)
+    with taking_part(session, protocol, tmp_path / "a.session", until, folder=folder) as person:
+        person.until_phase(Phase.READY)
+        person.press(600.0)
+        person.finish_study()
+        kept = person.runner.file.entries()
+    felt = {entry.trial.intervals[0].stimulus: entry.facts["commanded_m_s2"] for entry in kept}
+    assert felt["loud"] == pytest.approx(4.0 * felt["soft"], rel=0.05)
+    assert felt["soft"] > 0.0
 
 
 def test_who_has_crossed_back_is_not_told_to_while_answering(session, until, tmp_path):

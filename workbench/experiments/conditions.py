@@ -20,7 +20,7 @@ from underfoot.experiments.draft import Draft
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.stimuli import Stimulus, parameters_of, patch_path, usually_scaled
 from underfoot.experiments.trial_files import cells_of, value_of
-from underfoot.parameters import IDENTIFIER
+from underfoot.parameters import IDENTIFIER, FilePath
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 
@@ -105,8 +105,11 @@ def _stimulus(name: str, given: Mapping[str, str], draft: Draft, folder: Path) -
         return made
     if "patch" in given and given["patch"] not in preset_files.patches() and folder != draft.folder:
         made["patch"] = draft.take_patch(patch_path(given["patch"], folder))
-    numbers = parameters_of(made["patch"], draft.registry, draft.folder)
-    made["scaled_by"] = made.get("scaled_by") or usually_scaled(numbers)
+    parameters = parameters_of(made["patch"], draft.registry, draft.folder)
+    if folder != draft.folder:
+        files = [column for column in settings if isinstance(parameters.get(column), FilePath)]
+        made["settings"] |= {column: str(folder.absolute() / given[column]) for column in files}
+    made["scaled_by"] = made.get("scaled_by") or usually_scaled(parameters)
     if not made.get("measured_m_s2"):
         if made.get("level_m_s2"):
             raise BadValue(

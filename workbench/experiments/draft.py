@@ -14,6 +14,7 @@ from underfoot.experiments.protocol import FORMAT, VERSION, Protocol
 from underfoot.files import make_folder, read_file, stem_of, write_file
 from underfoot.patch import preset_files
 from underfoot.patch.custom_nodes import copy_needed
+from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -87,10 +88,11 @@ class Draft:
     def take_patch(self, path: Path) -> str:
         """Copy a patch, and the custom nodes that it needs, to the protocol's folder; return its file name there.
 
-        Later edits of the original then do not affect the study. If an identical copy exists, it is used; a different
-        file of that name is kept, and the copy gets another name.
+        It reads the same sound files as before. Later edits of the original then do not affect the study. If an
+        identical copy exists, it is used; a different file of that name is kept, and the copy gets another name.
         """
-        data = read_file(path)
+        folder = (self.folder / PATCHES).absolute()
+        data = text_with_files_kept(read_file(path), str(path), self.registry, path.absolute().parent, folder)
         for k in range(1, 1000):
             name = f"{PATCHES}/{path.stem}{f'-{k}' if k > 1 else ''}.json"
             there = self.folder / name

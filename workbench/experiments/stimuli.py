@@ -12,6 +12,7 @@ import msgspec
 from underfoot.errors import BadFile, BadValue, require
 from underfoot.parameters import Number, Parameter
 from underfoot.patch import preset_files
+from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -60,6 +61,8 @@ class Stimulus(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
         for name, value in self.settings.items():
             node, _, parameter = name.partition(".")
             patch = patch.set(node, parameter, value, registry)
+        if folder is not None:  # files in settings
+            patch = with_files_kept(patch, registry, folder.absolute(), None)
         factor = 10.0 ** (gain_db / 20.0)
         if self.scaled_by and self.measured_m_s2 > 0.0:
             factor *= self.level_m_s2 / self.measured_m_s2
@@ -163,4 +166,5 @@ class _Registry:
 
 @lru_cache(maxsize=256)
 def _read(path: Path, changed: int, registry: _Registry) -> Patch:
-    return Patch.load(path, registry.registry)
+    patch = Patch.load(path, registry.registry)
+    return with_files_kept(patch, registry.registry, path.absolute().parent, None)  # a session has another folder

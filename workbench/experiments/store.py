@@ -31,6 +31,7 @@ from underfoot.experiments.stimuli import patch_path, path_beside
 from underfoot.experiments.study import Entry, Study, method_of, require_id
 from underfoot.files import make_folder, replaced, write_file
 from underfoot.patch import preset_files
+from underfoot.patch.file_paths import text_with_files_kept
 from underfoot.patch.node import Registry
 from underfoot.version import __version__
 
@@ -218,6 +219,9 @@ class SessionFile:
             for name, body in self._own_patches().items():
                 path = path_beside(name, folder)
                 make_folder(path.parent)
+                if beside is not None:  # its sound files are still there
+                    there = path_beside(name, beside).absolute().parent
+                    body = text_with_files_kept(body, name, registry, there, None)
                 write_file(path, body)
         return Protocol.loads(
             self.about["protocol"], registry, f"{self.path}, protocol", folder, of_session=True

@@ -29,3 +29,12 @@ def with_files_kept(patch: Patch, registry: Registry, before: Path | None, after
         told = file.relative_to(after) if after is not None and file.is_relative_to(after) else file
         patch = patch.set(id, name, str(told), registry)
     return patch
+
+
+def text_with_files_kept(text: bytes, source: str, registry: Registry, before: Path, after: Path | None) -> bytes:
+    """Return the text of a patch moved in the same way; as it is if it has no files, or nodes that are not known."""
+    patch = Patch.unchecked(text, source)
+    if any(node.type not in registry for node in patch.nodes):
+        return text
+    moved = with_files_kept(patch, registry, before, after)
+    return text if moved == patch else moved.dumps()
