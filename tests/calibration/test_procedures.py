@@ -333,6 +333,29 @@ def test_readings_that_are_newtons_need_no_profile():
     assert (name, header.count(",") + 1, rows.shape) == ("presses", 12, (27, 11))
 
 
+def test_back_repeats_one_place_and_keeps_the_others():
+    """The third of nine places is pressed wrongly: it alone is pressed again. The last one is left out."""
+    hand, quick = newtons(), {"form": "quick"}
+    procedure = CentroidProcedure(TILE)
+    walked(procedure, hand, quick, "place3-150")
+    hand.counts = lambda corners: corners * [1.0, 1.0, 1.0, 1.6]
+    walked(procedure, hand, quick, "place4-150")
+    hand.counts = lambda corners: corners
+    walked(procedure, hand, quick, "place9-300")
+    for place in range(9, 2, -1):
+        procedure.back()
+        assert procedure.page.key == f"place{place}-150"
+    assert procedure.page.share > 0.8
+    assert len(procedure.step_data()) == 1 + 8 * 3
+    result = run(procedure, hand, quick)
+    assert (result.figures["presses"], result.figures["worst_after_mm"] < 0.5) == (27.0, True)
+    procedure.back()
+    assert (procedure.page.key, procedure.result) == ("place9-150", None)
+    procedure.skip()
+    assert procedure.page.key == "release"
+    assert run(procedure, hand, quick).figures["presses"] == 24.0
+
+
 def test_what_still_drifts_from_older_loads_is_taken_off():
     class Drifting(Hand):
         def read(self):

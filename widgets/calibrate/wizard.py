@@ -348,7 +348,11 @@ class Wizard(QWidget):
         self.running = _button(
             "Run automatically", "Let the simulator press, page after page; or pause", self._run_automatically
         )
-        self.backing = _button("Back", "The previous page; what was measured since is discarded (Alt+Left)", self._back)
+        self.backing = _button(
+            "Back",
+            "The previous page, or place; what was measured since is discarded, other places stay (Alt+Left)",
+            self._back,
+        )
         self.skipping = _button("Skip", "Leave out this sensor, place or load, and what was measured of it", self._skip)
         self.going = _button("Continue", "Go on (Return)", self.go_on)
         self.going.setProperty("role", "primary")

@@ -146,11 +146,11 @@ class PagedProcedure:
             raise BadValue(f"{step.page.title} cannot be skipped")
         for k in [k for k in self._step_data if self._steps[k].group == step.group]:
             del self._step_data[k]
-        while self._steps[self._at].group == step.group:
+        while self._steps[self._at + 1].group == step.group:
             self._skipped.add(self._at)
-            self._step_data.pop(self._at, None)
-            self._open(self._at + 1)
-        self._conclude_if_last()
+            self._at += 1
+        self._skipped.add(self._at)
+        self._go_on()
 
     def without_conclusion(self, reason: str) -> Result | None:
         """Return the raw data so far, where `reason` keeps them from a result; None unless a subclass has any."""
@@ -176,8 +176,12 @@ class PagedProcedure:
     def _open(self, at: int) -> None:
         self._at, self._incoming, self._progress = at, NO_READINGS, PageProgress()
 
+    def next_step(self) -> int:
+        """Return the index of the step after the present one."""
+        return self._at + 1
+
     def _go_on(self) -> None:
-        self._open(self._at + 1)
+        self._open(self.next_step())
         self._conclude_if_last()
 
     def _conclude_if_last(self) -> None:

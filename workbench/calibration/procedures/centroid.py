@@ -1,6 +1,6 @@
 """Calibration of positions (figure 5.5): presses at known positions, error vectors, and a correction."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.calibration.declaration import PRESSING, Calibration, FileMeasurement, MeasurementSetup
 from underfoot.calibration.files.measurements import Presses, read_presses
-from underfoot.calibration.paged import PagedProcedure, Step
+from underfoot.calibration.paged import LONGEST_GAP_S, PagedProcedure, Step
 from underfoot.calibration.procedure import Answers, Page, PageProgress, ask
 from underfoot.calibration.result import Result
 from underfoot.calibration.rig import PressRequest, Readings
@@ -111,6 +111,8 @@ class CentroidProcedure(PagedProcedure):
         self._tile, self._profile, self._seed = tile, profile, seed
         self._hysteresis_state = None if profile is None else profile.rested()
         self._sensors_m = np.array(tile.sensors_m)
+        self._empty_before: dict[int, tuple[float, Values]] = {}
+        self._must_let_go = False
         self.accuracy: CentroidAccuracy | None = None
         instruction = f"Tile {tile.id}: choose how many places are pressed, where they are, and with which loads."
         super().__init__(Page("setup", "Contact centroid", instruction, questions=_setup_questions(tile)))
@@ -134,6 +136,45 @@ class CentroidProcedure(PagedProcedure):
         done = PressRequest(at[-1], 0.0, _RELEASED_S)
         release = Page("release", "Release", "Let go, and stand clear.", press=done, places_m=at)
         return [Step(tare, self._tare), *presses, Step(release, partial(self._release, loads[0]))]
+
+    @property
+    def page(self) -> Page:
+        """Return the present page; after Back more has been done than before it, and a press begins with letting go."""
+        page = super().page
+        page = replace(page, share=max(page.share, len(self._step_data) / len(self._steps)))
+        if page.press is not None and self._must_let_go:
+            return replace(page, press=replace(page.press, force_n=0.0))
+        return page
+
+    def back(self) -> None:
+        """Return to the first press of this place, or of the one before; other places keep their presses.
+
+        From the first place it goes to the empty tile, and from there to the first page, which discards all.
+        """
+        if self._at <= 1:
+            super().back()
+            return
+        at = self._at - 1
+        if not isinstance(self._steps[at], PlaceStep):
+            at -= self._steps[self._at].page.last  # letting go is read by itself, and would lead to the result again
+        unfinished = self._steps[self._at].group if self._steps[at].group == self._steps[self._at].group else None
+        while at > 1 and self._steps[at].group == self._steps[at - 1].group:
+            at -= 1
+        self._skipped -= {k for k, step in enumerate(self._steps) if step.group == self._steps[at].group}
+        kept = (k for k in self._step_data if k == 1 or self._steps[k].group not in (unfinished, None))
+        self._step_data = {k: self._step_data[k] for k in kept}
+        self._result, self._must_let_go = None, True
+        self._open(at)
+
+    def next_step(self) -> int:
+        """Return the index of the next step without data; a place whose first press is repeated is pressed anew."""
+        step = self._steps[self._at]
+        if isinstance(step, PlaceStep) and self._steps[self._at - 1].group != step.group:
+            again = [k for k in self._step_data if k > self._at and self._steps[k].group == step.group]
+            for k in again:
+                del self._step_data[k]
+        done = {0, *self._step_data, *self._skipped}
+        return next(k for k in range(len(self._steps)) if k not in done)
 
     @property
     def drawings(self) -> tuple[Drawing, ...]:
@@ -236,10 +277,12 @@ class CentroidProcedure(PagedProcedure):
         from underfoot.calibration.science.press_checks import PRESSED, is_steady, require_place
 
         if first:
-            begun = self._begun(self._at, readings, load)
+            begun = self._begun(readings, load)
             if begun is None:
                 return PageProgress("Let go, and then press at the new place.")
-            _, empty, readings = begun
+            self._must_let_go = False
+            when, empty, readings = begun
+            self._empty_before[self._at] = when, empty
             baseline = empty[_STATIC]
         else:
             step = self._steps[self._at]
@@ -283,30 +326,29 @@ class CentroidProcedure(PagedProcedure):
         """
         from underfoot.calibration.science.press_checks import EMPTY_S
 
-        times, values, group = [], [], None
+        times, values = [], []
         for k in sorted(self._step_data):
             step, readings = self._steps[k], self._step_data[k]
             if step.page.key == "release":
                 seen = readings.last(EMPTY_S) or readings
                 times.append(float(seen.time_s.mean()))
                 values.append(np.median(seen.values, axis=0))
-            elif isinstance(step, PlaceStep) and step.group != group and place in (None, step.group):
-                group = step.group
-                begun = self._begun(k, readings, step.load_n)
-                if begun is not None:
-                    times.append(begun[0])
-                    values.append(begun[1])
-        return np.array(times or [0.0]), np.array(values or [np.zeros(12)])
+            elif k in self._empty_before and place in (None, step.group):
+                times.append(self._empty_before[k][0])
+                values.append(self._empty_before[k][1])
+        order = np.argsort(times or [0.0])  # a place may have been repeated
+        return np.array(times or [0.0])[order], np.array(values or [np.zeros(12)])[order]
 
-    def _begun(self, at: int, readings: Readings, load: float) -> tuple[float, Values, Readings] | None:
+    def _begun(self, readings: Readings, load: float) -> tuple[float, Values, Readings] | None:
         """Return when the tile was last empty before a press, its values then, and the press; None before a release.
 
         A sensor still creeps after the previous load. Its value on the empty tile is the baseline of the press.
         """
         from underfoot.calibration.science.press_checks import EMPTY_S, press_begun
 
-        if at - 1 in self._step_data:
-            before = self._step_data[at - 1]
+        earlier = [one for one in self._step_data.values() if 0.0 < readings.time_s[0] - one.time_s[-1] < LONGEST_GAP_S]
+        if earlier:
+            before = max(earlier, key=lambda one: float(one.time_s[-1]))
             readings = (before.last(EMPTY_S) or before).followed_by(readings)
         total = readings.force_n
         if total is None:
