@@ -302,6 +302,14 @@ def test_what_cannot_be_a_floor_is_said_in_a_line(tmp_path):
             read_force_file(path)
 
 
+def test_plates_at_a_rate_that_no_floor_has_are_said_in_a_line(tmp_path):
+    made = ezc3d.c3d(str(plates_of(tmp_path / "slow.c3d", 2, DOWN, (0, 0, 0), np.zeros((6, 20)))))
+    made["parameters"]["POINT"]["RATE"]["value"], made["parameters"]["ANALOG"]["RATE"]["value"] = [1.0], [10.0]
+    made.write(str(tmp_path / "slow.c3d"))
+    with pytest.raises(BadFile, match=r"slow\.c3d: ANALOG:RATE is 10; allowed: 20 to 100000 Hz"):
+        read_force_file(tmp_path / "slow.c3d")
+
+
 def test_a_c3d_file_that_is_cut_is_refused_instead_of_read_in_part(tmp_path):
     path = plates_of(tmp_path / "lab.c3d", 2, DOWN, (0, 0, 0), np.ones((6, 2000)))
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])

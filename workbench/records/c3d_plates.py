@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile, BadValue
-from underfoot.floor.forces import ForceSeries
+from underfoot.floor.forces import LEAST_HZ, MOST_HZ, ForceSeries
 from underfoot.floor.layout import Floor, Tile
 from underfoot.parameters import IDENTIFIER
 
@@ -59,6 +59,8 @@ def read_plates(path: str | Path) -> tuple[ForceSeries, Floor]:
         raise BadFile(f"{path} has no force plates; allowed: FORCE_PLATFORM with plates of type 1 to 4")
     if samples.shape[1] < 2:
         raise BadFile(f"{path} has no force samples")
+    if not LEAST_HZ <= rate_hz <= MOST_HZ:
+        raise BadFile(f"{path}: ANALOG:RATE is {rate_hz:g}; allowed: {LEAST_HZ:g} to {MOST_HZ:g} Hz")
     length = _text(parameters["POINT"].get("UNITS")) or "mm"
     scale = _LENGTHS_M.get(length.lower()[:3])
     if scale is None:
