@@ -165,3 +165,33 @@ def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(folder):
             _, rest = process.communicate()
     assert said.startswith("underfoot: marks cannot be read from /dev/")
     assert process.returncode == 0, rest
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no terminals that are closed")
+def test_what_a_closed_terminal_ends_ends_in_order(folder):
+    """All processes are told: in a log, Python's own wrote of memory that it did not know, seven times."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hears:
+        hears.bind((LOOPBACK, 0))
+        hears.settimeout(400.0)
+        to = f"{LOOPBACK}:{hears.getsockname()[1]}"
+        command = [
+            sys.executable,
+            "-m",
+            "underfoot",
+            "serve",
+            "simulator",
+            "--tuio",
+            "off",
+            "--listen",
+            "off",
+            "--send",
+            to,
+        ]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+            while b"/underfoot/health" not in hears.recv(65536):
+                pass
+            os.killpg(process.pid, signal.SIGHUP)
+            _, said = process.communicate()
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert said.endswith("0 refused\n")

@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Iterable
 from importlib import import_module
-from multiprocessing import connection
+from multiprocessing import connection, resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ class ChildProcess:
 
     def __init__(self, name: str, module: str, *given: object, daemon: bool = True) -> None:
         _require_guard()
+        run_tracker()
         context = multiprocessing.get_context("spawn")  # a fork would inherit threads' locks and the card's handles
         self.name = name
         self._connection, theirs = context.Pipe()
@@ -103,6 +104,18 @@ class ChildProcess:
 def engine_process() -> ChildProcess:
     """Start an engine process, which loads the common kernels and waits for its `Setup`."""
     return ChildProcess("engine", "underfoot.engine.process")
+
+
+def run_tracker() -> None:
+    """Start Python's process that removes shared memory, before anything else does, so that it outlives a terminal.
+
+    It ignores Ctrl-C, but ends at SIGHUP, which the end of a terminal sends to all processes; this one would then start
+    another, which knows nothing of the memory.
+    """
+    if hasattr(signal, "SIGHUP"):
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def leave_to_session(*names: str) -> None:

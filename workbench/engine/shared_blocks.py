@@ -7,6 +7,7 @@ from contextlib import ExitStack, suppress
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
+from underfoot.engine.child_process import run_tracker
 from underfoot.errors import DeviceError
 
 _BLOCKS = Path("/dev/shm")
@@ -15,6 +16,7 @@ _NAME = re.compile(r"underfoot_(\d+)_[0-9a-f]+")
 
 def new_block(size: int) -> SharedMemory:
     """Create a block of this process, all zero; `DeviceError` if there is no room for it."""
+    run_tracker()
     try:
         memory = SharedMemory(f"underfoot_{os.getpid()}_{secrets.token_hex(4)}", create=True, size=size)
         with ExitStack() as unless_reserved:

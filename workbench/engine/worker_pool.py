@@ -7,11 +7,10 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
-from underfoot.engine.child_process import ChildProcess, wait_for_any
+from underfoot.engine.child_process import ChildProcess, run_tracker, wait_for_any
 from underfoot.errors import UnderfootError
 
 MOST_TRIES = 3
@@ -96,7 +95,7 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[Child
 
 def _started(work: Callable[[Any], Any]) -> ChildProcess:
     """Start a process that receives what ends it only once it can clean up; this one receives it after that, too."""
-    resource_tracker.ensure_running()  # which would let Ctrl-C through the first time
+    run_tracker()  # which would let Ctrl-C through the first time
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
     stops: list[int] = []  # a signal may also reach another thread of this process, and is then noticed here
     is_main = threading.current_thread() is threading.main_thread()
