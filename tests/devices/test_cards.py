@@ -1,6 +1,7 @@
 """Several sound cards: which channels go where, two real streams on two clocks, and a card that goes and comes back."""
 
 import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from underfoot.devices.outputs import Output, card_channels, outputs_of, text_of
 from underfoot.devices.sound import devices
 from underfoot.engine.card_search import CardSearch
 from underfoot.engine.commands import Level, Panic
-from underfoot.engine.reports import Notice
+from underfoot.engine.reports import Notice, OutputChanged
 from underfoot.errors import BadValue
 from underfoot.floor.layout import default_floor
 
@@ -75,6 +76,24 @@ def test_a_card_that_comes_under_a_new_name_is_found_without_loading_portaudio_a
         names.write(f'pcm.later {{ type pulse\n server "unix:{null_sink.socket}"\n hint {{ show on }} }}\n')
     assert {card.name for card in devices()} == known
     assert "later" in {card.name for card in CardSearch().find()} - known
+
+
+def test_a_card_whose_server_stands_still_is_told_with_its_tiles_until_it_goes_on(two_sinks, until):
+    """Its tiles were silent for as long as that lasted, and nobody was told."""
+    server = min(two_sinks[1].threads())
+    with playing_on(until) as playing:
+        playing.started()
+        try:
+            os.kill(server, signal.SIGSTOP)
+            playing.until(lambda: playing.of(OutputChanged), "it is told")
+        finally:
+            os.kill(server, signal.SIGCONT)
+        playing.until(lambda: len(playing.of(OutputChanged)) > 1, "it is back")
+    still, back = playing.of(OutputChanged)
+    assert still.text.startswith("sound device 'right' stands still; silent: t19, t20")
+    assert still.silence == still.text
+    assert back.text.startswith("sound device 'right' is back; it plays t19, t20")
+    assert back.silence == ""
 
 
 def test_a_card_that_goes_away_silences_its_tiles_names_them_and_comes_back(two_sinks, until):

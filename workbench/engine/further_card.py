@@ -58,6 +58,11 @@ class FurtherCard:
         """Estimated drift of the card's clock against the engine's, in ppm; positive if the card is faster."""
         return 1e6 * (self._own.rate_hz / self._engine.rate_hz - 1.0)
 
+    @property
+    def asked(self) -> int:
+        """Number of frames that the present stream has asked for."""
+        return self._played
+
     def begin(self, latency_s: float) -> None:
         """Prepare for a new stream of this latency."""
         self.delay_frames = 2.0 * len(self._out) + SPAN + latency_s * self.rate_hz

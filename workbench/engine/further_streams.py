@@ -13,6 +13,9 @@ from underfoot.errors import DeviceError
 
 RETRY_S = 2.0
 """Interval in seconds between attempts to reopen a card."""
+STILL_S = 2.0
+"""Time in seconds for which a stream asks for no frames until its tiles are said to be silent."""
+_LOOK_S = 0.1
 _CALM_S = 0.04
 """Least latency in seconds of a further card's stream; it lags behind the first one anyway."""
 
@@ -26,7 +29,10 @@ class FurtherStream:
         self.underruns = 0
         """Late blocks in streams that have ended."""
         self._target, self._leaving = target, leaving
-        self._asked_s = 0.0
+        self._asked_s = self._looked_s = self._still_s = 0.0
+        self._asked = 0
+        self.stands_still = False
+        """Whether an open stream asks for no frames, as where a sound server hangs."""
 
     @property
     def name(self) -> str:
@@ -54,7 +60,20 @@ class FurtherStream:
                 self.stream.abort()
             self.underruns += self.stream.underruns
             self.stream.close()
-            self.stream = None
+            self.stream, self.stands_still = None, False
+
+    def look(self) -> bool:
+        """Return whether the stream has come to stand still, or asks for frames again; call it often.
+
+        Time in which this was not called does not count: the whole process may have stood still.
+        """
+        now_s, before = time.monotonic(), self.stands_still
+        self._still_s += min(now_s - self._looked_s, _LOOK_S)
+        self._looked_s = now_s
+        if self.stream is None or self.frames.asked != self._asked:
+            self._still_s, self._asked = 0.0, self.frames.asked
+        self.stands_still = self._still_s > STILL_S
+        return self.stands_still != before
 
     @property
     def is_due(self) -> bool:
@@ -106,6 +125,10 @@ class FurtherStreams:
             if stream.stream is not None and stream.stream.finished:
                 stream.close()
                 self._notify(f"{stream.name} has gone; silent: {stream.tiles}")
+            elif stream.look():
+                is_still = stream.stands_still
+                tiles = f"stands still; silent: {stream.tiles}" if is_still else f"is back; it plays {stream.tiles}"
+                self._notify(f"{stream.name} {tiles}")
             elif stream.is_due:
                 try:
                     stream.open()
@@ -122,13 +145,15 @@ class FurtherStreams:
     @property
     def any_playing(self) -> bool:
         """Whether any of them plays."""
-        return any(stream.stream is not None for stream in self._streams)
+        return any(stream.stream is not None and not stream.stands_still for stream in self._streams)
 
     @property
     def silence(self) -> tuple[str, ...]:
         """The missing cards, and the tiles that are silent without them."""
         return tuple(
-            f"{stream.name} is not there; silent: {stream.tiles}" for stream in self._streams if stream.stream is None
+            f"{stream.name} {'stands still' if stream.stands_still else 'is not there'}; silent: {stream.tiles}"
+            for stream in self._streams
+            if stream.stream is None or stream.stands_still
         )
 
     @property
