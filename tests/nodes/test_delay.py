@@ -38,6 +38,15 @@ def test_echoes_lose_what_the_damping_says(damping):
     assert first.sum() == pytest.approx(1.0)  # what is slow stays
 
 
+@pytest.mark.parametrize("rate", [8_000, 44_100, 96_000, 192_000])
+def test_an_echo_is_as_dull_at_any_rate(rate):
+    row = BareRow(DELAY, rate, time=0.1, feedback=0.0, damping=0.9)
+    row.run(0, rate, {"signal": np.ones(rate)})
+    half_ms_later = int(0.1005 * rate)
+    left = 0.9 ** (48_000 * (half_ms_later + 1 - 0.1 * rate) / rate)  # of the step, after as many frames at 48 kHz
+    assert row.outputs["out"][half_ms_later] == pytest.approx(1.0 - left, rel=1e-9)
+
+
 def test_a_new_time_is_come_to_in_a_glide():
     row = BareRow(DELAY, RATE, time=0.1, feedback=0.0, damping=0.0)
     tone = np.sin(2.0 * np.pi * 30.0 * np.arange(RATE) / RATE)

@@ -9,6 +9,8 @@ from underfoot.patch.node import Input, Output, node
 
 LONGEST_S = 0.5
 _INAUDIBLE = 1e-12
+_DAMPED_HZ = 48_000.0
+"""Rate at which the damping is what a frame leaves of the frame before; at others, as much is left after as long."""
 _FASTEST = 0.5  # frames per frame: largest change of the delay, as on a tape
 
 
@@ -39,6 +41,7 @@ class Delay:
 
     def run(signal, time, feedback, damping, rate, frame, state, out):
         line, length = state.line, state.length
+        damping **= _DAMPED_HZ / rate
         frames = state.frames if state.has_begun != 0.0 else time * rate
         if state.has_begun == 0.0:
             state.has_begun, state.feedback, state.damping = 1.0, feedback, damping
