@@ -189,6 +189,20 @@ def test_a_rhythm_has_one_note_a_step_the_loudest():
     np.testing.assert_allclose(program.events("rhythm.out")[:, :3], [[0.0, 1.0, 4 / 240], [1_200.0, 0.9, 2 / 240]])
 
 
+@pytest.mark.parametrize("bar", [0.1, 0.25, 0.7])
+def test_a_rhythm_goes_on_from_where_it_is_at_the_pace_of_another_bar(bar):
+    patch = Patch().add("rhythm", REGISTRY, notes=((0, 4, 1.0), (12, 4, 0.5)), bar=0.4, repeats=3)
+    program = Program(patch, REGISTRY, TILE, rate=RATE, block=4_800, scopes=["rhythm.out"])
+    onsets = []
+    for frame in range(0, 144_000, 4_800):
+        if frame == 24_000:  # a quarter of the second bar
+            program.set("rhythm", "bar", bar, frame)
+        program.run(frame, 4_800)
+        onsets += [time / RATE for time in program.events("rhythm.out")[:, 0]]
+    expected = [0.0, 0.2, 0.4, *(0.5 + np.array([0.25, 0.75, 1.25]) * bar)]
+    np.testing.assert_allclose(onsets, expected, atol=240 / RATE)  # the ramp in which a number moves
+
+
 def test_noise_fills_its_band_and_texture_has_its_rate_of_bursts():
     heard = play(chain("noise", low=50.0, high=700.0, amplitude=2.0), "noise.out", frames=96_000)
     assert heard.std() == pytest.approx(2.0, rel=0.1)

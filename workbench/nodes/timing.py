@@ -86,7 +86,7 @@ class Rhythm:
     begin = Choice("at once", options=("at once", "at events"), doc="what starts it")
     start = Input(kind="event", doc="starts at the first step; strength scales the notes")
     out = Output(kind="event")
-    state = Layout("rhythm", "has_begun", "is_playing", "start", "strength")
+    state = Layout("rhythm", "has_begun", "is_playing", "start", "strength", "bar")
 
     @prepared_columns
     def table(values, rate):
@@ -97,6 +97,10 @@ class Rhythm:
 
     def run(table, bar, repeats, begin, start, rate, frame, end, state, out):
         bar *= rate
+        if bar != state.bar:  # what is left of the rhythm goes on from here at the new pace
+            if state.bar != 0.0:
+                state.start = frame - (frame - state.start) * (bar / state.bar)
+            state.bar = bar
         if begin == AT_ONCE and state.has_begun == 0.0:
             state.has_begun, state.is_playing, state.start, state.strength = 1.0, 1.0, frame, 1.0
         now = frame
