@@ -6,27 +6,24 @@ from pathlib import Path
 from PySide6.QtCore import (
     QEvent,
     QMimeData,
-    QModelIndex,
-    QPersistentModelIndex,
     QPointF,
     QRect,
     QRectF,
-    QSize,
     Qt,
     Signal,
 )
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPolygonF
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
-from underfoot.widgets.design.node_list import paint_row_ground
+from underfoot.widgets.design.node_list import HeadedRow, Index
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
-_ROW, _HEADING, _STAR_PX, _LEVEL_PX = 46, 28, 20, 58
+_STAR_PX, _LEVEL_PX = 20, 58
 
 
 class PresetList(QListWidget):
@@ -184,39 +181,20 @@ def level_text(picture: PresetPicture) -> str:
     return f"{picture.peak_m_s2:.1f} m/s² peak, {picture.felt_db:.0f} dB over the threshold in a shoe"
 
 
-class _Row(QStyledItemDelegate):
+class _Row(HeadedRow):
     """A heading, or a preset with its picture and its star."""
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
-        return QSize(80, _ROW if index.data(_PRESET) else _HEADING)
+    row_px = 46
 
-    def paint(
-        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
-    ) -> None:
-        rect: QRect = option.rect
-        state: QStyle.StateFlag = option.state
-        preset: Preset | None = index.data(_PRESET)
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if preset is None:
-            painter.setFont(theme.font(theme.SMALL_PX, bold=True))
-            painter.setPen(QColor(theme.MUTED))
-            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
-            painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
-        else:
-            is_under_mouse = bool(state & QStyle.StateFlag.State_MouseOver)
-            is_current = bool(state & QStyle.StateFlag.State_Selected)
-            if is_current or is_under_mouse:
-                paint_row_ground(painter, option)
-            self._paint_preset(painter, rect, index)
-            if index.data(_IS_STARRED) or is_under_mouse or is_current:
-                painter.setFont(theme.font())
-                painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
-                star = QRect(rect.right() - _STAR_PX, rect.y(), _STAR_PX, rect.height())
-                painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
-        painter.restore()
+    def paint_row(self, painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
+        self._paint_preset(painter, rect, index)
+        if index.data(_IS_STARRED) or is_offered:
+            painter.setFont(theme.font())
+            painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
+            star = QRect(rect.right() - _STAR_PX, rect.y(), _STAR_PX, rect.height())
+            painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
 
-    def _paint_preset(self, painter: QPainter, rect: QRect, index: QModelIndex | QPersistentModelIndex) -> None:
+    def _paint_preset(self, painter: QPainter, rect: QRect, index: Index) -> None:
         picture: PresetPicture | None = index.data(_PICTURE)
         text = rect.adjusted(8, 4, -_STAR_PX, -6)
         align = Qt.AlignmentFlag.AlignLeft
