@@ -113,6 +113,23 @@ def test_a_stimulus_reads_its_sound_files_beside_the_protocol(session, until, tm
     assert felt["soft"] > 0.0
 
 
+def test_a_stimulus_that_cannot_be_played_is_prepared_again_when_the_study_goes_on(session, until, tmp_path):
+    """It waited for ever."""
+    player = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": "hum.wav"})
+    player.save(tmp_path / "player.json")
+    text = protocol_text(stages=[RATED], stimuli={"hum": {"patch": "player.json"}, "X": {}})
+    protocol = Protocol.loads(text, REGISTRY, folder=tmp_path)
+    with taking_part(session, protocol, tmp_path / "a.session", until, folder=tmp_path) as person:
+        for _ in range(2):
+            person.until_phase(Phase.STOPPED)
+            assert person.runner.messages[-1].endswith("hum.wav cannot be played: there is no such file")
+            person.runner.go_on()
+        person.until_phase(Phase.STOPPED)
+        soundfile.write(tmp_path / "hum.wav", np.full(480, 0.1), 48_000)
+        person.runner.go_on()
+        person.until_phase(Phase.READY)
+
+
 def test_who_has_crossed_back_is_not_told_to_while_answering(session, until, tmp_path):
     with taking_part(session, rated("crossings"), tmp_path / "a.session", until) as person:
         person.until_phase(Phase.READY)

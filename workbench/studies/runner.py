@@ -235,6 +235,8 @@ class Runner:
         self.file.write_waiting()
         self.note("went on")
         if self._phase is Phase.PREPARING:
+            self._unprepared = self._stimuli.kinds()
+            self.presenter.request(IDLE)
             self.session.panic()
             self._is_stopped = False
             return
