@@ -130,6 +130,20 @@ def test_a_stimulus_that_cannot_be_played_is_prepared_again_when_the_study_goes_
         person.until_phase(Phase.READY)
 
 
+def test_a_sound_file_that_is_missing_is_told_before_the_first_trial(session, until, tmp_path):
+    """It was told in the middle of a session, when its trial came."""
+    patch_of(("wav-player.out", "tile-output.acceleration")).save(tmp_path / "player.json")
+    stimuli = {
+        name: {"patch": "player.json", "settings": {"wav-player.file": f"{name}.wav"}} for name in ("ice", "hum", "mud")
+    }
+    for name in ("ice", "hum"):
+        soundfile.write(tmp_path / f"{name}.wav", np.full(480, 0.1), 48_000)
+    protocol = Protocol.loads(protocol_text(stages=[RATED], stimuli=stimuli), REGISTRY, folder=tmp_path)
+    with taking_part(session, protocol, tmp_path / "a.session", until, folder=tmp_path) as person:
+        assert person.until_phase(Phase.STOPPED, Phase.READY) is Phase.STOPPED
+        assert person.runner.messages[-1].endswith("mud.wav cannot be played: there is no such file")
+
+
 def test_who_has_crossed_back_is_not_told_to_while_answering(session, until, tmp_path):
     with taking_part(session, rated("crossings"), tmp_path / "a.session", until) as person:
         person.until_phase(Phase.READY)

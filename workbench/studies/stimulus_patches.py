@@ -6,6 +6,7 @@ from pathlib import Path
 from underfoot.errors import require
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.trials import NOTHING, Presentation
+from underfoot.patch.file_paths import files_of
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 from underfoot.studies.presenter import IDLE
@@ -34,9 +35,10 @@ class StimulusPatches:
         return self.protocol.stimuli[stimulus].at(gain_db, self.registry, self.folder)
 
     def kinds(self) -> list[Patch]:
-        """Return one patch for each distinct program of the stimuli."""
+        """Return one patch for each distinct program, and sound file, of the stimuli."""
         found: dict[tuple[object, ...], Patch] = {}
         for stimulus in self.protocol.stimuli:
             patch = self.at(stimulus, 0.0)
-            found.setdefault((tuple((node.id, node.type) for node in patch.nodes), patch.wires), patch)
+            nodes, files = tuple((node.id, node.type) for node in patch.nodes), tuple(files_of(patch, self.registry))
+            found.setdefault((nodes, patch.wires, files), patch)
         return [patch for patch in found.values() if patch.nodes]
