@@ -185,13 +185,36 @@ def test_a_sound_that_failed_is_taken_again_where_somebody_can_press_a_key(under
 
     monkeypatch.setattr(ShakingRig, "open", lambda *_: Loses(SimulatedTile(TILE)))
     monkeypatch.setattr(sys, "stdin", Terminal() if is_terminal else io.StringIO())
+    monkeypatch.setattr("click.getchar", lambda: " ")
     found = underfoot("calibrate", "vibration", "--target", "sound", "--no-loads")
     assert "the sound card lost samples while it played" in found.error
     assert (found.status or 0, "A full-scale signal gives" in found.out) == ((0, True) if is_terminal else (1, False))
 
 
+def test_ctrl_c_where_a_key_is_awaited_plays_nothing_more_and_keeps_the_sweeps(underfoot, folder, monkeypatch):
+    """Who was to stand on the tile was shaken instead."""
+    plays = []
+
+    class Counted(SimulatedShaker):
+        def play(self, sound):
+            plays.append(sound.load)
+            return super().play(sound)
+
+    def interrupted():
+        raise KeyboardInterrupt  # as `click.getchar` does at Ctrl-C
+
+    monkeypatch.setattr(ShakingRig, "open", lambda *_: Counted(SimulatedTile(TILE)))
+    monkeypatch.setattr(sys, "stdin", Terminal())
+    keys = iter([lambda: " ", interrupted])
+    monkeypatch.setattr("click.getchar", lambda: next(keys)())
+    found = underfoot("calibrate", "vibration", "--target", "sound")
+    assert (found.status, plays) == (130, ["none", "none"])
+    assert "underfoot: what was measured is in t1-response\n" in found.error
+    assert (folder / "t1-response" / "response-none.csv").exists()
+
+
 class Terminal(io.StringIO):
-    """A terminal at which any key was pressed."""
+    """A terminal."""
 
     def isatty(self):
         return True

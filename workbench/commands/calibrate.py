@@ -103,13 +103,16 @@ def _measured(
         instruction = f". {page.instruction}" if by_hand or shakes else ""
         print(f"underfoot: {page.title}{instruction}", file=sys.stderr, flush=True)
         if by_hand and shakes and page.sound is None and sys.stdin.isatty():
-            click.pause("underfoot: press any key", err=True)
+            _wait_for_key()
 
     opened = rig.open(floor, setup.tile, setup.seed)
     try:
         procedure, answers = calibration.procedure(setup), calibration.answers(rig.has_load_cell)
+        waits = False
         while True:
             try:
+                if waits:
+                    _wait_for_key()
                 return run(procedure, opened, answers, show, calibration.skips_optional)
             except (UnderfootError, KeyboardInterrupt) as error:
                 page, measured = procedure.page, procedure.without_conclusion(str(error) or "interrupted")
@@ -121,7 +124,12 @@ def _measured(
                         options.keep(measured, setup.tile.id, by_hand=by_hand)
                     raise
                 print(f"underfoot: {error}; again", file=sys.stderr, flush=True)
-                if page.sound is not None:
-                    click.pause("underfoot: press any key", err=True)
+                waits = page.sound is not None
     finally:
         opened.close()
+
+
+def _wait_for_key() -> None:
+    """Wait for a key; Ctrl-C raises `KeyboardInterrupt`, where `click.pause` would go on, and play."""
+    print("underfoot: press any key", file=sys.stderr, flush=True)
+    click.getchar()
