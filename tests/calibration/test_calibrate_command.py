@@ -3,6 +3,7 @@
 import io
 import json
 import re
+import signal
 import sys
 
 import made_sensors
@@ -170,6 +171,17 @@ def test_what_was_measured_by_hand_is_kept_in_a_new_folder_where_no_report_is_na
         assert found.status in (1, 130)
         assert f"underfoot: what was measured is in {name}\n" in found.error
     assert underfoot("calibrate", "forces", "--pairs", "t1-fsr-2/fsr-pairs.csv").status == 0
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_what_was_measured_by_hand_is_kept_when_the_terminal_or_the_computer_is_closed(
+    underfoot, folder, monkeypatch, name
+):
+    monkeypatch.setattr(FsrProcedure, "conclude", lambda procedure: signal.raise_signal(getattr(signal, name)))
+    monkeypatch.setattr(PressingRig, "open", lambda *_: SimulatedHand(SimulatedTile(TILE), rate_hz=100.0))
+    found = underfoot("calibrate", "forces", "--target", "serial:none", "--cell", "9.1:0.05:120")
+    assert found.status == 130
+    assert (folder / "t1-fsr" / "fsr-pairs.csv").exists()
 
 
 @pytest.mark.parametrize("is_terminal", [True, False])

@@ -11,6 +11,7 @@ import click
 
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
+from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.options import chosen, click_parameters
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
@@ -81,7 +82,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
-    with report_compiling():
+    with report_compiling(), ended_by_signals(_interrupt):
         found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
     options.conclude(found, known)
 
@@ -91,7 +92,8 @@ def _measured(
 ) -> "Result":
     """Run a procedure on a rig. On hardware a person reads what to do, and repeats what was refused.
 
-    A line that is gone ends it only while nothing was measured. Whatever else ends it, Ctrl-C too, its data are kept.
+    A line that is gone ends it only while nothing was measured. Whatever else ends it, its data are kept: also
+    Ctrl-C, a request to end, and a terminal that is closed.
     """
     from underfoot.calibration.declaration import SHAKING
     from underfoot.calibration.procedure import run
@@ -127,6 +129,10 @@ def _measured(
                 waits = page.sound is not None
     finally:
         opened.close()
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
 
 
 def _wait_for_key() -> None:
