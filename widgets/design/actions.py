@@ -96,6 +96,8 @@ class Selection(NamedTuple):
     """Whether the only selected item is a node."""
     is_group: bool
     """Whether a group, or a member of one, is selected."""
+    is_framed: bool
+    """Whether something in a frame is selected."""
     is_sub_patch: bool
     """Whether the only selected item is a sub-patch."""
     has_wire: bool
@@ -116,8 +118,10 @@ def context_menu(
         menu.addActions([actions[name] for name in ("connect", "replace")])
     if chosen.selected:
         menu.addActions([actions["rename"], actions["group"]])
+        if chosen.is_framed:
+            menu.addAction(actions["take out"])
         if chosen.is_group:
-            menu.addActions([actions["take out"], actions["ungroup"]])
+            menu.addAction(actions["ungroup"])
             colour = menu.addMenu("Colour")
             colour.addActions([actions[action.name] for action in COLOUR_ACTIONS])
         menu.addAction(actions["collapse"])

@@ -165,9 +165,11 @@ class Canvas(EditableView):
             scene.choose(wire)
         chosen = scene.selected()
         is_node = len(chosen) == 1 and chosen[0] in scene.nodes
+        is_framed = any(map(self._frame_of, chosen))
         is_group = any(id in scene.group_nodes for id in chosen) or bool(self._group_of_selection())
         is_sub_patch = len(chosen) == 1 and chosen[0] in scene.group_nodes
-        what = Selection(len(chosen), is_node, is_group, is_sub_patch, bool(scene.chosen_wires()), bool(self.inside))
+        kinds = is_node, is_group, is_framed, is_sub_patch
+        what = Selection(len(chosen), *kinds, bool(scene.chosen_wires()), bool(self.inside))
         menu = context_menu(self, self.actions_by_name, partial(self.open_search, at), what)
         if is_node:
             self.driver_menus.add_menu(menu, scene.nodes[chosen[0]], place)

@@ -358,10 +358,9 @@ class EditableView(PatchView):
         """Take what is selected out of its innermost frame, and beside it if it lies within."""
         patch, leaving, scene = self.document.patch, list[str](), self.patch_scene
         for shown in scene.selected():
-            members = scene.members([shown])
-            around = [one.id for one in scene.group_view.opened if set(members) <= set(one.members)]
-            if around:
-                patch = taken_out(patch, members, around[-1])
+            if frame := self._frame_of(shown):
+                members = scene.members([shown])
+                patch = taken_out(patch, members, frame)
                 leaving += members
         if not leaving:
             self.show_message("Select what is in a frame")
@@ -376,6 +375,12 @@ class EditableView(PatchView):
             patch = patch.move({id: (item.pos().x() + dx, item.pos().y() + dy) for id, item in items.items()})
         self.document.edit(patch, f"Take {self._count_text(leaving)} out of the group")
         self.ensure_visible(list(items))
+
+    def _frame_of(self, shown: str) -> str:
+        """Return the innermost open group that something is in; "" if there is none."""
+        members = set(self.patch_scene.members([shown]))
+        around = [group.id for group in self.patch_scene.group_view.opened if members <= set(group.members)]
+        return around[-1] if around else ""
 
     def _group_of_selection(self) -> str:
         """Return the innermost open group that contains the whole selection."""

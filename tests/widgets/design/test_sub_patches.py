@@ -380,6 +380,14 @@ def test_a_sub_patch_opens_on_its_leftmost_node_and_the_way_out_leads_to_the_for
     assert (seen().center() - before).manhattanLength() < 4.0
 
 
+def test_taking_out_is_offered_only_for_what_is_in_a_frame(chain):
+    assert "Take out of the group" in menu_texts(chain, middle(chain, "through"))
+    block = collapse(chain, "through", "through1")
+    offered = menu_texts(chain, in_view(chain, block.sceneBoundingRect().center()))
+    assert "Ungroup" in offered
+    assert "Take out of the group" not in offered
+
+
 def test_a_frame_of_sub_patches_alone_is_collapsed_and_not_they_expanded(row):
     for id in ("through", "through1"):
         collapse(row, id)
