@@ -6,7 +6,6 @@ import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, sample, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import (
-    QContextMenuEvent,
     QDropEvent,
     QImage,
     QKeySequence,
@@ -15,7 +14,7 @@ from PySide6.QtGui import (
     QWheelEvent,
 )
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication
 
 from underfoot.patch.patch import Patch, PlacedNode
 from underfoot.widgets import theme
@@ -378,26 +377,6 @@ def test_aligning_brings_edges_into_line(workspace, side):
         gaps = [after[0] - before[1] for before, after in pairwise(starts)]
         assert max(gaps) - min(gaps) <= 8
         assert min(gaps) > 0
-
-
-@pytest.mark.parametrize("held", ["wire", "node"])
-def test_the_right_button_cancels_a_drag_and_opens_no_menu(workspace, held):
-    """The menu took the release of the left button: a wire stayed at the mouse, and the pulled one hidden."""
-    canvas, view, patch = workspace.canvas, workspace.canvas.viewport(), workspace.patch()
-    start = port(workspace, "step", "in", "force") if held == "wire" else middle(workspace, "step")
-    end = start + QPoint(-40, 120)
-    drag(workspace, start, end, release=False)
-    right = Qt.MouseButton.RightButton
-    send(view, QEvent.Type.MouseButtonPress, end, right)
-    asks = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, end, view.mapToGlobal(end))
-    QApplication.sendEvent(view, asks)
-    assert not [menu for menu in canvas.findChildren(QMenu) if menu.isVisible()]
-    assert all(wire.isVisible() for wire in canvas.patch_scene.wires.values())
-    send(view, QEvent.Type.MouseButtonRelease, end, right)
-    send(view, QEvent.Type.MouseButtonRelease, end, LEFT)
-    assert workspace.patch() == patch
-    assert not canvas.search.isVisible()
-    assert canvas.patch_scene.nodes["step"].pos().toTuple() == patch.node("step").at
 
 
 # --- the view ---

@@ -5,8 +5,9 @@ from itertools import combinations
 import pytest
 from design_samples import LEFT, NONE, REGISTRY, drag, middle, port, send
 from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QDragMoveEvent, QDropEvent
+from PySide6.QtGui import QContextMenuEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
 
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch.patch import Patch
@@ -300,3 +301,26 @@ def test_a_sub_patch_is_in_the_view_once_it_is_made(line):
     at_the_lower_edge(line, "hum", "through")
     QTest.keyClick(line.canvas, Qt.Key.Key_E, CONTROL)
     assert seen(line, line.canvas.patch_scene.selected()[0])
+
+
+# --- the right button ---
+
+
+@pytest.mark.parametrize("held", ["wire", "node"])
+def test_the_right_button_cancels_a_drag_and_opens_no_menu(workspace, held):
+    """The menu took the release of the left button: a wire stayed at the mouse, and the pulled one hidden."""
+    canvas, view, patch = workspace.canvas, workspace.canvas.viewport(), workspace.patch()
+    start = port(workspace, "step", "in", "force") if held == "wire" else middle(workspace, "step")
+    end = start + QPoint(-40, 120)
+    drag(workspace, start, end, release=False)
+    right = Qt.MouseButton.RightButton
+    send(view, QEvent.Type.MouseButtonPress, end, right)
+    asks = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, end, view.mapToGlobal(end))
+    QApplication.sendEvent(view, asks)
+    assert not [menu for menu in canvas.findChildren(QMenu) if menu.isVisible()]
+    assert all(wire.isVisible() for wire in canvas.patch_scene.wires.values())
+    send(view, QEvent.Type.MouseButtonRelease, end, right)
+    send(view, QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert workspace.patch() == patch
+    assert not canvas.search.isVisible()
+    assert canvas.patch_scene.nodes["step"].pos().toTuple() == patch.node("step").at

@@ -1,0 +1,37 @@
+"""What a hand does with groups and sub-patches on the canvas."""
+
+from design_samples import NONE
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+def write(workspace, text, key=Qt.Key.Key_Return, modifiers=NONE):
+    assert workspace.canvas.inline.isVisible()
+    workspace.canvas.inline.selectAll()
+    QTest.keyClicks(workspace.canvas.inline, text)
+    QTest.keyClick(workspace.canvas.inline, key, modifiers)
+
+
+def collapse(workspace, *ids):
+    workspace.canvas.patch_scene.select(ids)
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_E, CONTROL)
+    return workspace.canvas.patch_scene.group_nodes["group"]
+
+
+def in_view(workspace, place):
+    return workspace.canvas.mapFromScene(place)
+
+
+def menu_texts(workspace, place, reason=QContextMenuEvent.Reason.Mouse):
+    """What the context menu at a place of the canvas offers."""
+    QApplication.sendEvent(
+        workspace.canvas.viewport(), QContextMenuEvent(reason, place, workspace.canvas.viewport().mapToGlobal(place))
+    )
+    menu = next(menu for menu in workspace.canvas.findChildren(QMenu) if menu.isVisible())
+    texts = [action.text() for action in menu.actions()]
+    menu.close()
+    return texts

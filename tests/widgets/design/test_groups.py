@@ -1,0 +1,242 @@
+"""Names, notes and groups on the canvas, by mouse and keys."""
+
+import pytest
+from design_samples import LEFT, NONE, REGISTRY, drag, middle, send
+from groups_by_hand import in_view, menu_texts, write
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QDragMoveEvent, QDropEvent
+from PySide6.QtTest import QTest
+
+from underfoot.patch.patch import Patch
+from underfoot.widgets.design.group_items import item_rect
+from underfoot.widgets.design.node_list import MIME
+
+CONTROL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+def frame_picture(workspace, frame):
+    """The colour of a frame's ground, beside its title."""
+    canvas = workspace.canvas
+    corner = canvas.mapFromScene(frame.frame_rect().bottomRight() - QPointF(5.0, 5.0))
+    return canvas.viewport().grab().toImage().pixelColor(corner).name()
+
+
+# --- names and notes ---
+
+
+def test_f2_names_a_node_and_its_id_stays(workspace):
+    workspace.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "Engine below")
+    assert workspace.patch().node("hum").label == "Engine below"
+    assert workspace.canvas.patch_scene.nodes["hum"].description.title == "Engine below"
+    assert workspace.document.stack.undoText() == "Rename Hum"
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "Hum")
+    assert workspace.patch().node("hum").label == ""
+    QTest.keyClick(workspace.canvas, Qt.Key.Key_F2)
+    write(workspace, "x", Qt.Key.Key_Escape)
+    assert workspace.patch().node("hum").label == ""
+
+
+def test_a_double_click_on_a_title_names_a_node_too(workspace):
+    item = workspace.canvas.patch_scene.nodes["hum"]
+    QTest.mouseDClick(workspace.canvas.viewport(), LEFT, NONE, in_view(workspace, item.pos() + QPointF(30, 10)))
+    write(workspace, "Low")
+    assert workspace.patch().node("hum").label == "Low"
+
+
+def test_a_note_is_written_moved_edited_and_deleted(workspace):
+    canvas = workspace.canvas
+    QTest.keyClick(canvas, Qt.Key.Key_T)
+    write(workspace, "What the sole feels", Qt.Key.Key_Return, CONTROL)
+    note = workspace.patch().notes[0]
+    assert note.text == "What the sole feels"
+    start = in_view(workspace, canvas.patch_scene.notes["note"].sceneBoundingRect().center())
+    drag(workspace, start, start + QPoint(40, 64))
+    assert workspace.patch().notes[0].at == (note.at[0] + 40.0, note.at[1] + 64.0)
+    QTest.mouseDClick(canvas.viewport(), LEFT, NONE, start + QPoint(40, 64))
+    write(workspace, "Changed")
+    QTest.mouseClick(canvas.viewport(), LEFT, NONE, QPoint(5, 5))
+    assert workspace.patch().notes[0].text.startswith("Changed")
+    canvas.patch_scene.select(["note"])
+    QTest.keyClick(canvas, Qt.Key.Key_Delete)
+    assert workspace.patch().notes == ()
+    assert workspace.undo_action.text() == "Undo: delete 1 note"
+    workspace.undo_action.trigger()
+    for chosen, words in ((["hum", "note"], "Hum and 1 note"), (["hum", "step", "note"], "2 nodes and 1 note")):
+        canvas.patch_scene.select(chosen)
+        QTest.keyClick(canvas, Qt.Key.Key_Right)
+        assert workspace.undo_action.text() == f"Undo: move {words}"
+
+
+@pytest.mark.parametrize("key", [Qt.Key.Key_F2, Qt.Key.Key_T, Qt.Key.Key_G])
+def test_a_text_that_is_too_long_stays_there_to_be_shortened(workspace, qtbot, key):
+    """A name of a node, a note, and a title of a group."""
+    canvas, field = workspace.canvas, workspace.canvas.inline
+    most, ending = (4000, CONTROL) if key == Qt.Key.Key_T else (80, NONE)
+    canvas.patch_scene.select(["hum"])
+    QTest.keyClick(canvas, key, CONTROL if key == Qt.Key.Key_G else NONE)
+    before = workspace.patch()
+    field.insertPlainText("x" * (most + 1))
+    QTest.keyClick(field, Qt.Key.Key_Return, ending)
+    assert field.hasFocus()
+    assert field.toPlainText() == "x" * (most + 1)
+    assert canvas.message.startswith("'xxx")
+    assert canvas.message.endswith(f"of at most {most} characters")
+    assert workspace.patch() == before
+    QTest.mouseClick(
+        canvas.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(4, 4)
+    )  # nor is it lost by a click elsewhere
+    qtbot.waitUntil(field.hasFocus)
+    assert field.toPlainText() == "x" * (most + 1)
+    QTest.keyClick(field, Qt.Key.Key_End, CONTROL)
+    QTest.keyClick(field, Qt.Key.Key_Backspace)
+    QTest.keyClick(field, Qt.Key.Key_Return, ending)
+    assert field.isHidden()
+    assert canvas.hasFocus()
+    patch = workspace.patch()
+    texts = [patch.node("hum").label, *(g.title for g in patch.groups), *(n.text for n in patch.notes)]
+    assert "x" * most in texts
+
+
+# --- groups ---
+
+
+def test_a_group_has_a_title_and_colour_and_moves_what_is_in_it(row):
+    row.canvas.patch_scene.select(["through", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    write(row, "Body")
+    row.canvas.actions_by_name["colour violet"].trigger()
+    group = row.patch().groups[0]
+    assert (group.title, group.colour, group.members) == ("Body", "violet", ("through", "through1"))
+    frame = row.canvas.patch_scene.group_frames["group"]
+    before = frame.frame_rect()
+    assert all(before.contains(row.canvas.patch_scene.nodes[id].pos()) for id in group.members)
+    row.canvas.patch_scene.select([])
+    start = in_view(row, frame.title_rect().center())
+    drag(row, start, start + QPoint(16, 80))
+    assert row.patch().node("through").at == (216.0, 80.0)
+    assert row.patch().node("through1").at == (416.0, 80.0)
+    assert row.patch().node("hum").at == (0.0, 0.0)
+    assert frame.frame_rect().topLeft() == before.topLeft() + QPointF(16, 80)
+    assert row.document.stack.undoText() == "Move 2 nodes"
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL | SHIFT)
+    assert row.patch().groups == ()
+    assert not row.canvas.patch_scene.group_frames
+
+
+def test_a_group_that_would_cut_another_is_refused_in_words(row):
+    row.canvas.patch_scene.select(["through", "through1"])
+    row.canvas.group()
+    write(row, "Body")
+    row.canvas.patch_scene.select(["hum", "through"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_G, CONTROL)
+    assert row.canvas.message == "It would hold a part of the group “Body”; take all of it, or nothing"
+    assert len(row.patch().groups) == 1
+
+
+# --- into groups and out of them ---
+
+
+def members_of(workspace):
+    return [set(group.members) for group in workspace.patch().groups]
+
+
+def test_a_node_that_is_dragged_into_a_frame_is_in_the_group_and_is_taken_out_by_a_key(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    place, inside = middle(chain, "hum"), middle(chain, "through")
+    plain = frame_picture(chain, frame)
+    drag(chain, place, inside, release=False)
+    assert frame_picture(chain, frame) != plain
+    send(chain.canvas.viewport(), QEvent.Type.MouseButtonRelease, inside, LEFT)
+    assert members_of(chain) == [{"hum", "through", "through1"}]
+    assert chain.document.stack.undoText() == "Move Hum into Chain"
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert members_of(chain) == [{"through", "through1"}]
+    assert chain.document.stack.undoText() == "Take Hum out of the group"
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert chain.canvas.message == "Select what is in a frame"
+    for _ in range(2):
+        QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
+    assert members_of(chain) == [{"through", "through1"}]
+    assert chain.patch().node("hum").at == (0.0, 0.0)
+
+
+def test_what_is_taken_out_of_a_frame_lies_beside_it(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(100, 0))
+    inside = item_rect(chain.canvas.patch_scene.nodes["hum"])
+    assert frame.frame_rect().contains(inside)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert not frame.frame_rect().intersects(item_rect(chain.canvas.patch_scene.nodes["hum"]))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_Z, CONTROL)
+    assert item_rect(chain.canvas.patch_scene.nodes["hum"]) == inside
+
+
+def test_the_title_of_a_frame_is_read_beside_a_node_that_lies_on_it(chain):
+    scene = chain.canvas.patch_scene
+    frame = scene.group_frames["group"]
+    patch = chain.patch().disconnect([("hum.out", "through.signal")])  # only the title is to be in the strip
+    chain.document.edit(patch.move({"hum": (frame.frame_rect().x(), frame.frame_rect().y() - 40.0)}), "Move")
+    strip, node = frame.title_rect().adjusted(0.0, 2.0, -2.0, -2.0), item_rect(scene.nodes["hum"])
+    assert strip.intersects(node)
+    strip.setLeft(node.right() + 8.0)
+    image = chain.canvas.viewport().grab(in_view(chain, strip).boundingRect()).toImage()
+    assert len({image.pixel(x, y) for x in range(image.width()) for y in range(image.height())}) > 1
+
+
+def test_the_last_node_that_is_taken_out_takes_the_group_with_it(chain):
+    chain.canvas.patch_scene.select(["through", "through1"])
+    assert "Take out of the group" in menu_texts(chain, middle(chain, "through"))
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert members_of(chain) == []
+
+
+def test_a_sub_patch_is_taken_out_of_a_frame_whole(chain):
+    chain.canvas.patch_scene.select(["hum"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_E, CONTROL)
+    chain.canvas.patch_scene.select(["shaker", *chain.canvas.patch_scene.group_nodes])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
+    write(chain, "Ends")
+    chain.canvas.patch_scene.select(chain.canvas.patch_scene.group_nodes)
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, SHIFT)
+    assert [members for members in members_of(chain) if members != {"through", "through1"}] == [{"shaker"}, {"hum"}]
+    assert chain.patch() == Patch.loads(chain.patch().dumps(), REGISTRY)
+
+
+def test_nodes_that_are_dragged_away_from_their_group_stay_in_it(chain):
+    chain.canvas.patch_scene.select([])
+    place = middle(chain, "through")
+    drag(chain, place, place + QPoint(-80, 160))
+    assert members_of(chain) == [{"through", "through1"}]
+    assert chain.document.stack.undoText() == "Move Through"
+
+
+def test_a_whole_group_that_is_dragged_into_another_frame_stays_a_group(chain):
+    chain.canvas.patch_scene.select(["hum", "shaker"])
+    QTest.keyClick(chain.canvas, Qt.Key.Key_G, CONTROL)
+    write(chain, "Ends")
+    drag(chain, middle(chain, "hum"), middle(chain, "through") + QPoint(0, 8))
+    assert members_of(chain) == [{"through", "through1"}, {"hum", "shaker"}]
+
+
+def test_a_frame_lights_up_under_a_node_from_the_palette(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"]
+    plain, data = frame_picture(chain, frame), QMimeData()
+    data.setData(MIME, b"beat")
+    place = QPointF(in_view(chain, frame.frame_rect().bottomLeft() + QPointF(40.0, -4.0)))
+    how = (Qt.DropAction.CopyAction, data, LEFT, NONE)
+    chain.canvas.dragMoveEvent(QDragMoveEvent(place.toPoint(), *how))
+    assert frame_picture(chain, frame) != plain
+    chain.canvas.dropEvent(QDropEvent(place, *how))
+    assert members_of(chain) == [{"through", "through1", "beat"}]
+    assert frame_picture(chain, frame) == plain
+
+
+def test_a_node_that_is_added_in_a_frame_is_in_the_group(chain):
+    frame = chain.canvas.patch_scene.group_frames["group"].frame_rect()
+    chain.canvas.add("beat", frame.bottomLeft() + QPointF(40.0, -4.0))
+    chain.canvas.add("beat", frame.bottomLeft() + QPointF(0.0, 200.0))
+    assert members_of(chain) == [{"through", "through1", "beat"}]
