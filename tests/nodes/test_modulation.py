@@ -57,6 +57,21 @@ def test_an_lfo_keeps_time_with_the_session_wherever_it_begins():
     assert np.allclose(late, 0.5 + 0.5 * np.cos(2.0 * np.pi * 3.0 * (np.arange(960) + 31 * 960) / RATE), atol=1e-9)
 
 
+def test_an_lfo_begins_again_at_the_time_of_an_event_between_two_frames():
+    patch = alone("lfo", frequency=50.0).add("strike", REGISTRY).connect("strike.out", "lfo.restart", REGISTRY)
+    heard = played(patch, "lfo.out", strikes=[9_600.9])[0]
+    expected = 0.5 + 0.5 * np.sin(2.0 * np.pi * 50.0 * (TIME - 9_600.9 / RATE))
+    np.testing.assert_allclose(heard[9_650:], expected[9_650:], rtol=0.0, atol=1e-9)  # its step takes 1 ms
+
+
+def test_steps_count_from_the_time_of_an_event_between_two_frames():
+    patch = alone("step-sequence", values=[0.0, 1.0], frequency=50.0, glide=0.01).add("strike", REGISTRY)
+    patch = patch.connect("strike.out", "step-sequence.advance", REGISTRY)
+    heard = played(patch, "step-sequence.out", strikes=[9_600.9])[0]
+    way = np.interp((np.arange(9_700, RATE) - 9_600.9) % 1920, [0, 480, 960, 1440], [1.0, 0.0, 0.0, 1.0])
+    np.testing.assert_allclose(heard[9_700 + 480 :], way[480:], rtol=0.0, atol=1e-9)
+
+
 def test_an_event_sends_an_lfo_back_to_its_beginning_without_a_step():
     patch = (
         alone("lfo", frequency=2.0, shape="saw").add("strike", REGISTRY).connect("strike.out", "lfo.restart", REGISTRY)

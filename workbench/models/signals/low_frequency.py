@@ -74,7 +74,7 @@ def run(
             at = glided(at, shift, now)
         while k < count and math.floor(restarts.time[k]) <= now:
             was = wave(shape, _turned(phase + at), edge) + _made_up(left, since, edge_frames)
-            phase, since = (max(now - restarts.time[k], 0.0) * turn) % 1.0, 0.0
+            phase, since = ((now - restarts.time[k]) * turn) % 1.0, 0.0
             left = was - wave(shape, _turned(phase + at), edge)
             k += 1
         out[i] = wave(shape, _turned(phase + at), edge)

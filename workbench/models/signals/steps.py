@@ -72,18 +72,17 @@ def play(
     for i in range(out.size):
         now = frame + i
         while k < len(events) and math.floor(events.time[k]) <= now:
-            since = max(now - events.time[k], 0.0)
             if steps_a_frame > 0.0:
-                state.phase = since * steps_a_frame
+                state.phase = (now - events.time[k]) * steps_a_frame  # below 0 until the next frame
             else:
                 state.phase = (math.floor(state.phase) + 1.0) % values.size
                 state.step = -1.0
             k += 1
-        step = math.floor(state.phase)
+        step = max(math.floor(state.phase), 0.0)
         if step != state.step:
             state.step = step
             since = (state.phase - step) / steps_a_frame if steps_a_frame > 0.0 else 0.0
-            take(state.held, values[int(step)], min(since, 1.0), glide_frames)
+            take(state.held, values[int(step)], min(max(since, 0.0), 1.0), glide_frames)
         out[i] = value(state.held)
         state.held.since += 1.0
         state.phase += steps_a_frame
