@@ -59,7 +59,7 @@ class PresetPictures(QObject):
                 break
             if isinstance(picture, PresetPicture):
                 self.arrived.emit(missing[number], picture)
-        pictures.close()  # type: ignore[attr-defined]  # a generator, which ends its processes
+        pictures.close()  # ends its processes
 
     def _take_kept(self, path: Path) -> bool:
         """Show the picture of a file if it was computed before; return whether none is to be computed."""

@@ -3,9 +3,8 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from underfoot.engine.worker_pool import cores, in_parallel
+from underfoot.engine.worker_pool import Job, cores, in_parallel
 from underfoot.errors import BadMeasurement, UnderfootError
 from underfoot.experiments.analysis.analyses import analysed
 from underfoot.experiments.analysis.findings import Findings
@@ -54,7 +53,7 @@ def written_in_process(paths: Sequence[Path], protocol: Protocol, form: str, whe
     return _in_process(partial(written_files, tuple(paths), form, where), protocol, task)
 
 
-def _in_process(work: Callable[[Any], list[Findings]], job: object, task: Task) -> list[Findings]:
+def _in_process(work: Callable[[Job], list[Findings]], job: Job, task: Task) -> list[Findings]:
     """Return the result of `work(job)`, computed in a separate process that can be stopped.
 
     `work` must be in a module that does not import Qt.
@@ -62,5 +61,5 @@ def _in_process(work: Callable[[Any], list[Findings]], job: object, task: Task) 
     for _, findings in in_parallel(work, [job], 1, is_stopped=task.is_stopped):
         if isinstance(findings, UnderfootError):
             raise findings
-        return list(findings)
+        return findings
     return []

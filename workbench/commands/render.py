@@ -4,7 +4,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -159,7 +159,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
 
     names = file_names([(path.stem, values) for path in patches for values in grid])
     outputs = _outputs(options, patches, [f"{name}.wav" for name in names])
-    found: dict[int, Any] = {}
+    found: dict[int, Summary | UnderfootError] = {}
     items: dict[int, Item] = {}
     for k, path in enumerate(patches):
         places = range(k * len(grid), (k + 1) * len(grid))
@@ -196,7 +196,7 @@ def _render_all(options: RenderOptions, patches: Sequence[Path], grid: "Sequence
     _say_all(options, told, found)
 
 
-def _time_left(found: Sequence[Any] | dict[int, Any], told: Sequence[str], began: float) -> str:
+def _time_left(found: Sized, told: Sequence[str], began: float) -> str:
     """Return the estimated time left in words; "" if it is short."""
     left_s = (time.monotonic() - began) / len(found) * (len(told) - len(found))
     return f" ({left_s:.0f} s left)" if left_s >= 2.0 else ""
@@ -214,7 +214,7 @@ def _tell_failure(what: str, path: Path, error: UnderfootError) -> None:
     print(f"underfoot: {what}: {reason}", file=sys.stderr)
 
 
-def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any]) -> None:
+def _say_all(options: RenderOptions, told: Sequence[str], found: Mapping[int, Summary | UnderfootError]) -> None:
     """Print the figures of all renderings in order; raise an error if some failed."""
     failed = sum(isinstance(answer, UnderfootError) for answer in found.values())
     if options.as_json:
@@ -222,8 +222,8 @@ def _say_all(options: RenderOptions, told: Sequence[str], found: dict[int, Any])
         print(json.dumps([{"patch": name} | one for name, one in zip(told, as_data, strict=True)]))
     else:
         for number, name in enumerate(told):
-            if not isinstance(found[number], UnderfootError):
-                print(f"{name}: {line_of(found[number])}")
+            if not isinstance(answer := found[number], UnderfootError):
+                print(f"{name}: {line_of(answer)}")
     if failed:
         raise UnderfootError(f"{failed} of {len(told)} patches were not rendered")
 

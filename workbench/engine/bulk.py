@@ -63,7 +63,7 @@ def _text(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
-def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tuple[int, Any]]:
+def rendered(items: Sequence[Item], cluster: str | None = None) -> Iterator[tuple[int, Summary | UnderfootError]]:
     """Render items on every core, or on the Dask cluster at this address, and yield them in order of completion.
 
     Yields each item's number and its summary or `UnderfootError`. When a summary arrives its file exists, and the

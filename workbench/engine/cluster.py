@@ -3,10 +3,9 @@
 import socket
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 from urllib.parse import urlsplit
 
-from underfoot.engine.worker_pool import MOST_TRIES
+from underfoot.engine.worker_pool import MOST_TRIES, Answer, Job
 from underfoot.errors import BadValue, DeviceError, UnderfootError
 from underfoot.patch.custom_nodes import run_received
 from underfoot.patch.node_files import NodeFile, running
@@ -18,7 +17,9 @@ held in memory.
 """
 
 
-def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) -> Iterator[tuple[int, Any]]:
+def on_cluster(
+    work: Callable[[Job], Answer], jobs: Sequence[Job], address: str
+) -> Iterator[tuple[int, Answer | UnderfootError]]:
     """Yield the number of each of `jobs` and what `work` returns or raises for it, in order of completion.
 
     Of errors, only an `UnderfootError` is yielded. The cluster's scheduler is at `address`, as tcp://host:8786; its
@@ -61,7 +62,7 @@ def on_cluster(work: Callable[[Any], Any], jobs: Sequence[Any], address: str) ->
             give()
 
 
-def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Any], Any], job: object) -> object:
+def _with_nodes(nodes: Sequence[NodeFile], work: Callable[[Job], Answer], job: Job) -> Answer:
     """Run `work` on a worker, with the caller's custom nodes loaded."""
     run_received(nodes)
     return work(job)

@@ -5,13 +5,16 @@ import signal
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import TypeVar
 
 from underfoot.engine.child_process import ChildProcess, run_tracker, wait_for_any
 from underfoot.errors import UnderfootError
+
+Job = TypeVar("Job")
+Answer = TypeVar("Answer")
 
 MOST_TRIES = 3
 """Attempts at a job whose process dies."""
@@ -32,12 +35,12 @@ def cores() -> int:
 
 
 def in_parallel(
-    work: Callable[[Any], Any],
-    jobs: Sequence[Any],
+    work: Callable[[Job], Answer],
+    jobs: Sequence[Job],
     processes: int,
     tries: int = 1,
     is_stopped: Callable[[], bool] = lambda: False,
-) -> Iterator[tuple[int, Any]]:
+) -> Generator[tuple[int, Answer | UnderfootError], None, None]:
     """Yield the number of each of `jobs` and what `work` returns or raises for it, in order of completion.
 
     Of errors, only an `UnderfootError` is yielded. `work` is a function of a module; jobs and results can be pickled.
@@ -75,7 +78,7 @@ def in_parallel(
             child.end(max(until - time.monotonic(), 0.0))
 
 
-def run(connection: Connection, work: Callable[[Any], Any]) -> None:
+def run(connection: Connection, work: Callable[[Job], object]) -> None:
     """Run jobs until the connection ends, or Ctrl-C, which goes to all processes; the process's main function."""
     with suppress(EOFError, OSError, KeyboardInterrupt):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
@@ -83,7 +86,7 @@ def run(connection: Connection, work: Callable[[Any], Any]) -> None:
             connection.send(_answer(work, connection.recv()))
 
 
-def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[ChildProcess, int]) -> None:
+def _give(child: ChildProcess, waiting: deque[tuple[int, Job]], busy: dict[ChildProcess, int]) -> None:
     """Give a process the next job, or end it if there is none."""
     if waiting:
         busy[child], job = waiting.popleft()
@@ -93,7 +96,7 @@ def _give(child: ChildProcess, waiting: deque[tuple[int, Any]], busy: dict[Child
         child.end(_LEAVE_S)
 
 
-def _started(work: Callable[[Any], Any]) -> ChildProcess:
+def _started(work: Callable[[Job], object]) -> ChildProcess:
     """Start a process that receives what ends it only once it can clean up; this one receives it after that, too."""
     run_tracker()  # which would let Ctrl-C through the first time
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
@@ -115,7 +118,7 @@ def _started(work: Callable[[Any], Any]) -> ChildProcess:
     return child
 
 
-def _answer(work: Callable[[Any], Any], job: object) -> object:
+def _answer(work: Callable[[Job], object], job: Job) -> object:
     try:
         return work(job)
     except UnderfootError as error:

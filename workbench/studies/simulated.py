@@ -1,7 +1,6 @@
 """Simulated studies on several processes, or on a Dask cluster, with identical results."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 from underfoot.engine.cluster import on_cluster
 from underfoot.engine.worker_pool import MOST_TRIES, in_parallel
@@ -34,7 +33,9 @@ def simulate_on_cluster(
     return _gathered(on_cluster(simulate, jobs, address), seen)
 
 
-def _gathered(results: Iterable[tuple[int, Any]], seen: Callable[[int], None] | None) -> list[EstimateRow]:
+def _gathered(
+    results: Iterable[tuple[int, list[EstimateRow] | UnderfootError]], seen: Callable[[int], None] | None
+) -> list[EstimateRow]:
     """Return all estimates in the order of the jobs; raise the first error."""
     done: dict[int, list[EstimateRow]] = {}
     for place, result in results:
