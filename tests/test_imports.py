@@ -132,6 +132,12 @@ sys.meta_path.insert(0, Blocker())
 """
 
 
+def test_the_table_of_the_document_has_every_part():
+    table = re.findall(r"^\| \d \| (.*?) \|", (ROOT / "docs" / "architecture.md").read_text(), re.MULTILINE)
+    named = set(re.findall(r"`(\w+)`", " ".join(table)))
+    assert named == set().union(*LEVELS) - {"underfoot", "presets"}
+
+
 def test_every_part_has_its_level():
     for module in SOURCES:
         assert sum(part(module) in parts for parts in LEVELS) == 1, module
