@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from free_ports import free_port
 
 TEMPLATE = Path(__file__).resolve().parents[1] / "docs" / "plugin-template"
 
@@ -103,6 +104,20 @@ def test_a_transport_of_a_plug_in_is_a_target(python):
     told = python("-m", "underfoot", "monitor", "--help")
     assert (told.returncode, told.stderr) == (0, "")
     assert "radio:" in told.stdout
+
+
+@pytest.mark.parametrize("fails", ["open", "read"])
+def test_a_transport_of_a_plug_in_that_fails_is_named_in_a_line(python, fails):
+    """Its thread ended with a traceback, and nobody was told that the floor would stay silent."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpTransport\n"
+        "class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n"
+        f"    def {fails}(self):\n        raise KeyError('antenna')\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", "monitor", f"radio:127.0.0.1:{free_port()}", "--seconds", "1")
+    assert "Traceback" not in told.stderr
+    assert ": KeyError: 'antenna'" in told.stderr
 
 
 @pytest.mark.parametrize(("end", "option"), [("UdpSender", "--udp"), ("RadioSender", "--radio-link")])

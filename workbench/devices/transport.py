@@ -1,10 +1,12 @@
 """The interface of transports, which carry the bytes of tiles, and of the emulator's end of them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import ClassVar, Self
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Self, TypeVar
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadValue, DeviceError
+
+T = TypeVar("T")
 
 
 class Sender(ABC):
@@ -98,6 +100,16 @@ class Transport(ABC):
 
 READ_TIMEOUT_S = 0.1
 """Timeout of `Transport.read` in seconds."""
+
+
+def asked(transport: Transport, call: Callable[[], T]) -> T:
+    """Call `open` or `read` of a transport. A plug-in's can raise anything: any error is a `DeviceError`."""
+    try:
+        return call()
+    except DeviceError:
+        raise
+    except Exception as error:
+        raise DeviceError(f"{transport.name}: {type(error).__name__}: {error}") from error
 
 
 def host_and_port(text: str) -> tuple[str, int]:

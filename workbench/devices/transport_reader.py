@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.devices.framing.parser import FrameCounts, Parser
-from underfoot.devices.transport import Transport
+from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
 RETRY_S = 0.1
@@ -84,7 +84,7 @@ class TransportReader:
         was_gone = is_silent = False
         while not self._stop.is_set():
             try:
-                self.transport.open()
+                asked(self.transport, self.transport.open)
             except DeviceError as error:
                 if not was_gone:
                     self.notices.append(f"{error}; waiting for it")
@@ -102,12 +102,13 @@ class TransportReader:
             self.is_open = False
             was_gone = True
             self.transport.close()
+            self._stop.wait(RETRY_S)
 
     def _read(self, is_silent: bool) -> bool:
         """Read until told to stop; return whether it was silent last. `DeviceError` when the transport is gone."""
         heard_s, unread = time.monotonic(), 0
         while not self._stop.is_set():
-            data = self.transport.read()
+            data = asked(self.transport, self.transport.read)
             now_s = time.monotonic()
             samples = self._parser.feed(data, self.transport.senders, now_s)
             if len(samples):

@@ -9,6 +9,7 @@ from underfoot.devices.device_floor import DeviceFloor
 from underfoot.devices.force_source import SENSOR_HZ, ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
+from underfoot.devices.transport import asked
 from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.forces import ForceSeries
@@ -120,7 +121,7 @@ def require_source(target: Target) -> None:
     simulation(target.simulation)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
-        transport.open()
+        asked(transport, transport.open)
         transport.close()
 
 
