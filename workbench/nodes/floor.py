@@ -45,10 +45,11 @@ class Footfall:
     """Event when a foot lands: when the force rises through the threshold, after it had fallen below half of it.
 
     The event is delayed by the wait, over which the loading rate is measured; the strength is 1 at the reference rate.
-    A foot that already stands on the tile when the patch starts gives no event.
+    A foot that already stands on the tile when the patch starts gives no event; of two rises within the wait the second
+    does.
     """
 
-    accuracy = "exact: crossing of the line between force samples, to 1e-6 frames"
+    accuracy = "exact: crossing of the line between samples, to 1e-6 frames; strength less by up to a frame in the wait"
     force = Input("N", doc="usually from Tile force")
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force above which a foot is down")
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
