@@ -33,12 +33,12 @@ THESIS = {"shape": 4.0, "scale": 2.5, "stiffness": 1.0, "mass": 1e-3, "damping":
 QUICK = {"mass": 1e-5, "damping": 0.003}
 
 
-def designed(model="exact", thresholds="weibull", fibres=2000, renewal_s=0.01, **changes):
+def designed(model="exact", thresholds="weibull", fibres=2000, renewal_s=0.01, rate=RATE, **changes):
     """Coefficients of a bundle in real time: one that has wholly broken holds its strain."""
     values = {**THESIS, **QUICK, **changes}
     coefficients = COEFFICIENTS.zeros()
     FibreBundle(fibres, model=model, thresholds=thresholds, renewal_s=renewal_s, **values).design(
-        RATE, 1.0, coefficients
+        rate, 1.0, coefficients
     )
     unit = 0.5 * values["stiffness"] * values["scale"] ** 2
     coefficients.loudness, coefficients.softness, coefficients.holds = unit**-0.5, 0.5, 1.0
@@ -365,8 +365,17 @@ def test_the_row_and_the_offline_bundle_are_one_model():
     result = FibreBundle(2000, **QUICK, renewal_s=0.01).response(load, RATE, seed=9)
     strain, events, _ = played(designed(), load, key=stream_key(9, "fracture"))
     np.testing.assert_array_equal(strain, result.strain)
-    strength = np.sqrt(result.energy[result.energy > 0.0] / (0.5 * 2.5**2))
-    np.testing.assert_allclose(events[:, 1], strength, rtol=1e-12)
+    broke = result.failures > 0
+    np.testing.assert_allclose(events[:, 1], (result.failures * result.strain / 2.5)[broke], rtol=1e-12)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_strengths_of_the_failures_of_a_frame_are_added_so_that_they_do_not_depend_on_the_rate(model):
+    load = footsteps(20_000.0)
+    _, events, _ = played(designed(model, fibres=20_000), load)
+    _, slower, _ = played(designed(model, fibres=20_000, rate=RATE / 4.0), load[3::4])
+    assert len(slower) < 0.5 * len(events)
+    assert slower[:, 1].sum() == pytest.approx(events[:, 1].sum(), rel=0.02)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -42,11 +42,11 @@ from underfoot.models.fibre_bundle.damage import (
     critical_load,
     design,
     energy_released,
-    event_strength,
     fail,
     first_hazard,
     has_mean_damage,
     stiffness_left,
+    strength_of,
     threshold_strain,
 )
 from underfoot.models.signals.events import append, event_list
@@ -336,8 +336,7 @@ def _fail(c: Memory, s: Memory, key: np.uint64, frame: int, events: Memory) -> f
     """Fail what the strain of this frame has broken, and append the event; return the number of failures."""
     failed, s.next_hazard = fail(c, key, frame * DRAWS, s.next_hazard, s.strain, s.failed)
     s.failed += failed
-    strength = event_strength(c, energy_released(c, failed, s.strain))
-    append(events, frame + crossing(s.former, s.strain, s.breaking), strength)
+    append(events, frame + crossing(s.former, s.strain, s.breaking), strength_of(c, failed, s.strain))
     s.breaking = threshold_strain(c, s.next_hazard)
     if not has_mean_damage(c):
         _set_step(c, s)

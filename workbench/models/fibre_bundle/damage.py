@@ -30,8 +30,9 @@ PARAMETERS = Layout(
     *("restructurings", "stiffening", "renewal", "loudness", "softness"),
 )
 """Input of `design`: code of the thresholds' distribution, N, k, lambda, then k_F, m, b_F and b_R of (7.1), per fibre;
-n_max and alpha of an inverse bundle; the renewal time in seconds; and the strength of an event, `loudness`
-(E / E1)^`softness` with E1 = k_F lambda^2 / 2: exponent 1/2 gives the velocity of an impact, 1 its energy."""
+n_max and alpha of an inverse bundle; the renewal time in seconds; and the strength of a failure, `loudness`
+(E / E1)^`softness` with E1 = k_F lambda^2 / 2: exponent 1/2 gives the velocity of an impact, 1 its energy. Those of a
+frame are added: of many failures the level would else depend on the rate."""
 
 COEFFICIENTS = Layout(
     "bundle_coefficients",
@@ -171,11 +172,12 @@ def energy_released(c: Memory, failed: float, strain: float) -> float:
 
 
 @part
-def event_strength(c: Memory, energy: float) -> float:
-    """Return the strength of an event of `energy`."""
+def strength_of(c: Memory, failed: float, strain: float) -> float:
+    """Return the strengths of failures at a strain, added."""
+    energy = energy_released(c, 1.0, strain)
     if c.softness == 0.5:
-        return c.loudness * math.sqrt(energy)
-    return c.loudness * energy**c.softness
+        return failed * c.loudness * math.sqrt(energy)
+    return failed * c.loudness * energy**c.softness
 
 
 @part

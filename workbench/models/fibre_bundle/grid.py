@@ -32,10 +32,10 @@ from underfoot.models.fibre_bundle.damage import (
     DRAWS,
     NO_THRESHOLD,
     energy_released,
-    event_strength,
     fail,
     first_hazard,
     stiffness_left,
+    strength_of,
     threshold_strain,
 )
 from underfoot.models.signals.events import append, event_list
@@ -269,8 +269,8 @@ def run_traced(
         strain[i], passed = _move(s, coefficients, cells, s.load, load, now % SPAN)
         s.load = load
         if passed:
-            energy, place = _break(key, now, coefficients, s, cells, trace.failures[i : i + 1])
-            append(events, now + place, event_strength(c, energy))
+            energy, strength, place = _break(key, now, coefficients, s, cells, trace.failures[i : i + 1])
+            append(events, now + place, strength)
             if trace.energy.size:
                 trace.energy[i] = energy
     for cell in range(cells):
@@ -300,13 +300,14 @@ def _wear(load: float, key: np.uint64, now: int, coefficients: Memory, s: Memory
 @part
 def _break(
     key: np.uint64, now: int, coefficients: Memory, s: Memory, cells: int, failures: NDArray[np.float64]
-) -> tuple[float, float]:
-    """Fail cells that have passed their thresholds; return the total energy, and the share of the frame before it.
+) -> tuple[float, float, float]:
+    """Fail cells that have passed their thresholds; return energies and strengths, added, and the share of the frame
+    before the first.
 
     `failures` [1, cell] takes their numbers, unless it is empty.
     """
     c = coefficients.bundle
-    energy, place = 0.0, 1.0
+    energy, strength, place = 0.0, 0.0, 1.0
     for cell in range(cells):
         x = s.strain[cell]
         if x > s.breaking[cell]:
@@ -314,12 +315,13 @@ def _break(
             failed, s.next_hazard[cell] = fail(c, key, counter, s.next_hazard[cell], x, s.failed[cell])
             s.failed[cell] += failed
             energy += energy_released(c, failed, x)
+            strength += strength_of(c, failed, x)
             place = min(place, crossing(s.former[cell], x, s.breaking[cell]))
             s.breaking[cell] = threshold_strain(c, s.next_hazard[cell])
             _set_step(s, coefficients, cell)
             if failures.shape[0]:
                 failures[0, cell] = failed
-    return energy, place
+    return energy, strength, place
 
 
 @inlined
