@@ -181,6 +181,18 @@ def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength
     assert peak == pytest.approx(np.abs(np.exp(-100.0 * time) * np.sin(2 * np.pi * 480.0 * time)).max(), rel=0.02)
 
 
+@pytest.mark.parametrize("wait", [0.0005, 0.005])
+@pytest.mark.parametrize("rate", [8_000, 48_000])
+def test_a_footfall_has_the_loading_rate_of_its_wait_as_strength_wherever_it_begins_in_a_frame(wait, rate):
+    patch = chain("tile-force", "footfall", wait=wait, reference=20_000.0)
+    for begin in np.linspace(100.0, 101.0, 8):
+        program = Program(patch, REGISTRY, TILE, rate=rate, block=1_600, scopes=["footfall.onset"])
+        program.engine_signals["force_n"][0, :1_600] = np.maximum(np.arange(1, 1_601) - begin, 0.0) * 20_000.0 / rate
+        program.run(0, 1_600)
+        ((_, strength, *_),) = program.events("footfall.onset")
+        assert strength == pytest.approx(1.0, abs=1e-6)
+
+
 def test_a_rhythm_has_one_note_a_step_the_loudest():
     notes = ((6.2, 3, 0.3), (5.8, 2.4, 0.9), (0, 4, 1.0), (6, 5, 0.3))
     patch = Patch().add("rhythm", REGISTRY, notes=notes, bar=0.1, repeats=1)

@@ -49,7 +49,7 @@ class Footfall:
     does.
     """
 
-    accuracy = "exact: crossing of the line between samples, to 1e-6 frames; strength less by up to a frame in the wait"
+    accuracy = "exact: crossing of the line between samples, to 1e-6 frames; loading to 1e-6"
     force = Input("N", doc="usually from Tile force")
     threshold = Number(30.0, 1.0, 1000.0, unit="N", scale="log", doc="force above which a foot is down")
     wait = Number(0.005, 0.0005, 0.05, unit="s", scale="log", doc="time over which the loading rate is measured")
@@ -73,7 +73,8 @@ class Footfall:
             elif state.is_down != 0.0 and now < 0.5 * threshold:
                 state.is_down = 0.0
             if state.due != 0.0 and state.due < frame + i + 1:
-                loading = max(now - state.crossed_at, 0.0) * rate / state.waits
+                since = max(frame + i - (state.due - state.waits), 1.0)  # the force is that of this frame
+                loading = max(now - state.crossed_at, 0.0) * rate / since
                 emit(onset, max(state.due, float(frame + i)), min(loading / reference, 10.0))
                 state.due = 0.0
             state.force_before = now
