@@ -24,6 +24,7 @@ from underfoot.quantities import counted
 from underfoot.widgets.design.actions import Selection, connect_menu, context_menu, make_actions
 from underfoot.widgets.design.connecting import WireDrag
 from underfoot.widgets.design.driving import DriverMenus
+from underfoot.widgets.design.edge_scrolling import EdgeScrolling
 from underfoot.widgets.design.editable_view import EditableView
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, item_rect
 from underfoot.widgets.design.items import MIN_LEGIBLE_SCALE, NodeItem, WireItem
@@ -62,6 +63,7 @@ class Canvas(EditableView):
         super().__init__(document, registry, parent)
         self._pan: QPoint | None = None
         self._space_state = ""
+        self.edge_scrolling = EdgeScrolling(self, self._is_held)
         self.search = NodeSearch(self.patch_scene, self)
         self.driver_menus = DriverMenus(document, self.patch_scene, self)
         self.actions_by_name = make_actions(self, self._handlers())

@@ -1,0 +1,94 @@
+"""What is dragged to the canvas's edge scrolls the view."""
+
+import pytest
+from design_samples import LEFT, drag, middle, port, send
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+
+@pytest.fixture
+def canvas(workspace):
+    workspace.canvas.zoom_to(1.0)
+    return workspace.canvas
+
+
+def left_edge(canvas):
+    return canvas.mapToScene(QPoint(0, 0)).x()
+
+
+def right_of(canvas, beyond_px=0):
+    """Return a position at the right edge of the view, or further right."""
+    return QPoint(canvas.viewport().width() - 1 + beyond_px, canvas.viewport().height() // 2)
+
+
+def test_a_node_at_the_edge_scrolls_the_view_and_stays_under_the_mouse(workspace, canvas, qtbot):
+    item, before = canvas.patch_scene.nodes["hum"], left_edge(canvas)
+    start, end = middle(workspace, "hum"), right_of(canvas, 40)
+    held = canvas.mapToScene(start) - item.pos()
+    drag(workspace, start, end, release=False)
+    qtbot.waitUntil(lambda: left_edge(canvas) > before + 1500)  # and on, while the mouse stands still
+    slip = canvas.mapToScene(end) - held - item.pos()
+    assert max(abs(slip.x()), abs(slip.y())) <= 8  # the grid
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert workspace.patch().node("hum").at[0] > 1500
+    assert not canvas.edge_scrolling.is_scrolling
+
+
+def test_a_wire_reaches_a_node_that_was_out_of_view(workspace, canvas, qtbot):
+    workspace.document.edit(workspace.patch().move({"shaker": (2400.0, 160.0)}), "Move")
+    start, end = port(workspace, "hum", "out", "out"), right_of(canvas)
+    drag(workspace, start, end, release=False)
+    qtbot.waitUntil(lambda: canvas.viewport().rect().contains(port(workspace, "shaker", "in", "acceleration")))
+    end = canvas.viewport().rect().center()
+    send(canvas.viewport(), QEvent.Type.MouseMove, end, LEFT)
+    end = port(workspace, "shaker", "in", "acceleration")
+    send(canvas.viewport(), QEvent.Type.MouseMove, end, LEFT)
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert ("hum.out", "shaker.acceleration") in workspace.patch().wires
+
+
+def test_a_rubber_band_goes_on_from_where_it_began(workspace, canvas, qtbot):
+    workspace.document.edit(workspace.patch().move({"shaker": (2400.0, 160.0)}), "Move")
+    start = canvas.mapFromScene(-20.0, -20.0)
+    end = QPoint(canvas.viewport().width() + 40, canvas.mapFromScene(0.0, 320.0).y())
+    drag(workspace, start, end, release=False)
+    qtbot.waitUntil(lambda: canvas.patch_scene.nodes["shaker"].isSelected())
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    assert set(canvas.selected_ids()) == {"push", "step", "hum", "shaker"}
+
+
+def test_a_frame_is_dragged_on_over_the_edge(chain, qtbot):
+    canvas = chain.canvas
+    title = next(iter(canvas.patch_scene.group_frames.values())).frame_rect().topLeft() + QPointF(16.0, 8.0)
+    end = QPoint(-40, canvas.mapFromScene(title).y())
+    drag(chain, canvas.mapFromScene(title), end, release=False)
+    qtbot.waitUntil(lambda: canvas.patch_scene.nodes["through"].pos().x() < -800)
+    send(canvas.viewport(), QEvent.Type.MouseButtonRelease, end, LEFT)
+    through, through1 = chain.patch().node("through").at, chain.patch().node("through1").at
+    assert through[0] < -800
+    assert through1[0] - through[0] == 200
+
+
+@pytest.mark.parametrize("cancel", ["escape", "right button"])
+def test_a_drag_that_is_cancelled_at_the_edge_ends_there(workspace, canvas, qtbot, cancel):
+    item, patch, before = canvas.patch_scene.nodes["hum"], workspace.patch(), left_edge(canvas)
+    end = right_of(canvas, 40)
+    drag(workspace, middle(workspace, "hum"), end, release=False)
+    qtbot.waitUntil(lambda: left_edge(canvas) > before + 200)
+    if cancel == "escape":
+        QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    else:
+        asked = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, end, canvas.viewport().mapToGlobal(end))
+        QApplication.sendEvent(canvas.viewport(), asked)
+    qtbot.waitUntil(lambda: not canvas.edge_scrolling.is_scrolling)
+    assert item.pos().toTuple() == (0.0, 160.0)
+    assert workspace.patch() == patch
+
+
+def test_a_press_at_the_edge_scrolls_nothing(workspace, canvas):
+    at = right_of(canvas, -2)
+    send(canvas.viewport(), QEvent.Type.MouseButtonPress, at, LEFT)
+    send(canvas.viewport(), QEvent.Type.MouseMove, at + QPoint(1, 1), LEFT)
+    assert not canvas.edge_scrolling.is_scrolling

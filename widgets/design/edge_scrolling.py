@@ -1,0 +1,74 @@
+"""Scrolling of a view while something is dragged to its edge."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
+from PySide6.QtGui import QMouseEvent
+from PySide6.QtWidgets import QApplication
+
+from underfoot.widgets.design.patch_view import PatchView
+
+EDGE_PX = 24
+"""Distance from the edge at which the view begins to scroll."""
+
+MAX_STEP_PX = 24
+_INTERVAL_MS = 16
+_SLOWNESS = 8
+"""Pixels past the begin of the edge for one more pixel of a step."""
+
+
+class EdgeScrolling(QObject):
+    """Scrolls a view for as long as the left button holds something at its edge or beyond, the faster the further."""
+
+    def __init__(self, view: PatchView, is_held: Callable[[], bool]) -> None:
+        super().__init__(view)
+        self._view, self._is_held = view, is_held
+        self._pressed_at = QPoint()
+        self._move: QMouseEvent | None = None
+        self._timer = QTimer(self, interval=_INTERVAL_MS)
+        self._timer.timeout.connect(self._scroll)
+        view.viewport().installEventFilter(self)
+
+    @property
+    def is_scrolling(self) -> bool:
+        """Whether it scrolls now."""
+        return self._timer.isActive()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QMouseEvent):
+            self._follow(event)
+        return False
+
+    def _follow(self, event: QMouseEvent) -> None:
+        at = event.position().toPoint()
+        if event.type() == QEvent.Type.MouseButtonPress:
+            self._pressed_at = at
+        is_drag = event.type() == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.LeftButton
+        far = (at - self._pressed_at).manhattanLength() >= QApplication.startDragDistance()
+        if is_drag and (far or self.is_scrolling) and self._step(at) != QPoint():
+            self._move = event.clone()
+            if not self.is_scrolling:
+                self._timer.start()
+        else:
+            self._timer.stop()
+
+    def _step(self, at: QPoint) -> QPoint:
+        """Return by how many pixels the view scrolls with the mouse here."""
+        size = self._view.viewport().size()
+        return QPoint(_step(at.x(), size.width()), _step(at.y(), size.height()))
+
+    def _scroll(self) -> None:
+        view, move = self._view, self._move
+        is_interrupted = QApplication.activePopupWidget() or QApplication.activeModalWidget()  # which take the release
+        if move is None or is_interrupted or not (self._is_held() or not view.rubberBandRect().isNull()):
+            self._timer.stop()
+            return
+        by = self._step(move.position().toPoint())
+        view.pan(by.x(), by.y())
+        QApplication.sendEvent(view.viewport(), move)  # what is dragged stays under the mouse
+
+
+def _step(at: int, size: int) -> int:
+    """Return the step along one axis of a view of this size."""
+    past = min(at - EDGE_PX, 0) + max(at - (size - EDGE_PX), 0)
+    return round(min(max(past / _SLOWNESS, -MAX_STEP_PX), MAX_STEP_PX))
