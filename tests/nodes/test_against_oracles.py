@@ -167,6 +167,15 @@ def test_a_loop_keeps_the_amplitude_of_what_lies_at_half_of_either_rate(own, ton
     assert heard == pytest.approx(0.3 * np.cos(2 * np.pi * tone_hz * np.arange(4_800) / RATE), abs=1e-9)
 
 
+def test_a_recorded_tap_does_not_sound_again_at_its_end(tmp_path):
+    """It begins at full height, as trimmed files do, and has long died away."""
+    time = np.arange(500) / 1_000.0
+    soundfile.write(tmp_path / "tap.wav", np.exp(-100.0 * time) * np.cos(240.0 * np.pi * time), 1_000, subtype="DOUBLE")
+    patch = chain("strike", "wav-player", file="tap.wav", mode="at events", amplitude=1.0)
+    heard = play(patch, "wav-player.out", frames=24_000, folder=tmp_path, strikes=[(0.0, 1.0)])
+    assert np.abs(heard[-2_400:]).max() < 1e-3
+
+
 def test_footfall_comes_its_wait_after_the_crossing_with_the_loading_as_strength():
     force = np.clip((np.arange(9_600) - 1_000.5) * 0.5, 0.0, 700.0)  # 24 kN/s
     patch = chain("tile-force", "footfall", "modal-bank", modes=[[480.0, 100.0, 1.0]])

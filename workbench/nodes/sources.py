@@ -143,8 +143,10 @@ def _samples(path: str, rate: float, is_loop: bool) -> Floats:
         raise BadFile(f"{Path(path)} cannot be played: {says}")
     if own_rate != rate and sound.size:
         frames = sound.size * rate / own_rate
-        if not is_loop:  # silence, up to where a sample and a frame are at the same time
-            sound = np.pad(sound, (0, -sound.size % (own_rate // math.gcd(own_rate, round(rate)))))
+        if not is_loop:  # a second of silence or more, up to where a sample and a frame are at the same time:
+            # otherwise what rings ahead of the beginning would sound at the end, because the transform is circular
+            step = own_rate // math.gcd(own_rate, round(rate))
+            sound = np.pad(sound, (0, own_rate + -(sound.size + own_rate) % step))
         count = max(1, round(sound.size * rate / own_rate))
         from scipy.signal import resample
 
