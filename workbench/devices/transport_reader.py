@@ -37,7 +37,7 @@ class TransportReader:
         self._on_samples = on_samples
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
-        self.is_open = False
+        self.is_open = self._is_missed = False
 
     def start(self) -> None:
         """Start reading; returns at once, also without a device."""
@@ -81,34 +81,28 @@ class TransportReader:
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
-        was_gone = is_silent = False
         while not self._stop.is_set():
             try:
                 asked(self.transport, self.transport.open)
+                self._parser.resync()
+                self._read()
             except DeviceError as error:
-                if not was_gone:
+                if not self._is_missed:
                     self.notices.append(f"{error}; waiting for it")
-                was_gone = True
-                self._stop.wait(RETRY_S)
-                continue
-            if was_gone:
-                self.notices.append(f"{self.transport.name} is back")
-            self.is_open = True
-            self._parser.resync()
-            try:
-                is_silent = self._read(is_silent)
-            except DeviceError as error:
-                self.notices.append(f"{error}; waiting for it")
+                self._is_missed = True
             self.is_open = False
-            was_gone = True
             self.transport.close()
             self._stop.wait(RETRY_S)
 
-    def _read(self, is_silent: bool) -> bool:
-        """Read until told to stop; return whether it was silent last. `DeviceError` when the transport is gone."""
-        heard_s, unread = time.monotonic(), 0
+    def _read(self) -> None:
+        """Read until told to stop; `DeviceError` when the transport is gone."""
+        heard_s, unread, is_silent = time.monotonic(), 0, False
         while not self._stop.is_set():
             data = asked(self.transport, self.transport.read)
+            if self._is_missed:  # what opens, but cannot be read, is not back
+                self.notices.append(f"{self.transport.name} is back")
+                self._is_missed = False
+            self.is_open = True
             now_s = time.monotonic()
             samples = self._parser.feed(data, self.transport.senders, now_s)
             if len(samples):
@@ -124,4 +118,3 @@ class TransportReader:
                 self.notices.append(f"{self.transport.name}: {what}")
             if len(data):
                 self._stop.wait(_BATCH_S)
-        return is_silent
