@@ -9,21 +9,31 @@ from underfoot.widgets.experiment.workspace import ExperimentWorkspace
 
 LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
 
+UNSAVED = "unsaved-0.draft"
+"""The first window's copy of an unsaved study, beside the user's protocols."""
+
 
 class Hand:
     """A workspace without a session, and the hand of who makes a study in it."""
 
     def __init__(self, qtbot, folder):
-        self.qtbot, self.folder, self.said = qtbot, folder, []
+        self.qtbot, self.folder, self.said, self.open = qtbot, folder, [], []
         self.workspace = self.opened()
 
     def opened(self):
         workspace = ExperimentWorkspace(REGISTRY, *(self.folder / name for name in ("studies", "protocols", "presets")))
-        self.qtbot.addWidget(workspace, before_close_func=lambda w: w.findings.background.join())
+        self.open.append(workspace)
+        self.qtbot.addWidget(workspace, before_close_func=self.close_down)
         workspace.notified.connect(self.said.append)
         workspace.resize(1280, 740)
         show(self.qtbot, workspace)
         return workspace
+
+    def close_down(self, workspace):
+        """Close a workspace as its window does, unless it is closed."""
+        if workspace in self.open:
+            self.open.remove(workspace)
+            workspace.close_down()
 
     @property
     def protocol_editor(self):

@@ -2,13 +2,14 @@
 
 import copy
 import json
+import shutil
 
 import pytest
 from made_studies import TD, protocol_text
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QScrollArea, QTableWidget
-from study_hand import CTRL, Hand
+from study_hand import CTRL, UNSAVED, Hand
 from windows import choose_file, dialog_of, quiet_window
 
 from underfoot.experiments.foot import FootAnswer
@@ -20,7 +21,6 @@ from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
 from underfoot.widgets.experiment import question_table
-from underfoot.widgets.experiment.protocol_editor import UNSAVED
 
 
 @pytest.fixture
@@ -330,7 +330,7 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     made.qtbot.keyClick(made.protocol_editor, Qt.Key.Key_Escape)
     made.answer("Go on with it")
     assert made.protocol_editor.draft is not None
-    made.workspace.close_down()
+    made.close_down(made.workspace)
     kept = made.folder / "protocols" / UNSAVED
     assert json.loads(kept.read_bytes())["protocol"]["title"] == "Half done"
     again = made.opened()
@@ -339,7 +339,42 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
     assert again.protocol_editor.is_changed
     made.qtbot.keyClick(again.protocol_editor, Qt.Key.Key_S, CTRL)
     assert made.protocols() == ["half-done.json"]
-    assert not kept.exists()
+    made.qtbot.waitUntil(lambda: not kept.exists())
+
+
+def test_a_draft_outlives_a_crash_of_its_window_while_another_window_leaves_it_alone(made):
+    """It was written only when the window closed."""
+    made.click(made.workspace.library.new)
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
+    kept = made.folder / "protocols" / UNSAVED
+    made.qtbot.waitUntil(kept.is_file)
+    other = made.opened().protocol_editor
+    other.restore_unsaved()
+    assert other.draft is None
+    crashed = made.folder / "crashed"
+    shutil.copytree(kept.parent, crashed / "protocols", ignore=shutil.ignore_patterns("*.lock"))
+    after = Hand(made.qtbot, crashed).protocol_editor
+    after.restore_unsaved()
+    assert after.draft.raw["title"] == "Half done"
+    assert (crashed / "protocols" / UNSAVED).is_file()
+    made.qtbot.keyClick(made.protocol_editor, Qt.Key.Key_Escape)
+    made.answer("Discard the changes")
+    made.qtbot.waitUntil(lambda: not kept.exists())
+
+
+def test_a_draft_that_cannot_be_read_is_kept_beside_the_next_one(made):
+    """The next unsaved draft replaced it."""
+    protocols = made.folder / "protocols"
+    protocols.mkdir()
+    (protocols / UNSAVED).write_bytes(b'{"protocol": "cut')
+    (protocols / "unreadable-1.draft").write_bytes(b"earlier")
+    made.protocol_editor.restore_unsaved()
+    assert made.said[-1] == f"{protocols / UNSAVED} cannot be read; it is kept as unreadable-2.draft"
+    made.click(made.workspace.library.new)
+    made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
+    made.qtbot.waitUntil((protocols / UNSAVED).is_file)
+    assert (protocols / "unreadable-2.draft").read_bytes() == b'{"protocol": "cut'
+    assert (protocols / "unreadable-1.draft").read_bytes() == b"earlier"
 
 
 def test_a_draft_that_cannot_be_kept_is_asked_about_before_the_window_closes(qtbot, tmp_path):
@@ -368,7 +403,7 @@ def test_a_draft_that_could_be_kept_is_not_there_again_after_it_was_saved(made):
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
     assert not made.workspace.would_lose  # but another workspace would, and the window stays open
     made.keep()
-    made.workspace.close_down()
+    made.close_down(made.workspace)
     assert not (made.folder / "protocols" / UNSAVED).exists()
 
 

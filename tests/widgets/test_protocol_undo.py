@@ -5,9 +5,7 @@ import json
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
-from study_hand import CTRL, Hand
-
-from underfoot.widgets.experiment.protocol_editor import UNSAVED
+from study_hand import CTRL, UNSAVED, Hand
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
@@ -161,7 +159,7 @@ def test_an_unsaved_study_can_be_undone_after_the_window_was_closed(made):
     made.click(made.protocol_editor.stages.add)
     made.click(made.protocol_editor.stages.remove)
     undo(made)
-    made.workspace.close_down()
+    made.close_down(made.workspace)
     made.workspace = made.opened()
     made.protocol_editor.restore_unsaved()
     assert [stage["id"] for stage in raw(made)["stages"]] == ["main", "stage-1"]
@@ -179,7 +177,7 @@ def test_an_unsaved_study_can_be_undone_after_the_window_was_closed(made):
 )
 def test_a_history_that_does_not_fit_is_discarded_and_the_study_is_there(made, history):
     made.type(title(made), "Gravel")
-    made.workspace.close_down()
+    made.close_down(made.workspace)
     kept = made.folder / "protocols" / UNSAVED
     kept.write_text(json.dumps({**json.loads(kept.read_text()), "history": history}))
     made.workspace = made.opened()

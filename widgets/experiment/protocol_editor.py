@@ -26,11 +26,11 @@ from underfoot.experiments.draft import Draft, unused_path
 from underfoot.experiments.draft_edits import DraftEdit
 from underfoot.experiments.mistake_places import in_form
 from underfoot.experiments.protocol import Protocol, Sounds
-from underfoot.files import make_folder, read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.widgets import theme
 from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.undo_actions import UndoActions
+from underfoot.widgets.experiment.draft_copy import DraftCopy
 from underfoot.widgets.experiment.draft_history import DraftHistory
 from underfoot.widgets.experiment.field_rows import FieldRows
 from underfoot.widgets.experiment.overview import facts_of
@@ -39,8 +39,6 @@ from underfoot.widgets.experiment.stage_page import StagePage
 from underfoot.widgets.experiment.stimulus_page import AskToRun, StimulusPage, ask_nothing
 from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 
-UNSAVED = "unsaved.draft"
-"""File beside the user's protocols with the draft that was open when the window was closed."""
 PAGES = ("S&tudy", "&Questions", "St&imuli", "Sta&ges", "S&ounds")
 _PAGE_OF_FIELD = {"participant": 1, "stimuli": 2, "stages": 3, "sounds": 4}
 """The page of a mistake, by the first word of its place."""
@@ -75,6 +73,7 @@ class ProtocolEditor(QWidget):
         for label in (self.problem, self.note):
             label.setWordWrap(True)
         self.history = DraftHistory(self)
+        self.copy = DraftCopy(own, self._unsaved, self.notified.emit, self)
         self.undo_actions = UndoActions(self.history.stack, self)
         self.pages = QStackedWidget()
         self.tabs = QButtonGroup(self)
@@ -120,47 +119,27 @@ class ProtocolEditor(QWidget):
             )
             self._edit(Draft.of(study.protocol, self._registry, self._own), study.path, note if count else "")
 
-    def can_keep_unsaved(self) -> bool:
-        """Return whether an unsaved draft, if there is one, can be kept; show errors."""
-        if not self.is_changed:
-            return True
-        is_kept = self.keep_unsaved()
-        if is_kept:
-            (self._own / UNSAVED).unlink()  # the window may stay open after all, and the draft be saved
-        return is_kept
-
-    def keep_unsaved(self) -> bool:
-        """Write an unsaved draft to a file, from which `restore_unsaved` opens it when the window is opened again.
-
-        Return whether nothing is lost; show errors.
-        """
-        if self.draft is not None and self.is_changed:
-            kept = json.dumps(
-                {"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()}
-            )
-            try:
-                write_file(make_folder(self._own) / UNSAVED, kept.encode())
-            except UnderfootError as error:
-                self.notified.emit(str(error))
-                return False
-        return True
-
     def restore_unsaved(self) -> None:
-        """Open the editor with the draft that was unsaved when the window was closed; show errors."""
-        kept = self._own / UNSAVED
-        if not kept.is_file():
-            return
+        """Open the editor with the draft that a window left unsaved when it was closed or crashed; show errors."""
         try:
-            found = json.loads(read_file(kept))
+            text = self.copy.found()
+            if not text:
+                return
+            found = json.loads(text)
             draft = Draft(found["protocol"], self._registry, self._own)
             path = Path(found["path"]) if found["path"] else None
             self._edit(draft, path, "Not saved when the window closed.")
             self.history.restore(found.get("history"))
         except (UnderfootError, ValueError, KeyError, TypeError, AttributeError):
-            self.notified.emit(f"{kept} cannot be read; it is left as it is")
+            self.copy.put_aside()
             return
-        self._saved_text = ""  # the draft is in no file now
-        kept.unlink()
+        self._saved_text = ""  # the draft is in no file of its own
+
+    def _unsaved(self) -> str:
+        """Return the text of an unsaved draft, from which `restore_unsaved` opens it; "" without one."""
+        if self.draft is None or not self.is_changed:
+            return ""
+        return json.dumps({"path": str(self._path or ""), "protocol": self.draft.raw, "history": self.history.saved()})
 
     def _edit(self, draft: Draft, path: Path | None = None, note: str = "") -> None:
         """Show a draft of the protocol in the file `path`, or a new one; `note` is a remark for the user."""
@@ -209,6 +188,7 @@ class ProtocolEditor(QWidget):
         if self.draft is not None:
             self.history.record(self.draft.raw)
             self._check_timer.start()
+            self.copy.update_soon()
 
     def _restore(self, raw: dict[str, Any], edit: DraftEdit) -> None:
         """Show an earlier or later state of the draft, at the place where it differs."""
@@ -225,6 +205,7 @@ class ProtocolEditor(QWidget):
         self.show_page(_PAGE_OF_FIELD.get(edit.part, 0))
         self._focus_on(edit)
         self._check()
+        self.copy.update_soon()
 
     def _focus_on(self, edit: DraftEdit) -> None:
         """Give the focus to what was restored, unless it is on that page already."""
@@ -252,6 +233,7 @@ class ProtocolEditor(QWidget):
             self.notified.emit(str(error))
             return
         self._path, self._saved_text, self._has_saved = path, json.dumps(self.draft.raw), True
+        self.copy.update()
         self.title.setText("Edit a study")
         self.saved.emit(path)
 
@@ -287,6 +269,7 @@ class ProtocolEditor(QWidget):
         self._check_timer.stop()
         self.stimuli.background.stop()
         self.draft, self._saved_text = None, ""
+        self.copy.update()
         self.history.stack.clear()
         self.closed.emit(self._has_saved)
 

@@ -100,7 +100,7 @@ class ExperimentWorkspace(Workspace):
     @property
     def would_lose(self) -> bool:
         """Whether a participant's session is running, or a draft can be kept nowhere."""
-        return self.running.has_participant or not self.protocol_editor.can_keep_unsaved()
+        return self.running.has_participant or not self.protocol_editor.copy.is_kept()
 
     def ask_to_leave(self, then: Callable[[], object]) -> None:
         """Ask before the end of a participant's running session, or of a draft, then call `then`."""
@@ -116,7 +116,7 @@ class ExperimentWorkspace(Workspace):
         for background in (self.running.background, self.findings.background):
             background.stop()
             background.join()
-        self.protocol_editor.keep_unsaved()
+        self.protocol_editor.copy.close()
 
     # --- the page that is shown ---
 

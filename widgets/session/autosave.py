@@ -1,6 +1,7 @@
 """Automatic copies of unsaved work, which survive a crash."""
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 from PySide6.QtCore import QLockFile
 
-from underfoot.errors import UnderfootError
+from underfoot.errors import BadFile, UnderfootError
 from underfoot.files import read_file, write_file
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+
+AUTOSAVE_MS = 1000
+"""Time after the last edit at which unsaved work is copied."""
 
 _SLOTS = 16
 
@@ -34,46 +38,98 @@ class RecoveredWork(Struct, frozen=True):
     """Whether the window was closed to be opened anew."""
 
 
-class Autosave:
-    """The copy of one window's unsaved work, in a file that no other window uses.
+class WorkSlot:
+    """The file of one window's unsaved work, such as `work-0.json`, that no other window uses.
 
-    Each window holds the lock of one slot. The lock of a window that died is free again, and `recover` finds the work
-    in its slot.
+    Each window holds the lock of one slot. The lock of a window that died is free again, and the next window finds the
+    work in its slot.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, stem: str, suffix: str) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._lock: QLockFile | None = None
-        slots = [folder / f"work-{slot}.json" for slot in range(_SLOTS)]
-        aside = sorted(set(folder.glob("work-*.json")) - set(slots))
-        for self._path in sorted(slots + aside, key=lambda path: not path.exists()):
-            lock = QLockFile(str(self._path.with_suffix(".lock")))
+        slots = [folder / f"{stem}-{slot}{suffix}" for slot in range(_SLOTS)]
+        aside = sorted(set(folder.glob(f"{stem}*{suffix}")) - set(slots))
+        for self.path in sorted(slots + aside, key=lambda path: not path.exists()):
+            lock = QLockFile(str(self.path.with_suffix(".lock")))
             lock.setStaleLockTime(0)
             if lock.tryLock(0):
                 self._lock = lock
                 return
 
-    def write(self, work: RecoveredWork) -> None:
-        """Write the copy. Without a free slot (16 windows) nothing is kept."""
-        if self._lock is not None:
-            fields = {"format": "underfoot-work", **_fields(work), "for_restart": work.for_restart}
-            if work.other is not None:
-                fields["other"] = _fields(work.other)
-            write_file(self._path, msgspec.json.encode(fields))
+    @property
+    def is_own(self) -> bool:
+        """Whether this window has a slot: 16 windows do, where their folder can be written."""
+        return self._lock is not None
+
+    def write_bytes(self, data: bytes) -> None:
+        """Write the file; `BadFile` if it cannot be written, or there is no free slot."""
+        if not self.is_own:
+            raise BadFile(f"{self.path.parent} takes no more files of unsaved work; close other windows")
+        write_file(self.path, data)
 
     def remove(self) -> None:
-        """Remove the copy: the work is saved elsewhere, or not wanted."""
+        """Remove the file: the work is saved elsewhere, or not wanted."""
+        if self.is_own:
+            self.path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Release the slot, and keep its content."""
         if self._lock is not None:
-            self._path.unlink(missing_ok=True)
+            self._lock.unlock()
+            self._lock = None
+
+
+class CopyWriter:
+    """Writes copies of unsaved work in a thread, because disks can be slow."""
+
+    def __init__(self, notify: Callable[[str], object]) -> None:
+        """`notify` takes a line for the user, in the thread."""
+        self._notify = notify
+        self._thread = ThreadPoolExecutor(1, "autosave")
+        self._no_copy = ""  # why the last copy could not be written
+
+    def submit(self, work: Callable[..., None], *given: object) -> "Future[None]":
+        """Do this after what was submitted before."""
+        done = self._thread.submit(work, *given)
+        done.add_done_callback(self._note_copy)
+        return done
+
+    def _note_copy(self, done: "Future[None]") -> None:
+        """Say once that there is no copy, until there is one again."""
+        error = done.exception()
+        if error is not None and not isinstance(error, UnderfootError | OSError):
+            raise error
+        before, self._no_copy = self._no_copy, "" if error is None else str(error)
+        if self._no_copy and not before:
+            self._notify(f"Unsaved work would not survive a crash: {self._no_copy}")
+
+    def close(self) -> None:
+        """Return when all is done."""
+        self._thread.shutdown()
+
+
+class Autosave(WorkSlot):
+    """The copy of one window's open patches."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, "work", ".json")
+
+    def write(self, work: RecoveredWork) -> None:
+        """Write the copy."""
+        fields = {"format": "underfoot-work", **_fields(work), "for_restart": work.for_restart}
+        if work.other is not None:
+            fields["other"] = _fields(work.other)
+        self.write_bytes(msgspec.json.encode(fields))
 
     def recover(
         self, registry: Registry, register_nodes: RegisterNodes = lambda patch, folder: None
     ) -> RecoveredWork | None:
         """Return the work that a crashed window left in this slot; None if there is none, or it cannot be read."""
-        if self._lock is None:
+        if not self.is_own:
             return None
         try:
-            work = msgspec.json.decode(read_file(self._path))
+            work = msgspec.json.decode(read_file(self.path))
             other = self._read(work["other"], registry, register_nodes) if "other" in work else None
             found = self._read(work, registry, register_nodes)
             return replace(found, other=other, for_restart=work.get("for_restart") is True)
@@ -82,22 +138,16 @@ class Autosave:
 
     def _read(self, work: dict[str, Any], registry: Registry, register_nodes: RegisterNodes) -> RecoveredWork:
         text, path = msgspec.json.encode(work["patch"]), Path(work["path"]) if work["path"] else None
-        register_nodes(Patch.unchecked(text, str(self._path)), path.absolute().parent if path is not None else None)
-        patch = Patch.loads(text, registry, str(self._path))
+        register_nodes(Patch.unchecked(text, str(self.path)), path.absolute().parent if path is not None else None)
+        patch = Patch.loads(text, registry, str(self.path))
         return RecoveredWork(patch, path, is_saved=work.get("is_saved") is True)
 
     def put_aside(self) -> None:
         """Move the work left here to another slot, for a later start; to a further one if all are taken."""
-        slots = (self._path.with_name(f"work-{slot}.json") for slot in count())
+        slots = (self.path.with_name(f"work-{slot}.json") for slot in count())
         to = next(path for path in slots if not path.exists() and not path.with_suffix(".lock").exists())
-        if self._path.exists():
-            self._path.replace(to)
-
-    def close(self) -> None:
-        """Release the slot, and keep its content."""
-        if self._lock is not None:
-            self._lock.unlock()
-            self._lock = None
+        if self.path.exists():
+            self.path.replace(to)
 
 
 def _fields(work: RecoveredWork) -> dict[str, object]:

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from msgspec import Struct
@@ -21,12 +20,9 @@ from underfoot.patch.patch import Patch
 from underfoot.widgets.controls.fields import end_typing
 from underfoot.widgets.controls.question import ask, message_box
 from underfoot.widgets.dialogs.file_chooser import FileChooser
-from underfoot.widgets.session.autosave import Autosave, RecoveredWork
+from underfoot.widgets.session.autosave import AUTOSAVE_MS, Autosave, CopyWriter, RecoveredWork
 from underfoot.widgets.session.own_nodes import OwnNodes
 from underfoot.widgets.session.settings import Settings
-
-AUTOSAVE_MS = 1000
-"""Time after the last edit at which unsaved work is copied."""
 
 FIRST_PRESET = "gravel"
 SLOTS = ("A", "B")
@@ -116,8 +112,7 @@ class OpenPatch(QObject):
         self._preset_openings: list[_PresetOpening] = []
         self._registry, self._settings, self._window = registry, settings, window
         self._file_chooser = FileChooser(window, lambda: settings.folder, self.notified.emit)
-        self._writer = ThreadPoolExecutor(1, "autosave")
-        self._no_copy = ""  # why the last copy could not be written
+        self._writer = CopyWriter(self.notified.emit)
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(AUTOSAVE_MS)
@@ -213,7 +208,7 @@ class OpenPatch(QObject):
 
         def keep() -> None:
             if recovered is not None:
-                self._submit(self.autosave.put_aside)  # after the copies before
+                self._writer.submit(self.autosave.put_aside)  # after the copies before
                 self.notified.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
 
         if path is not None and self.read(path, keep):
@@ -409,23 +404,13 @@ class OpenPatch(QObject):
     def write_autosave(self) -> None:
         """Copy unsaved work, or remove the copy if all is saved, in a thread, because disks can be slow."""
         if self.is_all_saved and not self.reopens:
-            self._submit(self.autosave.remove)
+            self._writer.submit(self.autosave.remove)
             return
         waiting = self.other
         other = RecoveredWork(waiting.patch, waiting.path, is_saved=waiting.patch == waiting.saved) if waiting else None
-        self._submit(self.autosave.write, RecoveredWork(self.patch, self.path, other, self.is_saved, self.reopens))
-
-    def _submit(self, work: Callable[..., None], *given: object) -> None:
-        self._writer.submit(work, *given).add_done_callback(self._note_copy)
-
-    def _note_copy(self, done: "Future[None]") -> None:
-        """Say once, in the thread, that there is no copy, until there is one again."""
-        error = done.exception()
-        if error is not None and not isinstance(error, UnderfootError | OSError):
-            raise error
-        before, self._no_copy = self._no_copy, "" if error is None else str(error)
-        if self._no_copy and not before:
-            self.notified.emit(f"Unsaved work would not survive a crash: {self._no_copy}")
+        self._writer.submit(
+            self.autosave.write, RecoveredWork(self.patch, self.path, other, self.is_saved, self.reopens)
+        )
 
     def close(self) -> None:
         """Close with the window. The copy is removed if the user was asked, and kept otherwise."""
@@ -433,6 +418,6 @@ class OpenPatch(QObject):
         if self.keeps_autosave or self.reopens:
             self.write_autosave()
         else:
-            self._submit(self.autosave.remove)
-        self._writer.shutdown()
+            self._writer.submit(self.autosave.remove)
+        self._writer.close()
         self.autosave.close()
