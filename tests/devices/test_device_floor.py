@@ -175,6 +175,16 @@ def test_a_clock_that_runs_backwards_is_said(until):
     assert "tile t1 sends microseconds that fall from frame to frame, so its samples have no time" in said
 
 
+@pytest.mark.parametrize("step", [0, -1])
+def test_frame_numbers_that_do_not_rise_are_said(until, step):
+    """Nearly all frames were taken for old ones; nothing was felt and nothing was said."""
+    with device_floor(default_floor(1, 2)) as (source, send):
+        send([(t, i if t else (step * i) % 65536, 1000 * i, 0) for i in range(500) for t in (0, 1)])
+        pulled(source, until, 500)
+        said = source.take_notices()
+    assert "tile t1 sends frame numbers that do not rise, so its frames are taken for old ones" in said
+
+
 def test_the_drift_of_a_device_clock_is_said_once_it_is_known(monkeypatch):
     """Six seconds of a clock whose second lasts 120 ppm longer, of which each sample takes 2 ms to arrive."""
     now = [1000.0]

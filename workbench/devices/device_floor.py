@@ -164,8 +164,10 @@ class DeviceFloor:
         return f"device clock: {drift} ppm, fitted to {error_ms:.3f} ms; {held}"
 
     def _rate_line(self) -> str:
-        """Return a line if a tile's clock stands still or runs backwards, or its rate is not the declared one."""
+        """Return a line if a tile's frame numbers do not rise, nor its clock, or its rate is not the declared one."""
         for row, tile in enumerate(self.floor.tiles):
+            if self.reader.is_out_of_order(row):
+                return f"tile {tile.id} sends frame numbers that do not rise, so its frames are taken for old ones"
             if self.reader.stands_still(row):
                 return f"tile {tile.id} sends the same microseconds in all frames, so its samples have no time"
             if self.reader.runs_backwards(row):

@@ -73,6 +73,10 @@ class TransportReader:
         """Return whether a tile's microseconds fall from frame to frame."""
         return self._parser.runs_backwards(tile)
 
+    def is_out_of_order(self, tile: int) -> bool:
+        """Return whether nearly all frames of a tile are refused, because its sequence numbers do not rise."""
+        return self._parser.is_out_of_order(tile)
+
     def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
         if not self._parser.is_contested(tile):

@@ -191,6 +191,11 @@ class Parser:
         known = self._state.tiles[tile]
         return bool(known["accepted"] >= WINDOW and 2 * known["restarts"] > known["accepted"])
 
+    def is_out_of_order(self, tile: int) -> bool:
+        """Return whether nearly all frames of a tile are refused, because its sequence numbers do not rise."""
+        known = self._state.tiles[tile]
+        return bool(known["stale"] + known["doubled"] > WINDOW + 4 * known["accepted"])
+
     def counts_of(self, tile: int) -> FrameCounts:
         """Return the counts of one tile's frames; corrupted ones belong to no tile."""
         known = self._state.tiles[tile]
