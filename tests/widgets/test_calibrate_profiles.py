@@ -18,6 +18,7 @@ from underfoot.engine.target import Target
 from underfoot.errors import BadMeasurement
 from underfoot.floor.layout import default_floor
 from underfoot.floor.profile import Latency, PlateStiffness, Profile, Response
+from underfoot.widgets.calibrate.profiles import Profiles
 
 # --- profiles ---
 
@@ -97,6 +98,18 @@ def test_floors_keep_their_profiles_apart(driver):
     driver.workspace.set_target(Target(default_floor(2, 3)))
     assert driver.workspace.profiles.folder != before
     assert driver.workspace.profiles.folder.parent == before.parent
+
+
+def test_a_folder_of_profiles_that_cannot_be_read_is_said(qtbot, tmp_path):
+    """An error in the profiles' thread; the floor was uncalibrated, in silence."""
+    profiles, said, loaded = Profiles(tmp_path / ("x" * 300)), [], []
+    profiles.notified.connect(said.append)
+    profiles.follow(default_floor(1, 1))
+    profiles.changed.connect(lambda: loaded.append(profiles.by_tile))
+    qtbot.waitUntil(lambda: bool(loaded))
+    profiles.close()
+    assert said[0].startswith("profiles cannot be looked for: ")
+    assert "t1.json" in said[1]
 
 
 # --- the report ---

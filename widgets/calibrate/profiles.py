@@ -85,13 +85,17 @@ class Profiles(QObject):
             try:
                 if path.exists():
                     found[tile] = Profile.load(path)
-            except UnderfootError as error:
+            except (UnderfootError, OSError) as error:
                 self.notified.emit(str(error))
         self._read.emit(folder, found)
 
     def _say_elsewhere(self, folder: Path, floor: Floor, simulation: str) -> None:
         """Say where profiles of the same tiles are, if this floor has none: it may have had another name."""
-        elsewhere = [] if folder.is_dir() else profiles_elsewhere(folder, floor, simulation)
+        try:
+            elsewhere = [] if folder.is_dir() else profiles_elsewhere(folder, floor, simulation)
+        except OSError as error:
+            self.notified.emit(f"profiles cannot be looked for: {error}")
+            return
         if elsewhere:
             name = floor.title or "This floor"
             self.notified.emit(
