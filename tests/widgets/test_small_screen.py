@@ -111,3 +111,21 @@ def test_all_of_design_and_of_monitor_can_be_scrolled_to(qtbot):
         assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
         assert all(area.widget().rect().contains(place) for place in held)
     assert all(button.width() >= button.sizeHint().width() for button in monitor.force.span_buttons.values())
+
+
+def test_all_of_calibrate_can_be_scrolled_to(driver, qtbot):
+    workspace = driver.workspace
+    workspace.resize(640, 340)
+    qtbot.waitUntil(lambda: workspace.size().toTuple() == (640, 340))
+    area = next(area for area in workspace.findChildren(QScrollArea) if area.isAncestorOf(workspace.overview))
+
+    def is_whole(*parts):
+        held = [QRect(part.mapTo(area.widget(), part.rect().topLeft()), part.size()) for part in parts]
+        assert not [pair for pair in combinations(held, 2) if pair[0].intersects(pair[1])]
+        assert all(area.widget().rect().contains(place) for place in held)
+        assert all(bar.maximum() > 0 for bar in (area.horizontalScrollBar(), area.verticalScrollBar()))
+
+    qtbot.waitUntil(lambda: area.horizontalScrollBar().maximum() > 0)
+    is_whole(workspace.overview.begin, workspace.overview.drawings)
+    driver.begin()
+    is_whole(workspace.wizard.leaving, workspace.wizard.going, workspace.wizard.drawings)

@@ -24,6 +24,7 @@ from underfoot.widgets.calibrate.profiles import Profiles, flags_of
 from underfoot.widgets.calibrate.projector import FloorProjection
 from underfoot.widgets.calibrate.wizard import Wizard
 from underfoot.widgets.controls.file_dialog import file_dialog
+from underfoot.widgets.controls.scrolled import scrolling_pages
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.projecting_workspace import ProjectingWorkspace
 from underfoot.widgets.session.settings import Settings
@@ -72,7 +73,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         self._refuses_lent: Callable[[], bool] = lambda: False
         self.profiles = Profiles(root, self)
         self.choice = ChoicePanel([(kind.key, kind.name) for kind in kinds], self)
-        self._stack = QStackedWidget(self)
+        self._stack = QStackedWidget()
         self.overview, self.wizard = Overview(self._stack), Wizard(self._stack)
         for view in (self.overview, self.wizard):
             self._stack.addWidget(view)
@@ -80,7 +81,7 @@ class CalibrateWorkspace(ProjectingWorkspace):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.choice)
-        layout.addWidget(self._stack, 1)
+        layout.addWidget(scrolling_pages(self._stack), 1)
         self.focused_first = self.choice
         self._connect()
 

@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QWidget
 
 from underfoot.widgets import theme
 
@@ -69,4 +69,12 @@ def scrolling(held: QWidget) -> QScrollArea:
     area.setWidgetResizable(True)
     area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     area.setWidget(held)
+    return area
+
+
+def scrolling_pages(pages: QStackedWidget) -> QScrollArea:
+    """Return the pages so that they scroll; another page begins at its corner."""
+    area = scrolling(pages)
+    for bar in (area.horizontalScrollBar(), area.verticalScrollBar()):
+        pages.currentChanged.connect(lambda _, bar=bar: bar.setValue(0))
     return area

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QWidget
 
 from underfoot.errors import UnderfootError
 from underfoot.patch.node import Registry
 from underfoot.widgets.controls.question import ask
-from underfoot.widgets.controls.scrolled import scrolling
+from underfoot.widgets.controls.scrolled import scrolling_pages
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
 from underfoot.widgets.experiment.library import StudyLibrary
@@ -62,7 +62,7 @@ class ExperimentWorkspace(Workspace):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
         layout.addWidget(self.library)
-        layout.addWidget(_scrolling(self.stack), 1)
+        layout.addWidget(scrolling_pages(self.stack), 1)
         self.focused_first = self.library
         self._connect()
         self._show_study(self.library.study)
@@ -184,11 +184,3 @@ class ExperimentWorkspace(Workspace):
         self.running.ended.connect(self._end)
         for part in (self.library, self.protocol_editor, self.running):
             part.notified.connect(self.notified)
-
-
-def _scrolling(pages: QStackedWidget) -> QScrollArea:
-    """Return the pages so that they scroll; another page begins at its corner."""
-    area = scrolling(pages)
-    for bar in (area.horizontalScrollBar(), area.verticalScrollBar()):
-        pages.currentChanged.connect(lambda _, bar=bar: bar.setValue(0))
-    return area
