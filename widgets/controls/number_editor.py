@@ -60,10 +60,7 @@ class NumberEditor(ParameterEditor):
             self._add_inversion()
         elif parameter.low < 0.0 < parameter.high:
             self.slider.set_zero(self._position(0.0))
-        self.can_be_driven = isinstance(parameter, Number) and bool(parameter.wire)
-        if self.can_be_driven:
-            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has a label
-            self.label.setToolTip(f"{help_text(parameter)}\nRight-click: drive it with a signal")
+        self.can_be_driven = False
         self.slider.edit_began.connect(self.edit_began)
         self.slider.moved.connect(self._slider_moved)
         self.field.focus_gained.connect(lambda: self._show(EXACT_DIGITS))
@@ -71,6 +68,13 @@ class NumberEditor(ParameterEditor):
         self.field.committed.connect(self._typed)
         self.field.stepped.connect(self._step)
         self.set_value(parameter.initial)
+
+    def offer_driving(self) -> None:
+        """Ask for the menu of what may drive the value on a right click, if a wire can."""
+        self.can_be_driven = isinstance(self.parameter, Number) and bool(self.parameter.wire)
+        if self.can_be_driven:
+            self.field.setContextMenuPolicy(Qt.ContextMenuPolicy.NoContextMenu)  # the row has a label
+            self.label.setToolTip(f"{help_text(self.parameter)}\nRight-click: drive it with a signal")
 
     def _add_inversion(self) -> None:
         """Add a button for the sign: the slider sets the magnitude, so a drag cannot cross zero."""

@@ -255,6 +255,7 @@ class Inspector(QScrollArea):
         id, _, name = end.partition(".")
         editor.value_changed.connect(lambda value: self.edited.emit(id, name, value, f"{end} {self._edit_number}"))
         if isinstance(editor, NumberEditor):
+            editor.offer_driving()
             editor.disconnect_requested.connect(lambda: self.disconnect_requested.emit(end))
             editor.drive_requested.connect(lambda place: self.drive_requested.emit(id, name, place, editor.actions()))
         self._offer_publishing(editor, end)
@@ -316,6 +317,7 @@ class Inspector(QScrollArea):
         for name, parameter in shared_parameters(types).items():
             editor = editor_for(parameter)
             self._add_editor(column, name, editor)
+            editor.label.setWordWrap(True)
             editor.value_changed.connect(
                 lambda value, name=name: self.many_edited.emit(ids, name, value, f"{ids}.{name} {self._edit_number}")
             )
@@ -389,8 +391,10 @@ class Inspector(QScrollArea):
                 if isinstance(editor, NumberEditor):
                     self._show_driver(editor, wired.get(name, ""))
         elif self._ids:
+            wires = drivers(self._patch)
             for name, editor in self.editors.items():
-                self._show_values(editor, values_of(self._patch, self._registry, self._ids, name))
+                driven = sum(name in wires.get(id, {}) for id in self._ids)
+                self._show_values(editor, values_of(self._patch, self._registry, self._ids, name), driven)
         else:
             for name, editor in self.editors.items():
                 if getattr(self._patch, name) != editor.value():
@@ -399,10 +403,12 @@ class Inspector(QScrollArea):
             self._wires.setText(str(len(self._patch.wires)))
         self._show_cost()
 
-    def _show_values(self, editor: ParameterEditor, values: list[object]) -> None:
-        """Show the common value of several nodes, or that their values differ."""
+    def _show_values(self, editor: ParameterEditor, values: list[object], driven: int) -> None:
+        """Show the common value of several nodes, or that their values differ, and in how many it is driven."""
         value = shown_value(editor.parameter, values)
-        editor.set_mixed("" if len(values) == 1 else _range_text(editor.parameter, values))
+        differing = _range_text(editor.parameter, values) if len(values) > 1 else ""
+        wired = f"driven in {driven} of {len(self._ids)}" if driven else ""
+        editor.set_mixed(", ".join(filter(None, (differing, wired))))
         if value != editor.value():
             editor.set_value(value)
 

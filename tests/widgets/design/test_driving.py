@@ -317,3 +317,17 @@ def test_a_parameter_on_a_sub_patch_is_driven_disconnected_and_hidden_from_there
     assert shown.slider.isEnabled()
     click(qtbot, ask(shown.field, shown.field.rect().center()), "Show on the sub-patch")
     assert sub_patch.patch().groups[0].published == ()
+
+
+def test_of_several_nodes_it_is_said_in_how_many_a_parameter_is_driven_and_no_menu_is_offered(workspace):
+    patch = workspace.patch().add("low-pass", REGISTRY, (240.0, 200.0))
+    workspace.set_patch(with_driver(patch, REGISTRY, "low-pass", "cutoff", "lfo"))
+    workspace.canvas.patch_scene.select(["low-pass", "low-pass1"])
+    editor = workspace.inspector.editors["cutoff"]
+    assert editor.label.text() == "Cutoff: driven in 1 of 2"
+    assert "Right-click" not in editor.label.toolTip()
+    workspace.document.edit(workspace.patch().disconnect([("lfo.out", "low-pass.cutoff")]), "Disconnect")
+    workspace.canvas.patch_scene.select(["low-pass", "low-pass1"])
+    assert workspace.inspector.editors["cutoff"].label.text() == "Cutoff"
+    workspace.canvas.patch_scene.select(["low-pass"])
+    assert "Right-click" in workspace.inspector.editors["cutoff"].label.toolTip()
