@@ -20,6 +20,22 @@ def test_what_is_no_quantity_is_refused(text):
 
 
 @pytest.mark.parametrize(
+    ("text", "unit", "reason"),
+    [
+        ("1.200,5", "m", "'1.200,5' has two decimal marks; allowed: one point or comma, with spaces between thousands"),
+        ("5 m/s²", "", "the unit is 'm/s²'; allowed: a number without a unit"),
+        ("ten", "", "'ten' is not a number; allowed: a number without a unit"),
+        ("5 parsecs", "m", "the unit is 'parsecs'; allowed: a number, with or without m and a prefix"),
+        ("5 s", "deg", "the unit is 's'; allowed: a number, with or without °"),
+    ],
+)
+def test_a_refusal_says_what_may_be_typed(text, unit, reason):
+    with pytest.raises(BadValue) as refused:
+        parse_quantity(text, unit)
+    assert str(refused.value) == reason
+
+
+@pytest.mark.parametrize(
     ("text", "unit", "value"),
     [("200 hz", "Hz", 200.0), ("0.2KHZ", "Hz", 200.0), ("3 MS", "s", 0.003), ("-6 db", "dB", -6.0), ("5n", "N", 5e-9)],
 )

@@ -93,11 +93,11 @@ def parse_quantity(text: str, unit: str = "") -> float:
     compact = _without_spaces(text).replace("μ", "µ")
     match = re.fullmatch(rf"([-+]?{_NUMBER})(.*)", compact)
     if match is None:
-        raise BadValue(
-            f"{text!r} is not a number; allowed: a number, with or without {pretty_unit(unit) or 'a prefix'}"
-        )
+        raise BadValue(f"{text!r} is not a number; allowed: {_form(unit)}")
     value = float(match[1].replace(",", "."))
     tail = match[2]
+    if tail.startswith((".", ",")):
+        raise BadValue(f"{text!r} has two decimal marks; allowed: one point or comma, with spaces between thousands")
     factors = {"": 1.0}
     if unit == "kg":
         factors |= {f"{prefix}g": 10.0 ** (_PREFIXES[prefix] - 3) for prefix in _allowed("g")} | {"k": 1.0}
@@ -110,9 +110,15 @@ def parse_quantity(text: str, unit: str = "") -> float:
     in_other_case = {factors[name] for name in factors if unit in name and name.lower() == tail.lower()}
     meant = {factors[tail]} if tail in factors else in_other_case
     if len(meant) != 1:
-        raise BadValue(f"the unit is {tail!r}; allowed: {pretty_unit(unit) or 'none'}, with or without a prefix")
+        raise BadValue(f"the unit is {tail!r}; allowed: {_form(unit)}")
     factor = meant.pop()
     return value * factor if factor >= 1.0 else value / round(1.0 / factor)
+
+
+def _form(unit: str) -> str:
+    """Return how a number in this unit may be typed."""
+    prefix = " and a prefix" if len(_allowed(unit)) > 1 else ""
+    return f"a number, with or without {pretty_unit(unit)}{prefix}" if unit else "a number without a unit"
 
 
 def worked_out(text: str) -> str:
@@ -187,7 +193,7 @@ def parse_gain(text: str) -> float:
     factor = re.fullmatch(r"[x×](.+)|(.+)[x×]", compact)
     if factor:
         return parse_quantity(worked_out(factor[1] or factor[2]))
-    decibels = parse_quantity(compact, "db" if compact.endswith("db") else "")
+    decibels = parse_quantity(compact, "dB")
     try:
         return float(10.0 ** (decibels / 20.0))
     except OverflowError:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.node import Port, Registry
-from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.patch.patch import FORMAT, Patch, PlacedNode, Wire
 from underfoot.quantities import pretty_text
 from underfoot.widgets.theme import GRID
 
@@ -37,7 +37,7 @@ def pasted(patch: Patch, text: str, registry: Registry, at: Place | None = None)
     """
     if not text.strip():
         raise BadFile("the clipboard holds no text; copy nodes first")
-    if not text.lstrip().startswith("{"):
+    if not text.lstrip().startswith("{") or FORMAT not in text:
         raise BadFile("the clipboard holds no patch, but other text; copy nodes first, or the whole text of a patch")
     other = Patch.loads(text, registry, "the clipboard")
     if not other.nodes and not other.notes:

@@ -119,7 +119,8 @@ def test_what_is_no_gain_is_refused():
     [
         ("80", "80 dB; allowed: −∞ dB to 60 dB"),
         ("99999", "∞ dB; allowed: −∞ dB to 60 dB"),
-        ("loud", "'loud' is not a number; allowed: a number, with or without a prefix"),
+        ("loud", "'loud' is not a number; allowed: a number, with or without dB"),
+        ("5 Hz", "the unit is 'hz'; allowed: a number, with or without dB"),
     ],
 )
 def test_whoever_types_a_gain_that_is_not_allowed_sees_why_in_decibels(qtbot, editor, text, reason):

@@ -331,9 +331,10 @@ def test_copy_and_paste_go_through_json_text(workspace):
     assert len(workspace.patch().nodes) == 8
 
 
-def test_text_that_is_no_patch_is_not_pasted(workspace):
+@pytest.mark.parametrize("text", ["dear diary", '{"dear": "diary"}'])
+def test_text_that_is_no_patch_is_not_pasted(workspace, text):
     before = workspace.patch()
-    QApplication.clipboard().setText("dear diary")
+    QApplication.clipboard().setText(text)
     QTest.keyClick(workspace.canvas, Qt.Key.Key_V, Qt.KeyboardModifier.ControlModifier)
     assert workspace.patch() == before
     assert "the clipboard holds no patch, but other text" in workspace.canvas.message
