@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLay
 from underfoot.engine.reports import Costs, Distributions, ErrorCurveDrawn
 from underfoot.models.signals.rhythm import Rhythm
 from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
-from underfoot.patch.groups import Group
+from underfoot.patch.groups import Group, chain, innermost
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
 from underfoot.quantities import counted, pretty_text
@@ -67,7 +67,7 @@ class Inspector(QScrollArea):
     patch_edited = Signal(str, object, str)
     """Field of the patch, value, and the same word."""
 
-    publish_requested = Signal(str, bool)
+    publish_requested = Signal(str, str, bool)
     """A parameter ("node.parameter"), and whether to show it on the sub-patch around its node."""
 
     disconnect_requested = Signal(str)
@@ -115,12 +115,12 @@ class Inspector(QScrollArea):
         self._ids = [id for id in ids if id in there]
         wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
-        around = self._group or (self._enclosing_group(self._ids[0]) if self._ids else None)
+        around = [(one.id, one.title, one.published) for one in patch.groups if {*self._ids}.intersection(one.members)]
         ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
         if self._group is not None:
             ends = [(end.partition(".")[0], end.partition(".")[2]) for end in self._group.published]
         units = [getattr(self._declared(*end), "unit", "") for end in ends]
-        looks = (shape, self._group is not None, (around.id, around.title, around.published) if around else None, units)
+        looks = (shape, group, around, units)
         if looks != self._shape:
             self._shape = looks
             self._edit_number += 1
@@ -261,26 +261,24 @@ class Inspector(QScrollArea):
         self._offer_publishing(editor, end)
 
     def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
-        """Add a menu that exposes the parameter on the sub-patch, if the node is in a group."""
-        around = self._enclosing_group(end.partition(".")[0])
-        if around is None:
-            return
-        action = QAction("Show on the sub-patch", editor)
-        action.setCheckable(True)
-        action.setChecked(end in around.published)
-        action.triggered.connect(lambda on: self.publish_requested.emit(end, on))
-        editor.addAction(action)
-        if not (isinstance(editor, NumberEditor) and editor.can_be_driven):  # those show it below what may drive them
-            editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around."""
+        groups = self._patch.groups
+        first = self._group.id if self._group is not None else innermost(groups).get(end.partition(".")[0], "")
+        around = [group for id in chain(groups, first) for group in groups if group.id == id]
+        for group in reversed(around):
+            where = "" if group.id == first else f" around it{group.title and f': {group.title}'}"
+            action = QAction(f"Show on the sub-patch{where}", editor)
+            action.setCheckable(True)
+            action.setChecked(end in group.published)
+            action.triggered.connect(lambda on, id=group.id: self.publish_requested.emit(id, end, on))
+            editor.addAction(action)
+        if around and not (isinstance(editor, NumberEditor) and editor.can_be_driven):
+            editor.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)  # others: below what may drive them
 
     def _declared(self, id: str, name: str) -> Parameter:
         """Return a parameter of node `id`, in the unit that its wires give it."""
         type = self._registry[self._patch.node(id).type]
         return with_wired_unit(self._patch, self._registry, id, type.parameters[name])
-
-    def _enclosing_group(self, id: str) -> Group | None:
-        """Return the innermost group of a node."""
-        return next((group for group in reversed(self._patch.groups) if id in group.members), None)
 
     def _build_group(self, column: QVBoxLayout, group: Group) -> None:
         column.addWidget(_wrapped(group.title or "Sub-patch", "title"))

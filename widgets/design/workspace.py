@@ -332,6 +332,6 @@ class DesignWorkspace(Workspace):
         if had_focus and not self.inspector.isAncestorOf(self.window().focusWidget() or self):
             self.canvas.setFocus()  # its field is gone, with the page of another selection
 
-    def _publish(self, end: str, on: bool) -> None:
+    def _publish(self, group: str, end: str, on: bool) -> None:
         text = "Show on the sub-patch" if on else "Do not show on the sub-patch"
-        self.document.edit(published(self.patch(), end, on), text)
+        self.document.edit(published(self.patch(), group, end, on), text)

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable
 
 import msgspec
 
-from underfoot.patch.groups import Group, chain, check_members, innermost, without
+from underfoot.patch.groups import Group, chain, check_members, without
 from underfoot.patch.patch import Patch
 
 
@@ -65,12 +65,11 @@ def ungrouped(patch: Patch, ids: Collection[str]) -> Patch:
     return msgspec.structs.replace(patch, groups=tuple(group for group in patch.groups if group.id not in ids))
 
 
-def published(patch: Patch, end: str, on: bool) -> Patch:
-    """Return the patch with a parameter, "node.parameter", shown or hidden on the innermost group of its node."""
-    around = innermost(patch.groups).get(end.partition(".")[0], "")
+def published(patch: Patch, id: str, end: str, on: bool) -> Patch:
+    """Return the patch with a parameter, "node.parameter", shown or hidden on this group, which contains its node."""
     groups = tuple(
         msgspec.structs.replace(group, published=(*(e for e in group.published if e != end), *([end] if on else ())))
-        if group.id == around
+        if group.id == id
         else group
         for group in patch.groups
     )

@@ -293,7 +293,7 @@ def test_a_chain_is_built_with_keys_and_an_open_menu_keeps_its_letters(qtbot, wo
 def sub_patch(workspace):
     """The filter in a sub-patch, which is selected, and on which its cutoff is shown."""
     QTest.keyClick(workspace.canvas, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    workspace.document.edit(published(workspace.patch(), "low-pass.cutoff", True), "Show on the sub-patch")
+    workspace.document.edit(published(workspace.patch(), "group", "low-pass.cutoff", True), "Show on the sub-patch")
     return workspace
 
 

@@ -212,6 +212,26 @@ def test_a_parameter_inside_is_shown_and_set_on_the_sub_patch(row):
     assert row.patch().groups == ()
 
 
+def test_a_parameter_within_two_sub_patches_is_shown_on_the_outer_one(row):
+    collapse(row, "hum", "through")
+    row.canvas.patch_scene.select(["group", "through1"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_E, CONTROL)
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    row.canvas.patch_scene.select(["group"])
+    QTest.keyClick(row.canvas, Qt.Key.Key_Return)
+    row.canvas.patch_scene.select(["hum"])
+    inner, outer = row.inspector.editors["frequency"].actions()
+    assert [inner.text(), outer.text()] == ["Show on the sub-patch", "Show on the sub-patch around it"]
+    outer.trigger()
+    inner, outer = row.inspector.editors["frequency"].actions()
+    assert (inner.isChecked(), outer.isChecked()) == (False, True)
+    for _ in range(2):
+        QTest.keyClick(row.canvas, Qt.Key.Key_U)
+    (hide,) = row.inspector.editors["hum.frequency"].actions()
+    hide.trigger()
+    assert not row.inspector.editors
+
+
 def test_a_sub_patch_that_is_muted_shows_it(row):
     block = collapse(row, "through", "through1")
     row.document.edit(row.patch().mark(["through"], "muted", on=True), "Mute")
@@ -232,7 +252,7 @@ def test_only_a_sub_patch_can_be_looked_into(row):
 def test_a_shown_parameter_of_a_node_with_a_long_name_can_be_read(row):
     row.document.edit(row.patch().name("hum", "What the heel feels of the motor below"), "Rename")
     collapse(row, "hum", "through")
-    row.document.edit(published(row.patch(), "hum.frequency", True), "Show")
+    row.document.edit(published(row.patch(), "group", "hum.frequency", True), "Show")
     label = row.inspector.editors["hum.frequency"].label
     assert label.text() == "What the heel feels of the motor below: frequency"
     QApplication.processEvents()
