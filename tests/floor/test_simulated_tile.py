@@ -11,6 +11,7 @@ from underfoot.floor.simulated_tile import Plant, SimulatedTile
 from underfoot.floor.tile_parameters import Accelerometer, Split, TileParameters
 from underfoot.models import gait
 from underfoot.models.tile.fsr import Fsr
+from underfoot.models.tile.shaker import Shaker
 
 TILE = default_floor(1, 1).tiles[0]
 PLACES = np.stack(np.meshgrid(np.linspace(-0.13, 0.13, 9), np.linspace(-0.13, 0.13, 9)), axis=-1).reshape(-1, 2)
@@ -35,6 +36,14 @@ def test_tiles_of_one_floor_are_drawn_apart():
     first, second = (SimulatedTile(tile, seed=1) for tile in default_floor(1, 2).tiles)
     assert first.parts != second.parts
     assert (first.split != second.split).any()
+
+
+def test_a_tile_of_values_at_the_ends_of_their_ranges_is_drawn_within_them():
+    kind = TileParameters(sensors=Fsr(hysteresis=1.0, creep=0.5), shaker=Shaker(resonance_hz=500.0, colour_hz=1e4))
+    for seed in range(20):
+        tile = SimulatedTile(TILE, kind, seed)
+        assert max(part.hysteresis for part in tile.parts) <= 1.0
+        assert tile.parameters.shaker.colour_hz <= 1e4
 
 
 def test_the_sum_is_kept_and_the_split_is_as_far_from_bilinear_as_real_plates():

@@ -13,9 +13,10 @@ from underfoot.models import gait
 from underfoot.models.signals.random import stream_key, uniform
 from underfoot.models.tile.assembly import Assembly, Foot
 from underfoot.models.tile.fsr import Fsr
-from underfoot.models.tile.plate import Plate
-from underfoot.models.tile.shaker import Shaker
-from underfoot.models.tile.suspension import Suspension
+from underfoot.models.tile.plate import PLATE_RANGES, Plate
+from underfoot.models.tile.shaker import SHAKER_RANGES, Shaker
+from underfoot.models.tile.suspension import SUSPENSION_RANGES, Suspension
+from underfoot.models.tile.variation import varied
 
 FORMAT = "underfoot-simulation"
 VERSION = 1
@@ -152,17 +153,11 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return parameters of one such tile, drawn within `tolerance`; sensors are drawn one by one."""
         key = stream_key("tile", *names)
         near = [1.0 + self.tolerance * (2.0 * uniform(key, draw) - 1.0) for draw in range(5)]
-        replace = msgspec.structs.replace
-        return replace(
+        return msgspec.structs.replace(
             self,
-            plate=replace(self.plate, modulus_pa=self.plate.modulus_pa * near[0]),
-            suspension=replace(self.suspension, modulus_pa=self.suspension.modulus_pa * near[1]),
-            shaker=replace(
-                self.shaker,
-                force_n=self.shaker.force_n * near[2],
-                resonance_hz=self.shaker.resonance_hz * near[3],
-                colour_hz=self.shaker.colour_hz * near[4],
-            ),
+            plate=varied(self.plate, PLATE_RANGES, modulus_pa=near[0]),
+            suspension=varied(self.suspension, SUSPENSION_RANGES, modulus_pa=near[1]),
+            shaker=varied(self.shaker, SHAKER_RANGES, force_n=near[2], resonance_hz=near[3], colour_hz=near[4]),
         )
 
     def dumps(self) -> bytes:

@@ -75,6 +75,14 @@ def test_parts_are_spread_to_25_percent_and_all_differ():
     assert len({part.resistance_ohm_n for part in parts}) == 2000
 
 
+def test_parts_of_any_allowed_type_can_be_made():
+    for low_or_high in (0, 1):
+        kind = Fsr(**{name: ends[low_or_high] for name, ends in FSR_RANGES.items()} | {"spread": 0.9})
+        for sensor in range(20):
+            part = kind.part(1, "t1", sensor)
+            assert all(low <= getattr(part, name) <= high for name, (low, high) in FSR_RANGES.items())
+
+
 def test_falling_forces_read_a_tenth_more():
     """The data sheet's hysteresis: the same force, rising and falling, seems 10 % apart; small turns less."""
     part = changed(QUIET, hysteresis=0.10)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.errors import require
 from underfoot.kernels import allocating, kernel, part
 from underfoot.models.signals.random import normal, stream_key, uniform
+from underfoot.models.tile.variation import varied
 
 FULL_COUNTS = 65_535
 """Highest 16-bit reading."""
@@ -64,7 +65,7 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def part(self, *names: object) -> "Fsr":
         """Return an individual part, drawn by `names` (seed, tile, sensor): static model, hysteresis and creep.
 
-        The exponent varies by a tenth of `spread`, the rest by all of it.
+        The exponent varies by a tenth of `spread`, the rest by all of it; none beyond its range.
 
         >>> one = Fsr().part(1, "t1", 0)
         >>> one == Fsr().part(1, "t1", 0), one == Fsr().part(2, "t1", 0), one.spread
@@ -72,16 +73,17 @@ class Fsr(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """
         key = stream_key("fsr", *names)
         near = [1.0 + self.spread * (2.0 * uniform(key, draw) - 1.0) for draw in range(6)]
-        return msgspec.structs.replace(
+        one = varied(
             self,
-            resistance_ohm_n=self.resistance_ohm_n * near[0],
-            series_ohm=self.series_ohm * near[1],
-            soft_start_n=self.soft_start_n * near[2],
-            exponent=self.exponent * (1.0 + 0.1 * (near[3] - 1.0)),
-            hysteresis=self.hysteresis * near[4],
-            creep=self.creep * near[5],
-            spread=0.0,
+            FSR_RANGES,
+            resistance_ohm_n=near[0],
+            series_ohm=near[1],
+            soft_start_n=near[2],
+            exponent=1.0 + 0.1 * (near[3] - 1.0),
+            hysteresis=near[4],
+            creep=near[5],
         )
+        return msgspec.structs.replace(one, spread=0.0)
 
     def resistance_ohm(self, force_n: ArrayLike) -> NDArray[np.float64]:
         """Return the resistance under a force on the part, newtons; infinite at 0.
