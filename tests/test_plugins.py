@@ -106,6 +106,18 @@ def test_a_transport_of_a_plug_in_is_a_target(python):
     assert "radio:" in told.stdout
 
 
+@pytest.mark.parametrize("scheme", ["simulator", "replay"])
+def test_a_transport_of_a_plug_in_takes_no_target_of_underfoot(python, scheme):
+    """Every command and the window listened at it instead of simulating a floor."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpTransport\n"
+        f"class Radio(UdpTransport):\n    scheme = '{scheme}'\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", "monitor", "--help")
+    assert told.stderr == f"underfoot: plug-in radio is left out: there is a target {scheme} already\n"
+
+
 @pytest.mark.parametrize("fails", ["open", "read"])
 def test_a_transport_of_a_plug_in_that_fails_is_named_in_a_line(python, fails):
     """Its thread ended with a traceback, and nobody was told that the floor would stay silent."""

@@ -8,6 +8,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QKeyEvent, QKeySequence, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
+from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.child_process import ChildProcess
 from underfoot.engine.target import Target
 from underfoot.file_places import file_place, place_in, readable
@@ -222,7 +223,7 @@ class MainWindow(QMainWindow):
     def restart(self) -> None:
         """Close, to be opened anew at once; not while a recording, a study or hardware would have to be found again."""
         target = self.controller.target
-        if self.main_bar.record.isChecked() or self.controller.is_lent or target.kind not in ("simulator", "replay"):
+        if self.main_bar.record.isChecked() or self.controller.is_lent or target.kind not in WITHOUT_HARDWARE:
             self.show_message("A recording, a study or hardware is at work: end it, or start Underfoot anew by hand.")
             return
         self.is_restarting = self.open_patch.reopens = True

@@ -9,6 +9,7 @@ from underfoot.calibration.declaration import PRESSING, SHAKING, STEPPING, Calib
 from underfoot.calibration.procedure import Procedure, ask
 from underfoot.calibration.procedures import CALIBRATIONS
 from underfoot.calibration.rig import Rig
+from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.engine.target import Target
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.layout import Tile
@@ -43,7 +44,7 @@ class CalibrationKind:
 
 def by_hand(target: Target) -> bool:
     """Return whether a person presses the tile, because the target is hardware."""
-    return target.kind not in ("simulator", "replay")
+    return target.kind not in WITHOUT_HARDWARE
 
 
 def why_not(target: Target) -> str:

@@ -11,6 +11,8 @@ MAX_SAMPLES = 512
 """Most samples that a source hands over at once."""
 SENSOR_HZ = 1000.0
 """Default sample rate of a tile, as in the thesis."""
+WITHOUT_HARDWARE = ("simulator", "replay")
+"""Kinds of targets that need no transport; none has one of these schemes."""
 
 
 class SampleBuffers(NamedTuple):

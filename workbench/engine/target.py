@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from underfoot.devices.accelerometers import LINK, Accelerometer
 from underfoot.devices.device_floor import DeviceFloor
-from underfoot.devices.force_source import SENSOR_HZ, ForceSource
+from underfoot.devices.force_source import SENSOR_HZ, WITHOUT_HARDWARE, ForceSource
 from underfoot.devices.replay import Replay
 from underfoot.devices.simulated_floor import SimulatedFloor
 from underfoot.devices.transport import asked
@@ -25,7 +25,7 @@ class Target(Struct, frozen=True):
 
     floor: Floor
     kind: str = "simulator"
-    """"simulator", "replay", or the scheme of a transport."""
+    """One of `WITHOUT_HARDWARE`, or the scheme of a transport."""
     source: str = ""
     """File of a replay, or address of a transport."""
     sound: str | None = None
@@ -106,7 +106,7 @@ def force_rate_hz(target: Target) -> float:
 
 def is_simulated(target: Target) -> bool:
     """Return whether the tiles' response is simulated. Accelerometers on the card's inputs take precedence."""
-    if target.kind in ("simulator", "replay"):
+    if target.kind in WITHOUT_HARDWARE:
         return all(accelerometer.channel == LINK for accelerometer in target.accelerometers)
     return bool(target.simulation) and not target.accelerometers
 
@@ -133,7 +133,7 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
         transport = transport_of(target.kind, target.source)
         return DeviceFloor(transport, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
     if target.kind != "simulator":
-        allowed = ", ".join(("simulator", "replay", *TRANSPORTS))
+        allowed = ", ".join((*WITHOUT_HARDWARE, *TRANSPORTS))
         raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: {allowed}")
     tiles, people = simulation(target.simulation)
     simulated = SimulatedFloor(

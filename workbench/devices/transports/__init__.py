@@ -6,6 +6,7 @@ import pkgutil
 from collections.abc import Mapping
 from typing import TypeGuard
 
+from underfoot.devices.force_source import WITHOUT_HARDWARE
 from underfoot.devices.transport import Sender, Transport
 from underfoot.errors import BadValue
 from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
@@ -32,6 +33,8 @@ def _is_transport(value: object) -> TypeGuard[type[Transport]]:
         return False
     require_declared(value, Transport)
     require_declared(value.sender, Sender)
+    if value.scheme in WITHOUT_HARDWARE:
+        raise TypeError(f"there is a target {value.scheme} already")
     return True
 
 
