@@ -133,6 +133,21 @@ def test_a_transport_of_a_plug_in_that_fails_is_named_in_a_line(python, fails):
     assert "is back" not in told.stderr
 
 
+@pytest.mark.parametrize("command", [["monitor", "radio:far"], ["emulate", "--radio", "far"]])
+def test_an_address_that_a_plug_in_cannot_read_is_named_in_a_line(python, command):
+    """Its own error was a traceback."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
+        "class RadioSender(UdpSender):\n    option = 'radio'\n    of = staticmethod(int)\n"
+        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n    of = staticmethod(int)\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", *command)
+    assert told.returncode != 0
+    assert "Traceback" not in told.stderr
+    assert "radio is 'far': ValueError: invalid literal for int()" in told.stderr
+
+
 @pytest.mark.parametrize(("end", "option"), [("UdpSender", "--udp"), ("RadioSender", "--radio-link")])
 def test_the_emulator_sends_beside_a_transport_of_a_plug_in(python, end, option):
     """One that shares the end of another, or whose option has a hyphen, ended every `emulate` with a traceback."""

@@ -14,7 +14,7 @@ import click
 from underfoot.commands.ending import ended_by_signals
 from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import takes_options
-from underfoot.devices.transport import Sender
+from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue
 
@@ -123,8 +123,9 @@ def emulate(options: EmulateOptions) -> None:
         raise BadValue(f"--tile is {only}; allowed: 0 to {last}")
     ((sender, value),) = options.senders.items()
     emulator = Emulator(
-        sender.of(value), source, injector, seconds=options.seconds or length_s, readings=readings,
-        clock=TileClock(drift_ppm=options.drift), only=only, acceleration=_acceleration(options, source),
+        made(f"--{sender.option}", sender.of, value), source, injector, seconds=options.seconds or length_s,
+        readings=readings, clock=TileClock(drift_ppm=options.drift), only=only,
+        acceleration=_acceleration(options, source),
     )  # fmt: skip
     ids = source.floor.ids
     _run(emulator, f"tiles 0 to {last} are {ids[0]} to {ids[-1]}" if only is None else f"tile {only} is {ids[only]}")

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Self, TypeVar
 
-from underfoot.errors import BadValue, DeviceError
+from underfoot.errors import BadValue, DeviceError, UnderfootError
 
 T = TypeVar("T")
 
@@ -100,6 +100,16 @@ class Transport(ABC):
 
 READ_TIMEOUT_S = 0.1
 """Timeout of `Transport.read` in seconds."""
+
+
+def made(name: str, of: Callable[[str], T], text: str) -> T:
+    """Create a transport or sender by its `of`. A plug-in's can raise anything: an error of others is a `BadValue`."""
+    try:
+        return of(text)
+    except UnderfootError:
+        raise
+    except Exception as error:
+        raise BadValue(f"{name} is {text!r}: {type(error).__name__}: {error}") from error
 
 
 def asked(transport: Transport, call: Callable[[], T]) -> T:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TypeGuard
 
 from underfoot.devices.force_source import WITHOUT_HARDWARE
-from underfoot.devices.transport import Sender, Transport
+from underfoot.devices.transport import Sender, Transport, made
 from underfoot.errors import BadValue
 from underfoot.plugins import TRANSPORTS as ENTRY_POINTS
 from underfoot.plugins import add_declared, require_declared
@@ -66,4 +66,4 @@ def transport_of(scheme: str, address: str) -> Transport:
     """Create the transport of a scheme and an address, not open yet; raise `BadValue` if there is none."""
     if scheme not in TRANSPORTS:
         raise BadValue(f"transport is {scheme!r}; allowed: {', '.join(TRANSPORTS)}")
-    return TRANSPORTS[scheme].of(address)
+    return made(scheme, TRANSPORTS[scheme].of, address)
