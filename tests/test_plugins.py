@@ -162,6 +162,20 @@ def test_the_emulator_sends_beside_a_transport_of_a_plug_in(python, end, option)
         assert (told.returncode, "Traceback" in told.stderr) == (0, False), told.stderr
 
 
+@pytest.mark.parametrize("option", ["udp", "rate"])
+def test_the_emulators_end_of_a_plug_in_takes_no_option_that_is_there(python, option):
+    """One was left out in silence, the other took the place of the emulator's own option."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
+        f"class RadioSender(UdpSender):\n    option = '{option}'\n"
+        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", "emulate", "--udp", "9", "--rate", "500", "--seconds", "0.01")
+    assert told.returncode == 0
+    assert f"underfoot: plug-in RadioSender is left out: emulate has an option --{option} already\n" in told.stderr
+
+
 def test_a_scene_of_a_plug_in_is_run_by_the_command(python):
     code = (
         "from underfoot.scenes.scene import Scene\n"

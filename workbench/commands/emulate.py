@@ -4,7 +4,7 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
 from underfoot.errors import BadFile, BadValue
+from underfoot.plugins import refuse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,10 +30,6 @@ if TYPE_CHECKING:
 
 _SHARE = "share of the frames, 0 to 1"
 _BATCH = 1 << 15
-_SENDERS: dict[str, type[Sender]] = {}
-"""The emulator's ends by their arguments. Transports may share one, as a plug-in's that is made of another does."""
-for _transport in TRANSPORTS.values():
-    _SENDERS.setdefault(_transport.sender.option.replace("-", "_"), _transport.sender)
 
 
 @dataclass(frozen=True)
@@ -59,6 +56,23 @@ class EmulateOptions:
     seconds: float | None
 
 
+def _senders() -> dict[str, type[Sender]]:
+    """Return the emulator's ends by their arguments, each once: transports may share one. None takes another option."""
+    found: dict[str, type[Sender]] = {}
+    taken = {"help", *(field.name for field in fields(EmulateOptions))}
+    for sender in dict.fromkeys(transport.sender for transport in TRANSPORTS.values()):
+        argument = sender.option.replace("-", "_")
+        if argument in taken:
+            refuse(sender.__qualname__, f"emulate has an option --{sender.option} already")
+        else:
+            found[argument] = sender
+            taken.add(argument)
+    return found
+
+
+_SENDERS = _senders()
+
+
 def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the option of each transport; those that were given are one argument, `senders`."""
 
@@ -67,9 +81,9 @@ def _sender_options(command: Callable[..., None]) -> Callable[..., None]:
         values = {sender: given.pop(argument) for argument, sender in _SENDERS.items()}
         command(senders={sender: str(value) for sender, value in values.items() if value not in (None, False)}, **given)
 
-    for sender in reversed(_SENDERS.values()):
+    for argument, sender in reversed(_SENDERS.items()):
         takes: dict[str, Any] = {"metavar": sender.option_value} if sender.option_value else {"is_flag": True}
-        run = click.option(f"--{sender.option}", help=sender.help, **takes)(run)
+        run = click.option(f"--{sender.option}", argument, help=sender.help, **takes)(run)
     return run
 
 
