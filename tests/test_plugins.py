@@ -118,13 +118,13 @@ def test_a_transport_of_a_plug_in_takes_no_target_of_underfoot(python, scheme):
     assert told.stderr == f"underfoot: plug-in radio is left out: there is a target {scheme} already\n"
 
 
-@pytest.mark.parametrize("fails", ["open", "read"])
+@pytest.mark.parametrize("fails", [("open",), ("read",), ("open", "close")])
 def test_a_transport_of_a_plug_in_that_fails_is_named_in_a_line(python, fails):
     """Its thread ended with a traceback, and nobody was told that the floor would stay silent."""
     code = (
         "from underfoot.devices.transports.udp import UdpTransport\n"
         "class Radio(UdpTransport):\n    scheme = 'radio'\n    help = 'tiles by radio'\n"
-        f"    def {fails}(self):\n        raise KeyError('antenna')\n"
+        + "".join(f"    def {name}(self):\n        raise KeyError('antenna')\n" for name in fails)
     )
     install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
     told = python("-m", "underfoot", "monitor", f"radio:127.0.0.1:{free_port()}", "--seconds", "1")

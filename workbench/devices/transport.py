@@ -113,7 +113,7 @@ def made(name: str, of: Callable[[str], T], text: str) -> T:
 
 
 def asked(transport: Transport, call: Callable[[], T]) -> T:
-    """Call `open` or `read` of a transport. A plug-in's can raise anything: any error is a `DeviceError`."""
+    """Call `open`, `read` or `close` of a transport. A plug-in's can raise anything: any error is a `DeviceError`."""
     try:
         return call()
     except DeviceError:

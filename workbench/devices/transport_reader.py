@@ -4,6 +4,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +96,8 @@ class TransportReader:
                     self.notices.append(f"{error}; waiting for it")
                 self._is_missed = True
             self.is_open = False
-            self.transport.close()
+            with suppress(DeviceError):
+                asked(self.transport, self.transport.close)
             self._stop.wait(RETRY_S)
 
     def _read(self) -> None:

@@ -122,7 +122,7 @@ def require_source(target: Target) -> None:
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
         asked(transport, transport.open)
-        transport.close()
+        asked(transport, transport.close)
 
 
 def source_of(target: Target, frame: int = 0) -> ForceSource:
