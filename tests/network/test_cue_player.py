@@ -19,6 +19,7 @@ from underfoot.network.server import NetworkServer
 from underfoot.nodes import REGISTRY
 from underfoot.patch.patch import Patch
 from underfoot.records.recording import Recording
+from underfoot.records.wav import write_wav
 
 
 def hum():
@@ -202,6 +203,28 @@ def test_a_value_in_a_patch_that_was_refused_is_refused_as_well(stage):
     stage.send_message("/underfoot/set", "tile-output", "level", 0.5, 79)
     _, reason = stage.answer("/underfoot/refused", 79)
     assert "none.wav" in reason
+    stage.send_message("/underfoot/stop")
+    stage.playing.session.edit(stage.player.set_base_patch(hum()))
+
+
+def test_a_preset_that_was_refused_is_not_played_with_a_later_cue(stage, tmp_path):
+    """The floor's own sound file was gone for a while; each cue after it asked for the refused preset again."""
+    file = tmp_path / "hiss.wav"
+    write_wav(file, np.full((4_800, 1), 0.1, np.float32), 48_000)
+    own = patch_of(("wav-player.out", "tile-output.acceleration"), wav_player={"file": str(file)})
+    stage.playing.session.edit(stage.player.set_base_patch(own))
+    stage.send_message("/underfoot/play", "stimulus-sp", "t1", 0.0, 81)
+    stage.answer("/underfoot/played", 81)
+    data = file.read_bytes()
+    file.unlink()
+    stage.send_message("/underfoot/play", "wood", "t2", 0.0, 82)
+    assert "hiss.wav" in stage.answer("/underfoot/refused", 82)[1]
+    file.write_bytes(data)
+    stage.send_message("/underfoot/play", "stimulus-sp", "t3", 0.0, 83)
+    stage.answer("/underfoot/played", 83)
+    patch = stage.playing.session.patch
+    assert patch.node("out--stimulus-sp--t1").parameters["tiles"] == "t1+t3"
+    assert not [node.id for node in patch.nodes if "--wood" in node.id]
     stage.send_message("/underfoot/stop")
     stage.playing.session.edit(stage.player.set_base_patch(hum()))
 

@@ -8,7 +8,7 @@ strike waits for the preset that was requested before it.
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from underfoot.engine.commands import Command, Mark, Panic, Strike, Swap
 from underfoot.engine.reports import CommandApplied, PatchRefused, Report, Started
@@ -27,11 +27,13 @@ class _Pending:
     """Cues that wait for their answer: until a `command` takes effect, or the swap to edit `edit` or a later one.
 
     With both, the command counts once no earlier edit waits: its program may be one that the engine has not begun yet.
+    `before` holds the changes that were requested before an edit; they remain if it is refused.
     """
 
     cues: list[Received]
     command: Command | None = None
     edit: int = 0
+    before: CuedChanges = field(default_factory=CuedChanges)
 
 
 class CuePlayer:
@@ -56,10 +58,8 @@ class CuePlayer:
     def set_base_patch(self, base: Patch) -> Patch:
         """Set the floor's own patch; return the patch to play. Changes by cues end if they do not fit the new patch."""
         self._base = base
-        try:
-            played = self._composed(self.cued)
-        except UnderfootError:
-            self.cued, played = CuedChanges(), base
+        self._restore(self.cued)
+        played = self._composed(self.cued)
         self._note(played)
         return played
 
@@ -119,7 +119,7 @@ class CuePlayer:
         """Play the requested changes; the cues are answered when these take effect."""
         if not cues:
             return
-        self.cued = cued
+        before, self.cued = self.cued, cued
         played = self._composed(cued)
         moved = self.session.moved_numbers(played)
         waiting = [pending for pending in self._pending if pending.edit]
@@ -127,7 +127,7 @@ class CuePlayer:
         self.session.edit(played)
         if moved is None or moved:
             edit = self._edits if moved is None or waiting else 0
-            self._pending.append(_Pending(cues, moved[-1] if moved else None, edit))
+            self._pending.append(_Pending(cues, moved[-1] if moved else None, edit, before))
         elif waiting:
             waiting[-1].cues += cues
         else:
@@ -149,6 +149,14 @@ class CuePlayer:
 
     def _composed(self, cued: CuedChanges) -> Patch:
         return with_cues(self._base, cued, self._tiles, self.session.registry)
+
+    def _restore(self, cued: CuedChanges) -> None:
+        """Go on with changes that were requested earlier, or with none if they do not fit the floor's own patch."""
+        try:
+            self._composed(cued)
+        except UnderfootError:
+            cued = CuedChanges()
+        self.cued = cued
 
     def _note(self, played: Patch) -> None:
         self._edits += 1
@@ -175,6 +183,9 @@ class CuePlayer:
                     self._answer(self._taken(lambda one: one is done), frame)
                     self._strike_held()
             case PatchRefused(text):
+                refused = next((one for one in self._pending if one.edit), None)
+                if refused is not None:
+                    self._restore(refused.before)
                 self._refuse(lambda one: one.edit > 0, text)
             case Started():
                 self._refuse(lambda one: True, "the engine was started again; ask again")
