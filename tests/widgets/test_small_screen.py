@@ -129,3 +129,4 @@ def test_all_of_calibrate_can_be_scrolled_to(driver, qtbot):
     is_whole(workspace.overview.begin, workspace.overview.drawings)
     driver.begin()
     is_whole(workspace.wizard.leaving, workspace.wizard.going, workspace.wizard.drawings)
+    assert workspace.wizard.drawings.width() >= 280

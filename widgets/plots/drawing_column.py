@@ -16,6 +16,8 @@ MIN_MAP_PX = 480
 """Least height of a map, whose axes have the same scale."""
 LEAST_PX = 176
 """No drawing is lower, though a column may be."""
+LEAST_WIDTH_PX = 280
+"""Nor is a column narrower: the axes could not be read."""
 
 
 class DrawingColumn(QScrollArea):
@@ -25,6 +27,7 @@ class DrawingColumn(QScrollArea):
         super().__init__()
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setMinimumWidth(LEAST_WIDTH_PX)
         self.setAccessibleName("Drawings")
         inside = QWidget()
         inside.setProperty("role", "ground")
