@@ -52,6 +52,9 @@ class Shaker(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             _pair(self.colour_hz, self.colour_damping),
             _pair(self.colour_hz, self.colour_damping * self.colour),
         )
+        # Equal poles have no residues; a millionth apart they are the same shaker.
+        if abs(case[0] - moving[0]) < 1e-6 * abs(case[0]):
+            case = [(1.0 + 1e-6) * pole for pole in case]
         coil = 2.0 * math.pi * self.corner_hz
         return of_biquads([0.0, 0.0, *less], [*moving, *case, -coil], self.force_n * coil)
 
