@@ -7,6 +7,7 @@ from free_ports import free_port
 
 from underfoot.devices.framing.parser import HELD_S, Parser
 from underfoot.devices.framing.wire_format import encode
+from underfoot.devices.transport_reader import TransportReader
 from underfoot.devices.transports import transport_of
 from underfoot.devices.transports.udp import DATAGRAM_BYTES, UdpSender, UdpTransport
 from underfoot.errors import BadValue, DeviceError
@@ -91,3 +92,31 @@ def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
             assert not parser.is_contested(1)
         finally:
             port.close()
+
+
+def test_a_transport_whose_close_fails_is_read_again(until):
+    """As a plug-in's that closes what it could not open: its error ended the thread that reads."""
+
+    class Loose(UdpTransport):
+        is_plugged = False
+
+        def open(self):
+            if not self.is_plugged:
+                raise DeviceError("it is not plugged in")
+            super().open()
+
+        def close(self):
+            super().close()
+            if not self.is_plugged:
+                raise AttributeError("nothing is open")
+
+    port = Loose("127.0.0.1", free_port())
+    reader = TransportReader(port, lambda samples, when: None)
+    reader.start()
+    try:
+        until(lambda: reader.notices, "it says so")
+        port.is_plugged = True
+        until(lambda: reader.is_open, "it is opened")
+        assert reader.take_notices() == ["it is not plugged in; waiting for it", f"{port.name} is back"]
+    finally:
+        reader.close()
