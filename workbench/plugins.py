@@ -32,7 +32,7 @@ def add_declared(
     """
     kind = group.removeprefix("underfoot.").removesuffix("s")
     for plugin, where, values in _loaded(group) if _may_declare(group) else ():
-        has_one = False
+        was_seen = False
         for value in values:
             try:
                 if not is_one(value):
@@ -41,8 +41,8 @@ def add_declared(
                     refuse(plugin, f"there is a {kind} {name_of(value)} already")
             except TypeError as error:
                 refuse(plugin, str(error))
-            has_one = True
-        if not has_one:
+            was_seen = True
+        if not was_seen:
             refuse(plugin, f"no complete {kind} is in {where}")
 
 

@@ -172,7 +172,7 @@ class _Worker:
     ) -> None:
         self.procedure, self.rig = procedure, WatchedRig(rig)
         self._orders, self._send_snapshot, self._pace, self._by_hand = orders, send_snapshot, pace, by_hand
-        self._is_requested = self._is_automatic = self._is_refused = False
+        self._is_requested = self._is_automatic = self._is_inconclusive = False
         self._rejection = ""
         self._inconclusive: Result | None = None
         self._values: Mapping[str, Any] = {}
@@ -243,7 +243,7 @@ class _Worker:
         """Return whether there is work without an order."""
         page = self.procedure.page
         wants_press = page.press is not None and not page.questions
-        takes_press = self._by_hand and wants_press and not self._is_refused
+        takes_press = self._by_hand and wants_press and not self._is_inconclusive
         return not page.last and (self._is_requested or self._is_automatic or takes_press)
 
     def _advance(self) -> None:
@@ -282,7 +282,7 @@ class _Worker:
         except UnderfootError as error:
             rejection, self._is_requested, self._is_automatic = str(error), False, False
             # Measured again without end, the last page would lead to the same: it waits for Continue.
-            self._is_refused = isinstance(error, Inconclusive)
+            self._is_inconclusive = isinstance(error, Inconclusive)
         page = self.procedure.page
         is_new = (page.key, page.questions) != (before.key, before.questions)
         if page.key != before.key:
@@ -290,7 +290,7 @@ class _Worker:
             self._is_automatic = self._is_automatic and not page.last
         if is_new:
             self._values = {}
-            self._is_refused = self._is_refused and bool(rejection)
+            self._is_inconclusive = self._is_inconclusive and bool(rejection)
         is_news = bool(rejection) and rejection != self._rejection
         if is_news:
             self._inconclusive = self.procedure.without_conclusion(rejection)

@@ -148,10 +148,9 @@ class DriverMenus:
         menu.addSeparator()
         if name in drivers(patch).get(id, {}):
             menu.addAction("Disconnect its wire", partial(self.drive, id, name, "no wire"))
-        elif id not in self._scene.nodes:
-            pass  # it is in a sub-patch, which has ports for wires alone
-        elif name in self._scene.nodes[id].shown_ports:
-            menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
-        else:
-            menu.addAction("A wire: show its port", partial(self.drive, id, name, "port"))
+        elif id in self._scene.nodes:  # a sub-patch has ports for wires alone
+            if name in self._scene.nodes[id].shown_ports:
+                menu.addAction("Hide its port", partial(self.drive, id, name, "no port"))
+            else:
+                menu.addAction("A wire: show its port", partial(self.drive, id, name, "port"))
         return menu

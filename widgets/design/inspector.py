@@ -113,7 +113,6 @@ class Inspector(QScrollArea):
         self._group = next((one for one in patch.groups if one.id == group), None)
         there = {node.id: node for node in patch.nodes}
         self._ids = [id for id in ids if id in there]
-        wired = drivers(patch).get(self._ids[0], {}) if len(self._ids) == 1 else {}
         shape = [(id, there[id].type, there[id].label) for id in self._ids]
         around = [(one.id, one.title, one.published) for one in patch.groups if {*self._ids}.intersection(one.members)]
         ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
@@ -125,7 +124,7 @@ class Inspector(QScrollArea):
             self._shape = looks
             self._edit_number += 1
             self._build()
-        self._refresh(wired)
+        self._refresh()
 
     def update_colours(self) -> None:
         """Rebuild the page in the current colours."""
@@ -158,7 +157,7 @@ class Inspector(QScrollArea):
         """Show the ranges of the outputs ("node.port") in their last preview, for driving nodes."""
         self._signal_ranges = signal_ranges
         if len(self._ids) == 1 or self._group is not None:
-            self._refresh(drivers(self._patch).get(self._ids[0], {}))
+            self._refresh()
 
     @property
     def wants_distributions(self) -> bool:
@@ -367,7 +366,8 @@ class Inspector(QScrollArea):
 
     # --- refreshing ---
 
-    def _refresh(self, wired: Mapping[str, str]) -> None:
+    def _refresh(self) -> None:
+        wires = drivers(self._patch)
         if self._group is not None:
             for end, editor in self.editors.items():
                 id, _, name = end.partition(".")
@@ -375,7 +375,7 @@ class Inspector(QScrollArea):
                 if value != editor.value():
                     editor.set_value(value)
                 if isinstance(editor, NumberEditor):
-                    self._show_driver(editor, drivers(self._patch).get(id, {}).get(name, ""))
+                    self._show_driver(editor, wires.get(id, {}).get(name, ""))
         elif len(self._ids) == 1:
             node = self._patch.node(self._ids[0])
             if self.picture is not None:
@@ -387,9 +387,8 @@ class Inspector(QScrollArea):
                 if editor.parameter.check(value) != editor.value():
                     editor.set_value(value)
                 if isinstance(editor, NumberEditor):
-                    self._show_driver(editor, wired.get(name, ""))
+                    self._show_driver(editor, wires.get(node.id, {}).get(name, ""))
         elif self._ids:
-            wires = drivers(self._patch)
             for name, editor in self.editors.items():
                 driven = sum(name in wires.get(id, {}) for id in self._ids)
                 self._show_values(editor, values_of(self._patch, self._registry, self._ids, name), driven)

@@ -286,7 +286,7 @@ def _in_lines(text: str, font: QFont, width_px: int) -> str:
         layout = QTextLayout(paragraph, font)
         layout.setTextOption(wrap)
         layout.beginLayout()
-        units = paragraph.encode("utf-16-le")
+        units = paragraph.encode("utf-16-le")  # which Qt counts
         while (line := layout.createLine()).isValid():
             line.setLineWidth(width_px)
             first = 2 * line.textStart()

@@ -85,7 +85,7 @@ class ProtocolEditor(QWidget):
         self._lay_out()
         self.tabs.idClicked.connect(self.show_page)
         self.save_button.clicked.connect(self.save_protocol)
-        self.close_button.clicked.connect(lambda: self.ask_to_leave())
+        self.close_button.clicked.connect(lambda: self.ask_to_leave())  # without whether it is checked
         self.history.restored.connect(self._restore)
         self.undo_actions.used.connect(self.notified)
 

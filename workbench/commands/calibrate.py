@@ -11,7 +11,7 @@ import click
 
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals
+from underfoot.commands.ending import ended_by_signals, interrupt
 from underfoot.commands.options import chosen, click_parameters
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
@@ -82,7 +82,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
-    with report_compiling(), ended_by_signals(_interrupt):
+    with report_compiling(), ended_by_signals(interrupt):
         found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
     options.conclude(found, known)
 
@@ -129,10 +129,6 @@ def _measured(
                 waits = page.sound is not None
     finally:
         opened.close()
-
-
-def _interrupt() -> None:
-    raise KeyboardInterrupt
 
 
 def _wait_for_key() -> None:

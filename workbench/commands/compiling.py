@@ -59,7 +59,7 @@ class _CompileReporter:
     def start(self) -> None:
         """Note that a kernel is being compiled."""
         if self.count == self.begun:
-            self._began_s += time.monotonic() - self._ended_s
+            self._began_s += time.monotonic() - self._ended_s  # both are 0 at first; later the pause does not count
         self.begun += 1
         if self._thread is not None:
             return

@@ -52,7 +52,7 @@ def interrupted_by_signals() -> Iterator[None]:
             os._exit(130)
 
     watching = threading.Thread(target=watch, name="signals", daemon=True)
-    with heard, ended_by_signals(_interrupt):
+    with heard, ended_by_signals(interrupt):
         before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
         watching.start()
         try:
@@ -64,5 +64,6 @@ def interrupted_by_signals() -> Iterator[None]:
             watching.join()
 
 
-def _interrupt() -> None:
+def interrupt() -> None:
+    """Raise `KeyboardInterrupt`."""
     raise KeyboardInterrupt

@@ -39,6 +39,13 @@ class FurtherStream:
         """Name of the card."""
         return self.frames.card.name
 
+    @property
+    def silence(self) -> str:
+        """Why its tiles are silent, with their names; "" if they are not."""
+        if self.stream is not None and not self.stands_still:
+            return ""
+        return f"{self.name} {'stands still' if self.stands_still else 'is not there'}; silent: {self.tiles}"
+
     def open(self) -> None:
         """Open and start a stream; raise `DeviceError` if that fails."""
         card, target = self.frames.card, self._target
@@ -126,9 +133,7 @@ class FurtherStreams:
                 stream.close()
                 self._notify(f"{stream.name} has gone; silent: {stream.tiles}")
             elif stream.look():
-                is_still = stream.stands_still
-                tiles = f"stands still; silent: {stream.tiles}" if is_still else f"is back; it plays {stream.tiles}"
-                self._notify(f"{stream.name} {tiles}")
+                self._notify(stream.silence or f"{stream.name} is back; it plays {stream.tiles}")
             elif stream.is_due:
                 try:
                     stream.open()
@@ -145,16 +150,12 @@ class FurtherStreams:
     @property
     def any_playing(self) -> bool:
         """Whether any of them plays."""
-        return any(stream.stream is not None and not stream.stands_still for stream in self._streams)
+        return any(not stream.silence for stream in self._streams)
 
     @property
     def silence(self) -> tuple[str, ...]:
         """The missing cards, and the tiles that are silent without them."""
-        return tuple(
-            f"{stream.name} {'stands still' if stream.stands_still else 'is not there'}; silent: {stream.tiles}"
-            for stream in self._streams
-            if stream.stream is None or stream.stands_still
-        )
+        return tuple(stream.silence for stream in self._streams if stream.silence)
 
     @property
     def underruns(self) -> int:

@@ -143,8 +143,9 @@ def by_value(rows: Iterable[Row], column: str) -> list[tuple[Any, list[Row]]]:
 def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the columns that are factors of stimuli and have more than one value.
 
-    A table from another program has more columns. What differs between people only is not of the stimuli. Neither is a
-    number, beside another of which each stimulus has one value; nor one that counts trials, or is measured in each.
+    A table from another program has more columns. What differs between people only is not of the stimuli. Of numbers,
+    those of which each stimulus has one value are; where there is none, those that do not count trials, and were not
+    measured in each.
 
     >>> factors_of([{"stimulus": "a", "set": "WS"}, {"stimulus": "b", "set": "IT"}])
     ('set',)
@@ -153,9 +154,9 @@ def factors_of(rows: Sequence[Row]) -> tuple[str, ...]:
     of_stimulus = {name for name in names if _is_one_for_each(rows, name, "stimulus")}
     of_person = {name for name in names if _is_one_for_each(rows, name, "participant")} - of_stimulus
     numbers = {name for name in names if all(isinstance(row.get(name, 0), int | float) for row in rows)} - {LEVEL}
-    told = numbers & of_stimulus or {name for name in numbers if _is_chosen(rows, name)}
-    others = of_person | numbers - told
-    return tuple(name for name in names if name == LEVEL or name not in others)
+    chosen = numbers & of_stimulus or {name for name in numbers if _is_chosen(rows, name)}
+    others = (of_person | numbers - chosen) - {LEVEL}
+    return tuple(name for name in names if name not in others)
 
 
 def possible_factors(rows: Sequence[Row]) -> list[str]:

@@ -118,7 +118,7 @@ class SerialTrigger:
 
     def _opened(self) -> "Serial":
         with opening(f"the trigger {self._name} cannot be opened"):
-            return self._serial.Serial(self._name, BAUD, write_timeout=0.1)
+            return self._serial.Serial(self._name, BAUD, write_timeout=0.1, exclusive=True)
 
     def forces(self, force_n: NDArray[np.float64]) -> None:
         """Do nothing, because a trigger has only bytes for markers."""

@@ -43,7 +43,7 @@ _RELEASED, _RELEASED_BY_SENSORS = 0.1, 0.25
 Values = NDArray[np.float64]
 
 _STATIC = slice(4, 8)
-"""Columns of newtons beside the readings: by the static curves, and with hysteresis and creep compensated."""
+"""Columns of the newtons by the static curves, behind the readings; the compensated ones follow."""
 
 
 @dataclass(frozen=True)
@@ -154,9 +154,8 @@ class CentroidProcedure(PagedProcedure):
         if self._at <= 1:
             super().back()
             return
-        at = self._at - 1
-        if not isinstance(self._steps[at], PlaceStep):
-            at -= self._steps[self._at].page.last  # letting go is read by itself, and would lead to the result again
+        # From the result: letting go is read by itself, and would lead to the result again.
+        at = self._at - (2 if self._steps[self._at].page.last else 1)
         unfinished = self._steps[self._at].group if self._steps[at].group == self._steps[self._at].group else None
         while at > 1 and self._steps[at].group == self._steps[at - 1].group:
             at -= 1

@@ -73,7 +73,7 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
         warnings=warnings,
         drawings=drawings_of(found),
         raw=(
-            *_raw({**found.loads, **({"again": found.again} if found.again else {})}, found.sensitivity, found.tones),
+            *_raw(found.sweeps, found.sensitivity, found.tones),
             ("equaliser", "b0,b1,b2,a0,a1,a2", found.sections),
         ),
         apply=lambda profile: profile.with_part(part, date.fromisoformat(part.made)),
@@ -189,7 +189,7 @@ def _least_snr(found: ResponseMeasurements) -> tuple[float, float]:
     The median over the band would not show a hum, which is at single frequencies.
     """
     least = []
-    for one in (*found.loads.values(), *(() if found.again is None else (found.again,))):
+    for one in found.sweeps.values():
         f = one.frequencies_hz
         inside = (f >= found.band_hz[0]) & (f <= found.band_hz[1])
         snr_db = _db(one.magnitude[inside]) - _db(np.nan_to_num(one.noise[inside]))

@@ -160,8 +160,8 @@ def _with_bounds(found: CentroidAccuracy, presses: Presses, compensated: Values)
     found = replace(found, over_time=over_time)
     truest = over_time.correction.linearised(compensated)
     bound = assess_forces(presses, best_static_forces(presses.static_n, truest), found.tile)
-    # Too few presses for a bound.
-    return replace(found, bound=bound) if bound.mean_mm <= found.mean_mm else found
+    has_bound = bound.mean_mm <= found.mean_mm  # of too few presses it can be worse than what was found
+    return replace(found, bound=bound) if has_bound else found
 
 
 def best_static_forces(static_n: Values, true_n: Values) -> Values:

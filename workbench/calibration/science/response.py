@@ -61,6 +61,11 @@ class ResponseMeasurements:
         return self.loads[self.load]
 
     @property
+    def sweeps(self) -> dict[str, SweepMeasurement]:
+        """All responses, by load or as "again"."""
+        return {**self.loads, **({"again": self.again} if self.again else {})}
+
+    @property
     def level(self) -> float:
         """m/s^2 per full-scale unit: the level at which a stimulus in m/s^2 plays."""
         return self.sensitivity * equaliser.level(self.basis.frequencies_hz, self.basis.magnitude, self.band_hz)

@@ -1,5 +1,6 @@
 """A serial port, through pyserial: USB, a real UART, or a pseudo-terminal."""
 
+import errno
 import os
 import re
 import select
@@ -185,13 +186,14 @@ def port_reason(error: Exception) -> str:
     """Return in words why a serial port cannot be opened, read or written to."""
     text = " ".join(str(error).split())
     known = {
-        2: "there is no such port",
-        5: "it was unplugged",
-        13: "it may not be opened" + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
-        11: "another program has it",  # has locked it
-        16: "another program has it",
+        errno.ENOENT: "there is no such port",
+        errno.EIO: "it was unplugged",
+        errno.EACCES: "it may not be opened"
+        + ("; is the user in the group dialout?" if sys.platform == "linux" else ""),
+        errno.EBUSY: "another program has it",
+        errno.EAGAIN: "another program has it",  # and has locked it
     }
     if "returned no data" in text:  # pyserial's message for a port that is always ready but returns nothing
-        return known[5]
+        return known[errno.EIO]
     told = re.search(r"\[Errno (\d+)\]", text)  # where pyserial passes a system's error on, in words only
     return known.get(getattr(error, "errno", None) or (int(told[1]) if told else 0), text)

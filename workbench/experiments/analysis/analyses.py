@@ -91,8 +91,9 @@ def analysed(rows: Sequence[Row], protocol: Protocol | None, settings: Settings)
         findings = analysis.findings(part, settings_of(protocol, stage, settings))
         findings.title = f"{analysis.name or METHODS[method].name}: {stage}"
         findings.tables += [*right_answers(part), *sensitivity(part)]
-        if aside := ", ".join(name for name in possible_factors(part) if name not in factors_of(part)):
-            findings.remarks.append(f"No factors of the stimuli, and left out: {aside}.")
+        factors = factors_of(part)
+        if aside := [name for name in possible_factors(part) if name not in factors]:
+            findings.remarks.append(f"No factors of the stimuli, and left out: {', '.join(aside)}.")
         if protocol is None and analysis.needs_protocol:
             findings.remarks.append(
                 "These trials come without their protocol: analysed with the method's usual parameters. "

@@ -175,9 +175,7 @@ def energy_released(c: Memory, failed: float, strain: float) -> float:
 def strength_of(c: Memory, failed: float, strain: float) -> float:
     """Return the strengths of failures at a strain, added."""
     energy = energy_released(c, 1.0, strain)
-    if c.softness == 0.5:
-        return failed * c.loudness * math.sqrt(energy)
-    return failed * c.loudness * energy**c.softness
+    return failed * c.loudness * (math.sqrt(energy) if c.softness == 0.5 else energy**c.softness)
 
 
 @part
