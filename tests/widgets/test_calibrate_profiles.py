@@ -9,8 +9,8 @@ from calibrate_driver import LEFT, CalibrateDriver
 from calibrate_samples import MIDDLE, Weighing
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit
-from windows import LONG_MS, choose_file
+from PySide6.QtWidgets import QLineEdit, QMessageBox
+from windows import LONG_MS, choose_file, dialog_of
 
 from underfoot.calibration.files.plate_profiles import plate_file
 from underfoot.calibration.result import Inconclusive, Result
@@ -172,6 +172,27 @@ def test_what_was_measured_can_be_reported_also_without_a_result(driver, tmp_pat
     driver.click(driver.wizard.backing)
     driver.wait(lambda: driver.page == "note")
     assert not driver.wizard.reporting.isVisible()
+
+
+def test_what_was_measured_by_hand_can_be_reported_before_it_is_left(qtbot, tmp_path):
+    """Leaving lost it all, and only a page that was refused had a report."""
+    driver = CalibrateDriver(qtbot, tmp_path, kind="serial")
+    driver.click(driver.workspace.overview.begin)
+    driver.workspace.begin_released()
+    for page in ("setup", "weigh"):
+        driver.wait(lambda page=page: driver.page == page)
+        driver.made[0][1].hand_n = 90.0
+        driver.click(driver.wizard.going)
+    driver.wait(lambda: driver.page == "note")
+    driver.click(driver.wizard.leaving)
+    question = dialog_of(driver.workspace, QMessageBox)
+    assert question.text().endswith("To keep the raw data, stay, and click Report…")
+    driver.qtbot.mouseClick(question.button(QMessageBox.StandardButton.Cancel), LEFT)
+    folder = tmp_path / "report"
+    _choose_folder(driver, folder)
+    driver.wait(lambda: any(str(folder / "response.html") in line for line in driver.said))
+    assert "the calibration was not finished" in (folder / "response.html").read_text()
+    assert (folder / "response-loads.csv").exists()
 
 
 def test_a_last_page_by_hand_that_led_to_no_result_waits_for_a_click(qtbot, tmp_path, monkeypatch):

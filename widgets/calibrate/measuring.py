@@ -35,11 +35,14 @@ class Pace:
     speed: float = 20.0
 
 
+_UNFINISHED = "the calibration was not finished"
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """State of a procedure. `is_waiting` is true while it waits for the user; `is_automatic` while it runs without.
     `rejection` is the reason for which the page's measurement was rejected, in one line; `inconclusive` has the raw
-    data so far, then.
+    data so far, then, and on each page of a measurement by hand.
     """
 
     page: Page
@@ -295,7 +298,8 @@ class _Worker:
         if is_news:
             self._inconclusive = self.procedure.without_conclusion(rejection)
         elif is_new:
-            self._inconclusive = None
+            keeps = self._by_hand and not page.last
+            self._inconclusive = self.procedure.without_conclusion(_UNFINISHED) if keeps else None
         self._rejection = rejection or ("" if is_new else self._rejection)
         self._send(whole=is_new or is_news)
 

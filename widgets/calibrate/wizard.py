@@ -196,6 +196,8 @@ class Wizard(QWidget):
             then()
             return
         text = "Leave now? What was measured is lost; the profile stays as it is."
+        if self._result() is not None:
+            text += " To keep the raw data, stay, and click Report…"
         ask(self, "Leave the calibration", text, "Leave", then, "Stay")
 
     def _run_automatically(self) -> None:
