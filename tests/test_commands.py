@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -102,6 +103,18 @@ def test_it_runs_as_a_program_of_its_own(folder):
     done = subprocess.run([sys.executable, "-m", "underfoot", "render", "nope.json"], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "underfoot: nope.json cannot be read: no such file or directory\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
+def test_a_system_that_allows_no_more_open_files_is_one_line(folder):
+    command = "ulimit -n 25; exec " + shlex.join(
+        [sys.executable, "-m", "underfoot", "serve", "simulator", "--seconds", "1"]
+    )
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    says = "underfoot: the system allows no more open files; raise its limit (ulimit -n) and start again\n"
+    assert done.stderr.endswith(says)
+    assert "Traceback" not in done.stderr
 
 
 # --- render ---

@@ -81,6 +81,8 @@ def main() -> None:
         _discard_output()
         sys.exit(1)
     except OSError as error:
+        if error.errno in (errno.EMFILE, errno.ENFILE):
+            _fail("the system allows no more open files; raise its limit (ulimit -n) and start again")
         if error.filename is None and error.errno in _REFUSED:
             _discard_output()
             _fail(f"what is printed cannot be written: {(error.strerror or 'refused').lower()}")
