@@ -398,14 +398,6 @@ def test_monitor_says_what_its_recording_lacks_when_it_ends(underfoot, folder, r
     assert said.error.splitlines()[-1] == "underfoot: rec is not recorded any further: the disk is full"
 
 
-@pytest.fixture
-def with_hangup():
-    """A closed terminal is told as ever, also where the tests run under `nohup`, which commands respect."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, before)
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
 def test_monitor_keeps_its_steps_when_its_terminal_is_closed(folder, with_hangup):
     """As by a connection that is lost: the table was lost, too, and an empty file lay there."""

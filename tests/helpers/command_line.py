@@ -4,6 +4,7 @@ They are available to all tests, so heavy imports wait until one is used.
 """
 
 import re
+import signal
 import sys
 from dataclasses import dataclass
 
@@ -82,3 +83,11 @@ def walk(folder):
     table = np.column_stack([time_s, force_n.reshape(len(time_s), -1)])
     np.savetxt(folder / "walk.csv", table, "%.6f", ",", header=",".join(["time_s", *sensors]), comments="")
     return folder / "walk.csv"
+
+
+@pytest.fixture
+def with_hangup():
+    """A closed terminal is told as ever, also where the tests run under `nohup`, which commands respect."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)

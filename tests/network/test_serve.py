@@ -168,25 +168,15 @@ def test_a_line_of_marks_that_is_unplugged_is_said_while_it_serves(folder):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no terminals that are closed")
-def test_what_a_closed_terminal_ends_ends_in_order(folder):
+def test_what_a_closed_terminal_ends_ends_in_order(folder, with_hangup):
     """All processes are told: in a log, Python's own wrote of memory that it did not know, seven times."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hears:
         hears.bind((LOOPBACK, 0))
         hears.settimeout(400.0)
         to = f"{LOOPBACK}:{hears.getsockname()[1]}"
         command = [
-            sys.executable,
-            "-m",
-            "underfoot",
-            "serve",
-            "simulator",
-            "--tuio",
-            "off",
-            "--listen",
-            "off",
-            "--send",
-            to,
-        ]
+            sys.executable, "-m", "underfoot", "serve", "simulator", "--tuio", "off", "--listen", "off", "--send", to,
+        ]  # fmt: skip
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
             while b"/underfoot/health" not in hears.recv(65536):
                 pass

@@ -102,6 +102,7 @@ def experiment_window(qapp, tmp_path_factory):
     (folder / "hiss.json").write_bytes(noise_patch().dumps())
     made = play_on_simulator(folder)
     made.main_bar.tabs["Experiment"].click()
+    made.workspaces["Experiment"].protocol_editor.copy.update()  # its thread lives for as long as the window
     yield made
     end_window(made)
 
