@@ -59,7 +59,7 @@ class Bench:
         """Open a protocol from a file, and begin it for a participant whose id is typed."""
         path = self.folder / "made.json"
         path.write_text(protocol_text(present_s=0.2, **protocol))
-        self.workspace.library.open_protocol(path)
+        self.workspace.study_list.open_protocol(path)
         self.begin()
 
     def begin(self, participant="P1"):

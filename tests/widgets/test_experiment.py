@@ -100,7 +100,7 @@ def test_a_pilot_needs_one_click_and_the_space_bar_and_lies_apart(bench):
     path = bench.folder / "made.json"
     many = {"kind": "rating", "parameters": {"blocks": 30}}
     path.write_text(protocol_text(stages=[{**rated(start="step"), "method": many}], stimuli={"WC": CONSTANT}))
-    bench.workspace.library.open_protocol(path)
+    bench.workspace.study_list.open_protocol(path)
     bench.click(bench.workspace.start.pilot_button)
     bench.wait(lambda: bench.person is not None and bench.person.isVisible())
     for _ in range(2):
@@ -301,8 +301,8 @@ def test_the_patch_plays_again_behind_a_study(bench):
 
 def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
     workspace = bench.workspace
-    row = [study.name for study in workspace.library.studies].index("detection-threshold")
-    workspace.library.list.setCurrentRow(row)
+    row = [study.name for study in workspace.study_list.studies].index("detection-threshold")
+    workspace.study_list.list.setCurrentRow(row)
     bench.click(workspace.findings.simulate_button)
     bench.wait(lambda: workspace.findings.simulate_button.text() == "Stop")
     bench.click(workspace.findings.simulate_button)
@@ -315,7 +315,7 @@ def test_a_study_is_simulated_and_what_came_of_it_is_drawn(bench):
 
 def test_who_is_simulated_is_chosen_and_said(bench):
     workspace, findings = bench.workspace, bench.workspace.findings
-    workspace.library.list.setCurrentRow([study.name for study in workspace.library.studies].index("free-labels"))
+    workspace.study_list.list.setCurrentRow([study.name for study in workspace.study_list.studies].index("free-labels"))
     bench.click(findings.people_button)
     dialog = dialog_of(bench.window, PeopleDialog)
     for name, text in {"people": "6", "impact_share_it": "9"}.items():
@@ -347,7 +347,7 @@ def test_other_files_are_analysed_and_trials_are_written(bench):
     while not study.is_done:
         file.add(study.answer(first_answers(study.page)))
     file.close()
-    workspace.library.open_protocol(path)
+    workspace.study_list.open_protocol(path)
     assert findings.analyse_button.text() == "Analyse 1 session"
     (bench.folder / "t.csv").write_text(
         "participant,method,trial,stimulus,rating\nQ7,rating,1,WC,40\nQ7,rating,2,X,20\n"
@@ -371,9 +371,9 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
     bench.workspace.notified.connect(said.append)
     path = bench.folder / "bad.json"
     path.write_text(json.dumps({"format": "underfoot-protocol", "version": 1, "stimuli": {"TD": TD}}))
-    before = len(bench.workspace.library.studies)
-    bench.workspace.library.open_protocol(path)
-    assert len(bench.workspace.library.studies) == before
+    before = len(bench.workspace.study_list.studies)
+    bench.workspace.study_list.open_protocol(path)
+    assert len(bench.workspace.study_list.studies) == before
     assert said == [f"{path}: $.stages is []; allowed: at least one"]
     shown = dialog_of(bench.window, FileErrorDialog)
     assert "at least one" in shown.error_text.text()
@@ -383,15 +383,15 @@ def test_a_protocol_with_a_mistake_is_said_in_one_line(bench):
 def test_a_protocol_that_is_opened_again_is_read_again_in_its_place(bench):
     workspace, path = bench.workspace, bench.folder / "again.json"
     path.write_text(protocol_text(title="First", stages=[rated()]))
-    workspace.library.open_protocol(path)
-    listed = [study.name for study in workspace.library.studies]
+    workspace.study_list.open_protocol(path)
+    listed = [study.name for study in workspace.study_list.studies]
     assert listed.count("again") == 1
-    workspace.library.list.setCurrentRow(0)
+    workspace.study_list.list.setCurrentRow(0)
     path.write_text(protocol_text(title="Second", stages=[rated()]))
-    workspace.library.open_protocol(bench.folder / "." / "again.json")
-    assert [study.name for study in workspace.library.studies] == listed
-    assert workspace.library.list.count() == len(listed)
-    assert workspace.library.study.protocol.title == "Second"
+    workspace.study_list.open_protocol(bench.folder / "." / "again.json")
+    assert [study.name for study in workspace.study_list.studies] == listed
+    assert workspace.study_list.list.count() == len(listed)
+    assert workspace.study_list.study.protocol.title == "Second"
 
 
 def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_where_the_person_says_so(bench):
@@ -401,7 +401,7 @@ def test_a_session_of_a_study_that_was_changed_goes_on_with_the_earlier_form_whe
     bench.runner.answer({"agreed": "yes"})
     workspace.running.leave()
     (bench.folder / "made.json").write_text(protocol_text(stages=[CONSENT, rated(practice=True)]))
-    workspace.library.open_protocol(bench.folder / "made.json")
+    workspace.study_list.open_protocol(bench.folder / "made.json")
 
     bench.type_id("P1")
     bench.click(start.begin_button)
@@ -430,7 +430,7 @@ def test_an_id_that_looks_like_a_name_is_refused(bench):
 
 
 def test_an_id_that_differs_from_one_with_a_session_in_letter_case_only_is_refused(bench):
-    folder, start = bench.workspace.sessions.of(bench.workspace.library.study), bench.workspace.start
+    folder, start = bench.workspace.sessions.of(bench.workspace.study_list.study), bench.workspace.start
     folder.mkdir(parents=True)
     (folder / "P01.session").touch()
     for typed, can_begin, button in (("p01", False, "Begin"), ("P01", True, "Go on"), ("p012", True, "Begin")):
@@ -449,7 +449,7 @@ def test_a_new_user_makes_a_study_and_runs_it_on_oneself(bench):
             bench.qtbot.keyClick(widget, one)
 
     bench.qtbot.keyClick(window, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
-    bench.click(workspace.library.new)
+    bench.click(workspace.study_list.new)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
     bench.qtbot.keyClick(workspace.protocol_editor, Qt.Key.Key_Escape)
     actions += ["Ctrl+4", "New study…", "Ctrl+S", "Esc"]

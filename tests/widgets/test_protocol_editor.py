@@ -29,21 +29,21 @@ def made(qtbot, tmp_path):
 
 
 def test_a_new_study_has_two_trials_and_no_mistake_and_is_listed_beside_the_presets(made):
-    count = len(made.workspace.library.studies)
-    made.click(made.workspace.library.new)
+    count = len(made.workspace.study_list.studies)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Gravel or sand?")
     made.keep()
     assert made.protocols() == ["gravel-or-sand.json"]
-    assert len(made.workspace.library.studies) == count + 1
-    assert made.workspace.library.study.protocol.title == "Gravel or sand?"
-    assert made.workspace.library.list.currentItem().text() == "Gravel or sand?  (own)"
-    assert Protocol.load(made.workspace.library.study.path, REGISTRY) == made.workspace.library.study.protocol
-    assert len(made.opened().library.studies) == count + 1
+    assert len(made.workspace.study_list.studies) == count + 1
+    assert made.workspace.study_list.study.protocol.title == "Gravel or sand?"
+    assert made.workspace.study_list.list.currentItem().text() == "Gravel or sand?  (own)"
+    assert Protocol.load(made.workspace.study_list.study.path, REGISTRY) == made.workspace.study_list.study.protocol
+    assert len(made.opened().study_list.studies) == count + 1
 
 
 def test_a_study_is_saved_again_and_again_while_it_is_made_into_one_file(made):
-    count = len(made.workspace.library.studies)
-    made.click(made.workspace.library.new)
+    count = len(made.workspace.study_list.studies)
+    made.click(made.workspace.study_list.new)
     title = made.protocol_editor.rows["study"].controls["title"]
     for words in ("Gravel or sand?", "Gravel, or sand?"):
         made.type(title, words)
@@ -53,7 +53,7 @@ def test_a_study_is_saved_again_and_again_while_it_is_made_into_one_file(made):
         assert made.said[-1] == f"Saved as {made.folder / 'protocols' / 'gravel-or-sand.json'}"
         assert not made.protocol_editor.is_changed
     assert made.protocols() == ["gravel-or-sand.json"]
-    assert len(made.workspace.library.studies) == count + 1
+    assert len(made.workspace.study_list.studies) == count + 1
     made.qtbot.keyClick(title, Qt.Key.Key_Escape)
     assert made.workspace.stack.currentWidget() is made.workspace.overview
     assert made.workspace.start.participant.hasFocus()
@@ -61,7 +61,7 @@ def test_a_study_is_saved_again_and_again_while_it_is_made_into_one_file(made):
 
 
 def test_a_mistake_is_said_by_its_stage_and_field_and_cannot_be_saved(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(3)
     made.type(made.protocol_editor.stages.form.parameters.controls["blocks"], "0")
     made.qtbot.waitUntil(lambda: bool(made.protocol_editor.problem.text()))
@@ -78,10 +78,10 @@ def test_a_mistake_is_said_by_its_stage_and_field_and_cannot_be_saved(made):
 
 @pytest.mark.parametrize("name", preset_files.protocols())
 def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made, name):
-    row = [study.name for study in made.workspace.library.studies].index(name)
-    made.workspace.library.list.setCurrentRow(row)
-    preset = made.workspace.library.study.protocol
-    made.click(made.workspace.library.copy_button)
+    row = [study.name for study in made.workspace.study_list.studies].index(name)
+    made.workspace.study_list.list.setCurrentRow(row)
+    preset = made.workspace.study_list.study.protocol
+    made.click(made.workspace.study_list.copy_button)
     for at in range(5):
         made.page(at)
     for page in (made.protocol_editor.stimuli, made.protocol_editor.stages):
@@ -89,14 +89,14 @@ def test_a_copy_of_a_preset_that_nobody_touches_differs_in_its_title_alone(made,
             page.list.setCurrentRow(place)
     assert not made.protocol_editor.is_changed
     made.keep()
-    mine = made.workspace.library.study.protocol
+    mine = made.workspace.study_list.study.protocol
     assert mine.title == f"{preset.title}, my own"
     assert (mine.stages, mine.stimuli, mine.participant, mine.sounds) == (
         preset.stages, preset.stimuli, preset.participant, preset.sounds)  # fmt: skip
 
 
 def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(1)
     questions = made.protocol_editor.questions
     made.click(questions.add)
@@ -116,7 +116,7 @@ def test_tab_goes_through_the_table_of_questions_and_out_of_it(made):
 
 
 def test_tab_stops_only_at_what_can_be_set(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     for page in range(5):
         made.page(page)
         passed = []
@@ -128,13 +128,13 @@ def test_tab_stops_only_at_what_can_be_set(made):
 
 
 def test_the_lists_have_the_names_that_are_read_out(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     editor = made.protocol_editor
     assert [page.list.accessibleName() for page in (editor.stimuli, editor.stages)] == ["Stimuli", "Stages"]
 
 
 def test_questions_stages_and_sounds_are_set_by_their_controls(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(1)
     made.click(made.protocol_editor.questions.add)
     made.protocol_editor.questions.table.item(0, 0).setText("age")
@@ -160,7 +160,7 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
     made.page(4)
     made.choose(made.protocol_editor.rows["sounds"].controls["noise"], "pink")
     made.keep()
-    protocol = made.workspace.library.study.protocol
+    protocol = made.workspace.study_list.study.protocol
     assert [(one.name, one.kind) for one in protocol.participant] == [("age", "count")]
     assert [stage.kind for stage in protocol.stages] == ["consent", "trials"]
     method = protocol.stages[1].method
@@ -171,7 +171,7 @@ def test_questions_stages_and_sounds_are_set_by_their_controls(made):
 
 
 def test_a_form_that_is_made_anew_stays_where_it_was(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(3)
     page = made.protocol_editor.stages
     page.detail.ensureWidgetVisible(page.form.foot)
@@ -186,7 +186,7 @@ def test_a_form_that_is_made_anew_stays_where_it_was(made):
 
 
 def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(3)
     stages = made.protocol_editor.stages
     for name in ("bye", "hello"):  # each comes behind the one that is chosen
@@ -201,7 +201,7 @@ def test_a_stage_leads_to_another_and_knows_it_by_its_new_name(made):
     stages.list.setCurrentRow(1)
     assert stages.form.order.controls["next"].currentText() == "goodbye"
     made.keep()
-    assert [stage.next for stage in made.workspace.library.study.protocol.stages] == ["", "goodbye", "end"]
+    assert [stage.next for stage in made.workspace.study_list.study.protocol.stages] == ["", "goodbye", "end"]
 
 
 def controls_of(made):
@@ -236,8 +236,8 @@ def test_the_form_can_set_every_field_that_a_protocol_has(made):
               for kind in FIELDS_OF_KIND if kind != "trials"]  # fmt: skip
     path = made.folder / "made.json"
     path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[foot, *others]))
-    made.workspace.library.open_protocol(path)
-    made.click(made.workspace.library.copy_button)
+    made.workspace.study_list.open_protocol(path)
+    made.click(made.workspace.study_list.copy_button)
     found = controls_of(made)
     for document in (Protocol, Sounds, Question, Stage, FootAnswer, Stimulus):
         assert found[document.__name__] >= set(document.__struct_fields__) - {"format", "version"}, document
@@ -247,7 +247,7 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     own = made.folder / "presets"
     own.mkdir()
     Patch.load(preset_files.patches()["stimulus-td"], REGISTRY).save(own / "mine.json")
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.page(2)
     stimuli = made.protocol_editor.stimuli
     made.type(stimuli.form.name, "B")
@@ -267,7 +267,7 @@ def test_a_stimulus_is_a_patch_of_ones_own_with_a_setting_and_a_measured_level(m
     measured = made.protocol_editor.draft.raw["stimuli"]["B"]["measured_m_s2"]
     assert 0.1 < measured < 20.0
     made.keep()
-    stimulus = made.workspace.library.study.protocol.stimuli["B"]
+    stimulus = made.workspace.study_list.study.protocol.stimuli["B"]
     assert (stimulus.patch, stimulus.level_m_s2) == ("patches/mine.json", measured)
     assert (made.folder / "protocols" / "patches" / "mine.json").read_bytes() == (own / "mine.json").read_bytes()
 
@@ -276,56 +276,56 @@ def test_a_stimulus_keeps_its_place_in_the_stages_under_another_name(made):
     path = made.folder / "made.json"
     stage = {"id": "main", "kind": "trials", "method": {"kind": "constant-stimuli", "parameters": {"standard": "TD"}}}
     path.write_text(protocol_text(stimuli={"TD": TD, "X": {}}, stages=[stage]))
-    made.workspace.library.open_protocol(path)
-    made.click(made.workspace.library.copy_button)
+    made.workspace.study_list.open_protocol(path)
+    made.click(made.workspace.study_list.copy_button)
     made.page(2)
     made.type(made.protocol_editor.stimuli.form.name, "loud")
     made.keep()
-    protocol = made.workspace.library.study.protocol
+    protocol = made.workspace.study_list.study.protocol
     assert list(protocol.stimuli) == ["loud", "X"]
     assert protocol.stages[0].method.parameters["standard"] == "loud"
 
 
 def test_ones_own_is_edited_again_and_deleted_after_asking(made, monkeypatch):
     monkeypatch.setenv("XDG_DATA_HOME", str(made.folder))  # where the trash is
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.keep()
-    path = made.workspace.library.study.path
+    path = made.workspace.study_list.study.path
     sessions = made.folder / "studies" / path.stem
     sessions.mkdir(parents=True)
-    SessionFile.create(sessions / "P1.session", made.workspace.library.study.protocol, "P1").close()
-    made.click(made.workspace.library.edit)
+    SessionFile.create(sessions / "P1.session", made.workspace.study_list.study.protocol, "P1").close()
+    made.click(made.workspace.study_list.edit)
     assert made.protocol_editor.note.text().startswith("1 session was begun with it")
     made.type(made.protocol_editor.rows["study"].controls["present_s"], "0.2")
     made.keep()
     assert made.protocols() == [path.name]
     assert Protocol.load(path, REGISTRY).present_s == 0.2
-    count = len(made.workspace.library.studies)
-    made.click(made.workspace.library.delete)
+    count = len(made.workspace.study_list.studies)
+    made.click(made.workspace.study_list.delete)
     made.answer("Cancel")
     assert path.exists()
-    made.click(made.workspace.library.delete)
+    made.click(made.workspace.study_list.delete)
     made.answer("Delete")
     assert not path.exists()
-    assert len(made.workspace.library.studies) == count - 1
+    assert len(made.workspace.study_list.studies) == count - 1
     assert (sessions / "P1.session").exists()
     made.click(
-        made.workspace.library.new
+        made.workspace.study_list.new
     )  # another of the same title gets a file, and a folder of sessions, of its own
     made.keep()
     assert made.protocols() == ["my-study-2.json"]
 
 
 def test_a_title_of_any_length_is_saved(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Ice " * 100)
     made.keep()
     assert made.protocols() == ["-".join(["ice"] * 20) + ".json"]
-    assert made.workspace.library.study.title == "Ice " * 100
+    assert made.workspace.study_list.study.title == "Ice " * 100
 
 
 def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
     made.qtbot.keyClick(made.protocol_editor, Qt.Key.Key_Escape)
     made.answer("Go on with it")
@@ -344,7 +344,7 @@ def test_what_was_not_saved_is_asked_about_and_outlives_the_window(made):
 
 def test_a_draft_outlives_a_crash_of_its_window_while_another_window_leaves_it_alone(made):
     """It was written only when the window closed."""
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
     kept = made.folder / "protocols" / UNSAVED
     made.qtbot.waitUntil(kept.is_file)
@@ -370,7 +370,7 @@ def test_a_draft_that_cannot_be_read_is_kept_beside_the_next_one(made):
     (protocols / "unreadable-1.draft").write_bytes(b"earlier")
     made.protocol_editor.restore_unsaved()
     assert made.said[-1] == f"{protocols / UNSAVED} cannot be read; it is kept as unreadable-2.draft"
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
     made.qtbot.waitUntil((protocols / UNSAVED).is_file)
     assert (protocols / "unreadable-2.draft").read_bytes() == b'{"protocol": "cut'
@@ -399,7 +399,7 @@ def test_a_draft_that_cannot_be_kept_is_asked_about_before_the_window_closes(qtb
 
 
 def test_a_draft_that_could_be_kept_is_not_there_again_after_it_was_saved(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     made.type(made.protocol_editor.rows["study"].controls["title"], "Half done")
     assert not made.workspace.would_lose  # but another workspace would, and the window stays open
     made.keep()
@@ -409,7 +409,7 @@ def test_a_draft_that_could_be_kept_is_not_there_again_after_it_was_saved(made):
 
 def test_stimuli_come_from_a_table_after_asking(made):
     workspace, protocol_editor = made.workspace, made.protocol_editor
-    made.click(workspace.library.new)
+    made.click(workspace.study_list.new)
     made.page(2)
     table = made.folder / "trials.csv"
     table.write_text("stimulus,like,level_m_s2,place\nheel,A,2,back\ntoe,A,1,front\n")
@@ -419,14 +419,14 @@ def test_stimuli_come_from_a_table_after_asking(made):
     made.click(next(button for button in box.buttons() if button.text() == "Present them"))
     made.page(3)
     made.click(protocol_editor.save_button)
-    saved = workspace.library.study.protocol
+    saved = workspace.study_list.study.protocol
     assert {name: (one.level_m_s2, one.factors) for name, one in saved.stimuli.items()} == {
         "heel": (2.0, {"place": "back"}),
         "toe": (1.0, {"place": "front"}),
     }
     assert saved.stages[0].method.parameters["rated"] == ["heel", "toe"]
     made.click(protocol_editor.close_button)
-    made.click(workspace.library.new)
+    made.click(workspace.study_list.new)
     made.page(2)
     table.write_text("stimulus,like\nheel,B\n")
     protocol_editor.stimuli.import_table(table)
@@ -437,7 +437,7 @@ def test_stimuli_come_from_a_table_after_asking(made):
 @pytest.mark.parametrize("width", [960, 1024, 1280])  # 1920 at 200 %, the least width, a usual one
 def test_no_field_of_a_study_is_cut_in_a_narrow_window(made, width):
     made.workspace.resize(width, 540)
-    made.click(made.workspace.library.copy_button)
+    made.click(made.workspace.study_list.copy_button)
     for page in range(5):
         made.page(page)
         areas = [area for area in made.protocol_editor.findChildren(QScrollArea) if area.isVisible()]
@@ -463,7 +463,7 @@ def test_save_means_the_study_that_is_made_also_when_tab_has_left_its_last_field
 
 
 def test_the_wheel_over_a_choice_scrolls_the_form_and_chooses_nothing(made):
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     editor, window = made.protocol_editor, made.workspace.window()
     made.page(1)
     made.click(editor.questions.add)

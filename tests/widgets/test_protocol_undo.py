@@ -14,7 +14,7 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def made(qtbot, tmp_path):
     """A hand with a new study open."""
     hand = Hand(qtbot, tmp_path)
-    hand.click(hand.workspace.library.new)
+    hand.click(hand.workspace.study_list.new)
     return hand
 
 
@@ -146,7 +146,7 @@ def test_another_study_begins_without_steps_and_saving_keeps_them(made):
     redo(made)
     assert not made.protocol_editor.is_changed
     made.qtbot.keyClick(title(made), Qt.Key.Key_Escape)
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     actions = made.protocol_editor.undo_actions
     assert not actions.undo.isEnabled()
     assert not actions.redo.isEnabled()

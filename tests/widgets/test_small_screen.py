@@ -48,7 +48,7 @@ def test_another_page_begins_at_its_left(made):
     area = made.workspace.stack.parentWidget().parentWidget()
     area.horizontalScrollBar().setValue(50)
     assert area.horizontalScrollBar().value() == 50
-    made.click(made.workspace.library.new)
+    made.click(made.workspace.study_list.new)
     assert area.horizontalScrollBar().value() == 0
 
 

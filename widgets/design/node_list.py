@@ -1,23 +1,20 @@
 """The list of node types by family, and a search field, for the palette and the canvas."""
 
 from collections.abc import Collection
-from typing import ClassVar
 
-from PySide6.QtCore import QEvent, QMimeData, QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter, QPen
+from PySide6.QtCore import QEvent, QMimeData, QRect, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter
 from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QWidget,
 )
 
 from underfoot.patch.node import NodeType, Registry
 from underfoot.quantities import pretty_text
 from underfoot.widgets import theme
+from underfoot.widgets.design.headed_row import HeadedRow, Index
 from underfoot.widgets.design.node_geometry import accent
 from underfoot.widgets.escape import is_escape_override
 
@@ -29,8 +26,7 @@ FAMILIES = (
     *("Modulation", "Outputs"),
 )
 """The order of the families; others follow."""
-_HEADING = 28
-Index = QModelIndex | QPersistentModelIndex
+_ROW_PX = 24
 _TYPE, _COLOUR, _NOTE = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1, Qt.ItemDataRole.UserRole + 2
 
 
@@ -45,7 +41,7 @@ class NodeList(QListWidget):
         self._allowed: Collection[str] | None = None
         self._preferred: Collection[str] = ()
         self._first = ""
-        self.setItemDelegate(_Row(self))
+        self.setItemDelegate(HeadedRow(self, _ROW_PX, _paint_node))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setMouseTracking(True)
@@ -208,65 +204,24 @@ def rank(type: NodeType, text: str) -> int:
     return 1 if any(part.startswith(words[0]) for part in label.split()) else (2 if words[0] in label else 3)
 
 
-class HeadedRow(QStyledItemDelegate):
-    """A heading; or, if it has data of the role `UserRole`, a row of `row_px` that a subclass paints."""
-
-    row_px: ClassVar[int]
-
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        return QSize(80, self.row_px if index.data(Qt.ItemDataRole.UserRole) else _HEADING)
-
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        rect: QRect = option.rect
-        state: QStyle.StateFlag = option.state
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if not index.data(Qt.ItemDataRole.UserRole):
-            painter.setFont(theme.font(theme.SMALL_PX, bold=True))
-            painter.setPen(QColor(theme.MUTED))
-            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
-            painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
-        else:
-            is_offered = bool(state & (QStyle.StateFlag.State_Selected | QStyle.StateFlag.State_MouseOver))
-            if is_offered:
-                self._paint_ground(painter, option)
-            self.paint_row(painter, rect, index, is_offered)
-        painter.restore()
-
-    def paint_row(self, painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
-        """Paint a row on its ground. `is_offered`: it is current or under the mouse."""
-        raise NotImplementedError
-
-    def _paint_ground(self, painter: QPainter, option: QStyleOptionViewItem) -> None:
-        """Paint the ground of a row that is current or under the mouse, with a border if the keys go to it."""
-        state: QStyle.StateFlag = option.state
-        has_focus = bool(state & QStyle.StateFlag.State_HasFocus)
-        painter.setPen(QPen(QColor(theme.VIBRATION)) if has_focus else QPen(Qt.PenStyle.NoPen))
-        painter.setBrush(QColor(theme.HOVER if state & QStyle.StateFlag.State_Selected else theme.RAISED))
-        painter.drawRoundedRect(QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
+def _paint_node(painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
+    """Paint a node with a bar in its colour."""
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(theme.mixed(theme.current_colour(index.data(_COLOUR)), theme.PANEL, 0.7)))
+    painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
+    painter.setFont(theme.font())
+    painter.setPen(QColor(theme.TEXT))
+    align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+    room = rect.adjusted(20, 0, -4, 0)
+    cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
+    painter.drawText(room, align, cut)
+    if index.data(_NOTE):
+        _paint_note(painter, room.adjusted(painter.fontMetrics().horizontalAdvance(cut), 0, -2, 0), index)
 
 
-class _Row(HeadedRow):
-    """A heading, or a node with a bar in its colour."""
-
-    row_px = 24
-
-    def paint_row(self, painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.mixed(theme.current_colour(index.data(_COLOUR)), theme.PANEL, 0.7)))
-        painter.drawRoundedRect(rect.x() + 4, rect.y() + 4, 5, rect.height() - 8, 1.5, 1.5)
-        painter.setFont(theme.font())
-        painter.setPen(QColor(theme.TEXT))
-        align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        room = rect.adjusted(20, 0, -4, 0)
-        cut = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideRight, room.width())
-        painter.drawText(room, align, cut)
-        if index.data(_NOTE):
-            self._paint_note(painter, room.adjusted(painter.fontMetrics().horizontalAdvance(cut), 0, -2, 0), index)
-
-    def _paint_note(self, painter: QPainter, room: QRect, index: Index) -> None:
-        """Paint the note in small type at the end of the line, if the name leaves space."""
-        painter.setFont(theme.font(theme.SMALL_PX))
-        if painter.fontMetrics().horizontalAdvance(index.data(_NOTE)) + theme.GRID <= room.width():
-            painter.setPen(QColor(theme.MUTED))
-            painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, index.data(_NOTE))
+def _paint_note(painter: QPainter, room: QRect, index: Index) -> None:
+    """Paint the note in small type at the end of the line, if the name leaves space."""
+    painter.setFont(theme.font(theme.SMALL_PX))
+    if painter.fontMetrics().horizontalAdvance(index.data(_NOTE)) + theme.GRID <= room.width():
+        painter.setPen(QColor(theme.MUTED))
+        painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, index.data(_NOTE))

@@ -19,11 +19,11 @@ from underfoot.engine.preset_pictures import PresetPicture
 from underfoot.patch.preset_files import Preset
 from underfoot.widgets import theme
 from underfoot.widgets.design import preset_drops
-from underfoot.widgets.design.node_list import HeadedRow, Index
+from underfoot.widgets.design.headed_row import HeadedRow, Index
 
 _PRESET, _PICTURE, _IS_STARRED = (Qt.ItemDataRole.UserRole + i for i in range(3))
 _OWN_KEYS = (Qt.Key.Key_Escape, Qt.Key.Key_Delete, Qt.Key.Key_Asterisk)
-_STAR_PX, _LEVEL_PX = 20, 58
+_ROW_PX, _STAR_PX, _LEVEL_PX = 46, 20, 58
 
 
 class PresetList(QListWidget):
@@ -42,7 +42,7 @@ class PresetList(QListWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setItemDelegate(_Row(self))
+        self.setItemDelegate(HeadedRow(self, _ROW_PX, _paint_row))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
         self.setMouseTracking(True)
@@ -181,36 +181,33 @@ def level_text(picture: PresetPicture) -> str:
     return f"{picture.peak_m_s2:.1f} m/s² peak, {picture.felt_db:.0f} dB over the threshold in a shoe"
 
 
-class _Row(HeadedRow):
-    """A heading, or a preset with its picture and its star."""
-
-    row_px = 46
-
-    def paint_row(self, painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
-        self._paint_preset(painter, rect, index)
-        if index.data(_IS_STARRED) or is_offered:
-            painter.setFont(theme.font())
-            painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
-            star = QRect(rect.right() - _STAR_PX, rect.y(), _STAR_PX, rect.height())
-            painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
-
-    def _paint_preset(self, painter: QPainter, rect: QRect, index: Index) -> None:
-        picture: PresetPicture | None = index.data(_PICTURE)
-        text = rect.adjusted(8, 4, -_STAR_PX, -6)
-        align = Qt.AlignmentFlag.AlignLeft
+def _paint_row(painter: QPainter, rect: QRect, index: Index, is_offered: bool) -> None:
+    """Paint a preset with its picture and its star."""
+    _paint_preset(painter, rect, index)
+    if index.data(_IS_STARRED) or is_offered:
         painter.setFont(theme.font())
-        painter.setPen(QColor(theme.TEXT))
-        name = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideMiddle, text.width())
-        painter.drawText(text, align | Qt.AlignmentFlag.AlignTop, name)
-        painter.setFont(theme.font(theme.SMALL_PX))
-        painter.setPen(QColor(theme.MUTED))
-        level = "" if picture is None or picture.felt_db is None else f"{picture.peak_m_s2:.1f} m/s²"
-        painter.drawText(text, align | Qt.AlignmentFlag.AlignBottom, level)
-        if picture is not None:
-            place = QRectF(text.adjusted(_LEVEL_PX, text.height() - 18, -4, 2))
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.VIBRATION))
-            painter.drawPolygon(_outline(picture, place))
+        painter.setPen(QColor(theme.EVENTS if index.data(_IS_STARRED) else theme.FAINT))
+        star = QRect(rect.right() - _STAR_PX, rect.y(), _STAR_PX, rect.height())
+        painter.drawText(star, Qt.AlignmentFlag.AlignCenter, "★" if index.data(_IS_STARRED) else "☆")
+
+
+def _paint_preset(painter: QPainter, rect: QRect, index: Index) -> None:
+    picture: PresetPicture | None = index.data(_PICTURE)
+    text = rect.adjusted(8, 4, -_STAR_PX, -6)
+    align = Qt.AlignmentFlag.AlignLeft
+    painter.setFont(theme.font())
+    painter.setPen(QColor(theme.TEXT))
+    name = painter.fontMetrics().elidedText(index.data(), Qt.TextElideMode.ElideMiddle, text.width())
+    painter.drawText(text, align | Qt.AlignmentFlag.AlignTop, name)
+    painter.setFont(theme.font(theme.SMALL_PX))
+    painter.setPen(QColor(theme.MUTED))
+    level = "" if picture is None or picture.felt_db is None else f"{picture.peak_m_s2:.1f} m/s²"
+    painter.drawText(text, align | Qt.AlignmentFlag.AlignBottom, level)
+    if picture is not None:
+        place = QRectF(text.adjusted(_LEVEL_PX, text.height() - 18, -4, 2))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(theme.VIBRATION))
+        painter.drawPolygon(_outline(picture, place))
 
 
 def _outline(picture: PresetPicture, place: QRectF) -> QPolygonF:

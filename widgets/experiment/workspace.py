@@ -12,13 +12,13 @@ from underfoot.widgets.controls.question import ask
 from underfoot.widgets.controls.scrolled import scrolling_pages
 from underfoot.widgets.dialogs.shortcuts import Keys
 from underfoot.widgets.experiment.experimenter_view import ExperimenterView
-from underfoot.widgets.experiment.library import StudyLibrary
 from underfoot.widgets.experiment.overview import StudyOverview
 from underfoot.widgets.experiment.protocol_editor import ProtocolEditor
 from underfoot.widgets.experiment.running_study import RunningStudy
 from underfoot.widgets.experiment.session_start import SessionStart
 from underfoot.widgets.experiment.studies import SessionFolder, StudyFile
 from underfoot.widgets.experiment.study_findings import StudyFindings
+from underfoot.widgets.experiment.study_list import StudyList
 from underfoot.widgets.session.controller import SessionController
 from underfoot.widgets.workspace import Workspace, WorkspaceContext
 
@@ -48,9 +48,9 @@ class ExperimentWorkspace(Workspace):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self._controller: SessionController | None = None
         self.sessions = SessionFolder(root)
-        self.library = StudyLibrary(registry, own, self.sessions)
-        self.start = SessionStart(self.library.study, self.sessions)
-        self.findings = StudyFindings(self.library.study, self.sessions, self)
+        self.study_list = StudyList(registry, own, self.sessions)
+        self.start = SessionStart(self.study_list.study, self.sessions)
+        self.findings = StudyFindings(self.study_list.study, self.sessions, self)
         self.overview = StudyOverview(self.start, self.findings)
         self.experimenter = ExperimenterView()
         self.running = RunningStudy(self.experimenter)
@@ -61,11 +61,11 @@ class ExperimentWorkspace(Workspace):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self.library)
+        layout.addWidget(self.study_list)
         layout.addWidget(scrolling_pages(self.stack), 1)
-        self.focused_first = self.library
+        self.focused_first = self.study_list
         self._connect()
-        self._show_study(self.library.study)
+        self._show_study(self.study_list.study)
 
     # --- as a workspace ---
 
@@ -76,12 +76,12 @@ class ExperimentWorkspace(Workspace):
         self.start.attach(context.controller, context.settings)
         bridge.reported.connect(self.running.take)
         bridge.ticked.connect(self.running.tick)
-        self.library.attach(nodes)
+        self.study_list.attach(nodes)
         self.protocol_editor.restore_unsaved()
 
     def set_active(self, active: bool) -> None:
         if active:
-            self.library.ask_to_run_nodes()
+            self.study_list.ask_to_run_nodes()
 
     def shortcuts(self) -> Keys:
         return SHORTCUTS
@@ -127,19 +127,19 @@ class ExperimentWorkspace(Workspace):
             self.start.show_study(study)
 
     def _show_editor(self) -> None:
-        self.library.setEnabled(False)
+        self.study_list.setEnabled(False)
         self.stack.setCurrentWidget(self.protocol_editor)
 
     def _close_editor(self, has_saved: bool) -> None:
         """Return to the list of studies; after a save, focus the field of the participant's id."""
-        self.library.setEnabled(True)
+        self.study_list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
-        (self.start.participant if has_saved else self.library.list).setFocus()
+        (self.start.participant if has_saved else self.study_list.list).setFocus()
 
     def _add_saved(self, path: Path) -> None:
         """Add a saved protocol to the list, and select it."""
         self.findings.forget_people(path)
-        self.library.add(path, is_own=True)
+        self.study_list.add(path, is_own=True)
         self.start.participant.clear()
         self.notified.emit(f"Saved as {path}")
 
@@ -157,30 +157,30 @@ class ExperimentWorkspace(Workspace):
         except UnderfootError as error:
             self.overview.state.setText(str(error))
         if self.running.is_on:
-            self.library.setEnabled(False)
+            self.study_list.setEnabled(False)
             self.stack.setCurrentWidget(self.experimenter)
             self.experimenter.setFocus()
             self.running.show_participant()
 
     def _end(self, study: StudyFile, participant: str) -> None:
         """Return to the choice of a study; `participant` is the id of who has finished the study, or ""."""
-        self.library.setEnabled(True)
+        self.study_list.setEnabled(True)
         self.stack.setCurrentWidget(self.overview)
         self.start.participant.setFocus()
-        self._show_study(self.library.study)
+        self._show_study(self.study_list.study)
         if participant:
             self.start.show_end(participant, is_pilot=study.is_pilot)
 
     def _connect(self) -> None:
-        self.library.chosen.connect(self._show_study)
-        self.library.new_requested.connect(self.protocol_editor.make_new)
-        self.library.copy_requested.connect(lambda: self.protocol_editor.make_copy(self.library.study))
-        self.library.edit_requested.connect(lambda: self.protocol_editor.edit_study(self.library.study))
+        self.study_list.chosen.connect(self._show_study)
+        self.study_list.new_requested.connect(self.protocol_editor.make_new)
+        self.study_list.copy_requested.connect(lambda: self.protocol_editor.make_copy(self.study_list.study))
+        self.study_list.edit_requested.connect(lambda: self.protocol_editor.edit_study(self.study_list.study))
         self.protocol_editor.opened.connect(self._show_editor)
         self.protocol_editor.saved.connect(self._add_saved)
         self.protocol_editor.closed.connect(self._close_editor)
         self.start.begin_requested.connect(self._begin)
         self.findings.loaded.connect(self.loaded)
         self.running.ended.connect(self._end)
-        for part in (self.library, self.protocol_editor, self.running):
+        for part in (self.study_list, self.protocol_editor, self.running):
             part.notified.connect(self.notified)

@@ -144,12 +144,12 @@ def test_a_study_is_asked_about_and_a_copy_of_it_takes_the_node_along(qtbot, own
     window = quiet_window(qtbot, own_node.folder / "kept")
     window.workspaces.create_all()
     desk = window.workspaces["Experiment"]
-    desk.library.open_protocol(protocol)
+    desk.study_list.open_protocol(protocol)
     assert own_node.runs == 0
     answer(qtbot, window, "Run it")
     assert own_node.runs == 1
-    assert desk.library.study.protocol.title == "Hums"
-    desk.protocol_editor.make_copy(desk.library.study)
+    assert desk.study_list.study.protocol.title == "Hums"
+    desk.protocol_editor.make_copy(desk.study_list.study)
     copied = own_node.folder / "kept" / "protocols" / "patches" / "nodes" / own_node.file.name
     assert copied.read_bytes() == own_node.file.read_bytes()
     assert desk.protocol_editor.draft.first_mistake() == ""
@@ -163,10 +163,10 @@ def test_a_study_of_ones_own_waits_for_the_answer_when_its_page_is_opened(qtbot,
     window = quiet_window(qtbot, kept)
     window.workspaces.create_all()
     desk = window.workspaces["Experiment"]
-    assert "Hums" not in [study.protocol.title for study in desk.library.studies]
+    assert "Hums" not in [study.protocol.title for study in desk.study_list.studies]
     window.workspaces.choose("Experiment")
     answer(qtbot, window, "Run it")
-    assert "Hums" in [study.protocol.title for study in desk.library.studies]
+    assert "Hums" in [study.protocol.title for study in desk.study_list.studies]
 
 
 def test_a_patch_that_is_saved_elsewhere_takes_its_node_along_and_writes_over_no_other(qtbot, own_node):

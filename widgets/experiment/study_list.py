@@ -1,4 +1,4 @@
-"""The library of studies: the presets, the user's own protocols, and those that were opened from elsewhere."""
+"""The list of studies: the presets, the user's own protocols, and those that were opened from elsewhere."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from underfoot.widgets.session.own_nodes import OwnNodes
 LIST_PX = 40 * theme.GRID
 
 
-class StudyLibrary(QWidget):
+class StudyList(QWidget):
     """Lists the studies by title, of which one is selected; the user's own protocols are in the folder `own`."""
 
     chosen = Signal(object)

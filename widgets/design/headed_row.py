@@ -1,0 +1,54 @@
+"""Rows under headings, as the lists of nodes and of presets have them."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QListWidget, QStyle, QStyledItemDelegate, QStyleOptionViewItem
+
+from underfoot.widgets import theme
+
+_HEADING_PX = 28
+
+Index = QModelIndex | QPersistentModelIndex
+
+
+class HeadedRow(QStyledItemDelegate):
+    """A heading; or, where an item has data of the role `UserRole`, a row of `row_px`.
+
+    `paint_row` paints it on its ground; the last argument is whether it is current or under the mouse.
+    """
+
+    def __init__(
+        self, shown: QListWidget, row_px: int, paint_row: Callable[[QPainter, QRect, Index, bool], None]
+    ) -> None:
+        super().__init__(shown)
+        self._row_px, self._paint_row = row_px, paint_row
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        return QSize(80, self._row_px if index.data(Qt.ItemDataRole.UserRole) else _HEADING_PX)
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if not index.data(Qt.ItemDataRole.UserRole):
+            painter.setFont(theme.font(theme.SMALL_PX, bold=True))
+            painter.setPen(QColor(theme.MUTED))
+            align = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom
+            painter.drawText(rect.adjusted(4, 0, 0, -4), align, index.data())
+        else:
+            is_offered = bool(state & (QStyle.StateFlag.State_Selected | QStyle.StateFlag.State_MouseOver))
+            if is_offered:
+                _paint_ground(painter, rect, state)
+            self._paint_row(painter, rect, index, is_offered)
+        painter.restore()
+
+
+def _paint_ground(painter: QPainter, rect: QRect, state: QStyle.StateFlag) -> None:
+    """Paint the ground of a row that is current or under the mouse, with a border if the keys go to it."""
+    has_focus = bool(state & QStyle.StateFlag.State_HasFocus)
+    painter.setPen(QPen(QColor(theme.VIBRATION)) if has_focus else QPen(Qt.PenStyle.NoPen))
+    painter.setBrush(QColor(theme.HOVER if state & QStyle.StateFlag.State_Selected else theme.RAISED))
+    painter.drawRoundedRect(QRectF(rect).adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
