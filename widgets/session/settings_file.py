@@ -4,13 +4,15 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QLockFile, QObject, QTimer
 
 from underfoot.errors import UnderfootError
 from underfoot.widgets.session.settings import Settings
 
 LOOK_MS = 2000
 """Interval between checks for changes: the most that is lost if the window is killed."""
+LOCK_MS = 5000
+"""Longest wait for other windows that write; each takes milliseconds, and one that hangs must not hold the others."""
 
 
 class SettingsFile(QObject):
@@ -51,8 +53,16 @@ class SettingsFile(QObject):
             self._writer.submit(self._write, self._last_seen)
 
     def _write(self, settings: Settings) -> None:
-        """Write what has changed since the last time; all of it where the file is gone. Runs in the thread."""
-        there = Settings.read(self._folder)
-        made = settings if there is None else settings.added_to(there, self._last_written)
-        made.save(self._folder)
+        """Write what has changed since the last time; all of it where the file is gone. Runs in the thread.
+
+        Under a lock: a window that reads before another has written, and writes after it, takes back what it wrote.
+        """
+        lock = QLockFile(str(self._folder / "settings.lock"))
+        lock.tryLock(LOCK_MS)
+        try:
+            there = Settings.read(self._folder)
+            made = settings if there is None else settings.added_to(there, self._last_written)
+            made.save(self._folder)
+        finally:
+            lock.unlock()
         self._last_written = settings

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from on_screen import show
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
 from windows import LONG_MS, choose_file, design, dialog_of, noise_patch, quiet_window
 
@@ -14,8 +14,10 @@ from underfoot.floor.layout import default_floor
 from underfoot.nodes import REGISTRY
 from underfoot.patch.file_paths import with_files_kept
 from underfoot.patch.patch import Patch
+from underfoot.widgets.session import settings_file
 from underfoot.widgets.session.autosave import Autosave, RecoveredWork
 from underfoot.widgets.session.settings import Settings
+from underfoot.widgets.session.settings_file import SettingsFile
 from underfoot.widgets.window import MainWindow
 
 
@@ -161,6 +163,22 @@ def test_settings_of_two_windows_are_kept(qtbot, tmp_path):
     two.close()
     kept = Settings.load(tmp_path)
     assert (kept.recent, kept.theme, kept.stars) == ([paths[2], paths[0]], "light", ["gravel.json"])
+
+
+def test_settings_written_at_the_same_time_are_kept(qtbot, tmp_path, monkeypatch):
+    monkeypatch.setattr(settings_file, "LOOK_MS", 1)
+    Settings().save(tmp_path)
+    owner = QObject()
+    files = [SettingsFile(tmp_path, pytest.fail, owner) for _ in range(3)]
+    expected = set()
+    for turn in range(5):
+        for number, file in enumerate(files):
+            file.settings.stars = [*file.settings.stars, f"{number}-{turn}.json"]
+            expected.add(f"{number}-{turn}.json")
+        qtbot.waitUntil(lambda: expected == set(Settings.load(tmp_path).stars), timeout=LONG_MS)
+    for file in files:
+        file.close()
+    assert set(Settings.load(tmp_path).stars) == expected
 
 
 def test_two_windows_keep_their_work_apart(tmp_path):
