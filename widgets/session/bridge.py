@@ -30,7 +30,7 @@ HEALTH_TICKS = 6
 SILENT_TICKS = 60
 """Ticks without a force sample after which the floor is silent: its line is gone, or nothing sends."""
 TRACKING_BUDGET_S = 0.006
-"""Seconds per tick available to footstep tracking; the rest waits for the next tick."""
+"""Seconds of the processor per tick available to footstep tracking; the rest waits for the next tick."""
 
 
 class Bridge(QObject):

@@ -79,18 +79,21 @@ class FootstepTracker:
             self._pending.append((frames[chunk] / self.rate_hz, force_n[chunk]))
 
     def track(self, budget_s: float) -> tuple[ForceUpdate | None, list[Step]]:
-        """Track queued samples for about `budget_s`; return the tracked ones, if any, and new footsteps."""
+        """Track queued samples for about `budget_s` of the processor; return them, if any, and new footsteps.
+
+        What other programs take does not count: where they leave little, what waits would never be caught up with.
+        """
         tracker = self._ready_tracker()
         if tracker is None:
             return None, []
-        until = time.perf_counter() + budget_s
+        until = time.thread_time() + budget_s
         done, steps = [], []
         while self._pending:
             time_s, force_n = self._pending.popleft()
             tracked = tracker.feed(time_s, force_n)
             steps += self._counter.feed(tracked.finished, float(time_s[-1]))
             done.append((time_s, force_n, tracked.rows))
-            if time.perf_counter() > until:
+            if time.thread_time() > until:
                 break
         if not done:
             return None, steps

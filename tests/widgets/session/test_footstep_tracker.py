@@ -1,5 +1,8 @@
 """Footsteps and contacts in recorded forces, tracked as a session's would be."""
 
+import signal
+import time
+
 import numpy as np
 import pytest
 from measured import needs_data, walk
@@ -60,3 +63,22 @@ def test_a_long_backlog_is_tracked_in_chunks(recorded):
     assert len(lengths) > 1
     assert max(lengths) <= 512 // len(floor.tiles)
     assert sum(lengths) == len(forces.time_s)
+
+
+@pytest.fixture
+def busy_processor():
+    """Other work has the processor for 0.2 s whenever this process has had some milliseconds of it."""
+    before = signal.signal(signal.SIGVTALRM, lambda *_: time.sleep(0.2))
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.004, 0.004)
+    yield
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    signal.signal(signal.SIGVTALRM, before)
+
+
+def test_what_waits_is_caught_up_with_also_on_a_busy_processor(recorded, busy_processor):
+    floor, forces = recorded
+    tracker = ready(floor, forces)
+    for at in range(0, len(forces.time_s), 4):
+        tracker.add(forces.time_s[at : at + 4] * 48_000.0, forces.force_n[at : at + 4])
+    told, _ = tracker.track(0.2)
+    assert len(told.time_s) == len(forces.time_s)
