@@ -10,7 +10,7 @@ RAMP = 240
 """Frames in which a changed control reaches its new value."""
 
 FADE = 480
-"""Frames of the crossfade from one program to the next."""
+"""Frames of a fade: from one program or equaliser to the next, and of outputs that open or close."""
 
 
 def next_span(frame: int) -> int:

@@ -175,7 +175,7 @@ class PlayRecord:
         self.lost |= self.played_frames < len(self._played) and not self.silenced
 
     def silence(self) -> None:
-        """Ramp down, within 10 ms, what is not yet in the device's buffer, and end; before `run`, play nothing."""
+        """Ramp down, in `FADE` frames, what is not yet in the device's buffer, and end; before `run`, play nothing."""
         self.silenced = True
 
     def _exchange(self, indata: CData, out: CData, frames: int, time: CData, status: "CallbackFlags") -> None:

@@ -223,7 +223,7 @@ class Play(Command, frozen=True):
 
 
 class Panic(Command, frozen=True):
-    """Close the outputs within 1 ms, before all other commands. Sent by the engine itself at the panic byte."""
+    """Close the outputs, before all other commands. Made by the engine itself at the panic byte."""
 
     def apply(self, loop: LoopParts, frame: int) -> None:
         loop.safety.panic(frame)

@@ -71,7 +71,7 @@ class FurtherCard:
         self._gain[0] = 0.0
 
     def silence(self, *, on: bool) -> None:
-        """Ramp the output down within a millisecond, or open it again."""
+        """Ramp the output down in `PANIC` frames, or open it again."""
         self._is_silenced = on
 
     def write(self, out: NDArray[np.float32], n: int) -> None:

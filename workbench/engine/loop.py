@@ -144,7 +144,7 @@ class Loop:
         self._waiting.append((next_span(self.frame if frame is None else frame), action))
 
     def panic(self) -> None:
-        """Close the outputs within 1 ms from the next span edge on, before all commands already sent."""
+        """Close the outputs from the next span edge on, before all commands already sent."""
         self._waiting.appendleft((next_span(self.frame), Panic()))
 
     def run(self, n: int) -> None:

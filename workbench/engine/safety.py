@@ -86,7 +86,7 @@ class Safety:
         self._limit = _limit.specialised(self._where, np.zeros((1, 1)), np.zeros(1, np.uint8), 0, 0, 0)
 
     def rescale(self, row: int, acceleration_per_unit: float, frame: int) -> None:
-        """Ramp the acceleration of a row's full scale to this value (m/s^2) within 10 ms from `frame` on."""
+        """Fade the acceleration of a row's full scale to this value (m/s^2) from `frame` on."""
         _turn(self._rows["scale"][row : row + 1], 1.0 / acceleration_per_unit, frame, FADE)
 
     def level(self, gain: float, frame: int) -> None:
@@ -105,12 +105,12 @@ class Safety:
         self._level[0] = (gain, gain, frame, RAMP)
 
     def open(self, on: bool, frame: int) -> None:
-        """Open or close the outputs, in a ramp of 10 ms from `frame` on. A closing ramp continues unchanged."""
+        """Fade the outputs in or out from `frame` on. A fade out that has begun continues unchanged."""
         if on or self._opening["target"][0] != 0.0:
             _turn(self._opening, float(on), frame, FADE)
 
     def panic(self, frame: int) -> None:
-        """Close the outputs in a ramp of 1 ms from `frame` on."""
+        """Close the outputs in a ramp of `PANIC` frames from `frame` on."""
         _turn(self._opening, 0.0, frame, PANIC)
 
     def closed(self, frame: int) -> bool:

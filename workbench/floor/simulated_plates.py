@@ -5,7 +5,7 @@ A tile is a shaker, its compression, and a body of plate, frame, mounts and the 
 one linear system without load, and another for each place of a foot on a grid between the sensors. Under a foot three
 systems run, those at the corners of the grid triangle around it, weighted by its position (barycentric). When the foot
 moves to the next triangle, the systems in common continue and the others begin at rest. A change to another load, or to
-a triangle further away, is a crossfade of 10 ms.
+a triangle further away, is a crossfade of `FADE` frames.
 """
 
 import hashlib
