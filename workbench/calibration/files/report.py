@@ -3,7 +3,6 @@
 import html
 import json
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 from underfoot.calibration.files.measurements import table
@@ -16,16 +15,16 @@ from underfoot.floor.profile import Profile
 from underfoot.quantities import quantity
 
 
-def write_report(result: Result, folder: Path, profile: Profile, notes: Sequence[str] = (), operator: str = "") -> Path:
+def write_report(result: Result, folder: Path, profile: Profile, operator: str = "") -> Path:
     """Write `<kind>.html`, its raw data and its figures to `folder`, made if missing; return the path of the page.
 
-    `profile` is the one with this result. `notes` are lines such as the source of the data; `operator` is the person
-    who measured, by default the account's name. `BadFile` if the folder cannot be written.
+    `profile` is the one with this result. `operator` is the person who measured, by default the account's name.
+    `BadFile` if the folder cannot be written.
     """
     # All is made before the first file is written: whoever interrupts what takes long leaves no half of a report.
     made = {f"{result.kind}-{name}.csv": table(header, rows, profile.tile) for name, header, rows in result.raw}
     made[f"{result.kind}.json"] = json.dumps(figures(result), indent=1).encode() + b"\n"
-    made[f"{result.kind}.html"] = page(result.title, _body(result, profile, notes, operator)).encode()
+    made[f"{result.kind}.html"] = page(result.title, _body(result, profile, operator)).encode()
     make_folder(folder)
     for name, data in made.items():
         write_file(folder / name, data)
@@ -43,7 +42,7 @@ def figures(result: Result) -> dict[str, object]:
     }
 
 
-def _body(result: Result, profile: Profile, notes: Sequence[str], operator: str) -> list[str]:
+def _body(result: Result, profile: Profile, operator: str) -> list[str]:
     """Return the page's elements: verdict, facts, warnings, drawings, figures, method and raw data."""
     part = profile.part(result.kind)
     facts = [
@@ -51,7 +50,6 @@ def _body(result: Result, profile: Profile, notes: Sequence[str], operator: str)
         ("serial number", profile.serial or "not given"),
         ("reference", part.reference if part is not None else ""),
         *made_by(operator),
-        *(("", note) for note in notes),
     ]
     body = [f"<p><b>{html.escape(result.verdict)}</b></p>", facts_table(facts)]
     body += [f"<p>{html.escape(warning)}</p>" for warning in result.warnings]

@@ -118,10 +118,10 @@ def verdict_of(found: CentroidAccuracy) -> str:
     return text
 
 
-def part_of(found: CentroidAccuracy, reference: str, today: date | None = None) -> Centroid:
+def part_of(found: CentroidAccuracy, reference: str) -> Centroid:
     """Return the profile's part."""
     return Centroid(
-        made=(today or date.today()).isoformat(),
+        made=date.today().isoformat(),
         reference=reference,
         error=round(found.mean_mm, 4),
         error_allowed=1e3 * ALLOWED_M,

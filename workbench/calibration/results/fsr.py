@@ -103,11 +103,11 @@ def verdict_of(found: Linearisation) -> str:
     return text
 
 
-def part_of(found: Linearisation, reference: str, today: date | None = None) -> Fsr:
+def part_of(found: Linearisation, reference: str) -> Fsr:
     """Return the profile's part."""
     first, second, third, fourth = (sensor.curve for sensor in found.sensors)
     return Fsr(
-        made=(today or date.today()).isoformat(),
+        made=date.today().isoformat(),
         reference=reference,
         error=round(found.error_percent, 4),
         error_allowed=ALLOWED_PERCENT,

@@ -18,8 +18,8 @@ METHOD = (
 )
 
 
-def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None = None) -> Result:
-    """Return the result of round-trip delays; `today` dates the profile's part."""
+def result_of(found: ClickDelays, rate_hz: int, block: int) -> Result:
+    """Return the result of round-trip delays."""
     ms = 1e3 * found.delay_s
     median, high, worst = float(np.median(ms)), float(np.quantile(ms, 0.99)), float(ms.max())
     jitter = float(np.std(ms))
@@ -40,7 +40,7 @@ def result_of(found: ClickDelays, rate_hz: int, block: int, today: date | None =
     if not good:
         why = f"{found.lost} of {clicks} clicks were lost" if found.lost else f"it wavers by {jitter:.2f} ms"
         verdict += f" It is not steady: {why}. Take longer blocks, or another device."
-    day = (today or date.today()).isoformat()
+    day = date.today().isoformat()
     part = Latency(
         made=day,
         reference="the output, looped to the input",

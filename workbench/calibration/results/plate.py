@@ -24,9 +24,8 @@ def result_of(
     lines: Sequence[FootstepLine],
     samples: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
     reference: str,
-    today: date | None = None,
 ) -> Result:
-    """Return the result of footsteps: their lines, and force and displacement of each; `today` dates the part."""
+    """Return the result of footsteps: their lines, and force and displacement of each."""
     fit = plate_fit(lines)
     found = fit.calibration
     error = None if found.error is None else 100.0 * found.error
@@ -42,7 +41,7 @@ def result_of(
     soft, stiff = found.stiffness_n_mm[0], found.stiffness_n_mm[-1]
     verdict = f"The plate has {soft:.1f} to {stiff:.1f} N/mm. {error_words(fit)}"
     part = PlateStiffness(
-        made=(today or date.today()).isoformat(),
+        made=date.today().isoformat(),
         reference=reference,
         error=0.0 if error is None else float(f"{error:.4g}"),
         error_allowed=100.0 * ALLOWED_ERROR,

@@ -47,8 +47,8 @@ _COLOURS = {"none": "vibration", "standing": "force", "corner": "events"}
 _ORDER_COLOURS = dict(zip(ORDERS, ("force", "events", "contact", "muted"), strict=True))
 
 
-def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
-    """Return the result of a frequency response; `today` dates the profile's part."""
+def result_of(found: ResponseMeasurements) -> Result:
+    """Return the result of a frequency response."""
     quantities = quantities_of(found)
     values = {name: value for name, value, _ in quantities}
     after = "flatness_measured_db" if found.again is not None else "flatness_computed_db"
@@ -63,7 +63,7 @@ def result_of(found: ResponseMeasurements, today: date | None = None) -> Result:
     )
     if not good:
         verdict += f" That is not flat enough (allowed: {ALLOWED_DB:g} dB): choose a higher order, or repair the tile."
-    part = _part(found, values, after, good, verdict, today or date.today())
+    part = _part(found, values, after, good, verdict)
     return Result(
         kind="response",
         title=_TITLE,
@@ -207,9 +207,7 @@ def _level_change_db(found: ResponseMeasurements) -> float:
     return float(np.mean(found.relative_db(again[inside]) - found.relative_db(found.computed[inside])))
 
 
-def _part(
-    found: ResponseMeasurements, values: Mapping[str, float], after: str, good: bool, verdict: str, today: date
-) -> Response:
+def _part(found: ResponseMeasurements, values: Mapping[str, float], after: str, good: bool, verdict: str) -> Response:
     """Return the profile's part."""
     basis = found.basis
     low = max(float(basis.frequencies_hz[0]), 0.4 * found.band_hz[0])
@@ -217,7 +215,7 @@ def _part(
     grid = np.geomspace(low, high, max(round(_KEPT_AN_OCTAVE * math.log2(high / low)), 2))
     magnitude = found.sensitivity * np.interp(grid, basis.frequencies_hz, basis.magnitude)
     return Response(
-        made=today.isoformat(),
+        made=date.today().isoformat(),
         reference=f"accelerometer, {found.sensitivity:g} m/s^2 a full-scale input",
         error=round(values[after], 4),
         error_allowed=ALLOWED_DB,

@@ -80,24 +80,24 @@ class ResponseMeasurements:
         return np.asarray(20.0 * np.log10(np.maximum(self.sensitivity * magnitude / self.level, 1e-9)))
 
 
-def flatness_db(frequencies_hz: Array, relative_db: Array, band_hz: tuple[float, float] = INNER_HZ) -> float:
-    """Return the largest deviation from the midpoint between maximum and minimum, over a band.
+def flatness_db(frequencies_hz: Array, relative_db: Array) -> float:
+    """Return the largest deviation from the midpoint between maximum and minimum, within `INNER_HZ`.
 
     >>> flatness_db(np.array([50.0, 100.0, 200.0]), np.array([-9.0, 1.0, -1.0]))
     1.0
     """
-    inside = (frequencies_hz >= band_hz[0]) & (frequencies_hz <= band_hz[1])
-    require(bool(inside.any()), "band_hz", band_hz, "a band that was measured")
+    inside = (frequencies_hz >= INNER_HZ[0]) & (frequencies_hz <= INNER_HZ[1])
+    require(bool(inside.any()), "band_hz", INNER_HZ, "a band that was measured")
     return 0.5 * float(np.ptp(relative_db[inside]))
 
 
-def usable_band_hz(frequencies_hz: Array, relative_db: Array, below_db: float = USABLE_DB) -> tuple[float, float]:
-    """Return the band around 200 Hz in which the response is at most `below_db` below its level.
+def usable_band_hz(frequencies_hz: Array, relative_db: Array) -> tuple[float, float]:
+    """Return the band around 200 Hz in which the response is at most `USABLE_DB` below its level.
 
     >>> usable_band_hz(np.array([40.0, 50.0, 200.0, 700.0, 800.0]), np.array([-20.0, -9.0, 0.0, 1.0, -11.0]))
     (50.0, 700.0)
     """
-    good = relative_db >= -below_db
+    good = relative_db >= -USABLE_DB
     middle = int(np.argmin(np.abs(np.log(frequencies_hz / 200.0))))
     if not good[middle]:
         return 0.0, 0.0
