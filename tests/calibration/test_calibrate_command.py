@@ -5,12 +5,13 @@ import json
 import re
 import signal
 import sys
+from pathlib import Path
 
 import made_sensors
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, write_table
+from underfoot.calibration.files.measurements import PAIR_HEADER, PRESS_HEADER, table
 from underfoot.calibration.files.report import write_report
 from underfoot.calibration.procedures.fsr import FsrProcedure
 from underfoot.calibration.result import Result
@@ -31,9 +32,10 @@ def measured(folder):
     default_floor(1, 1).save("floor.json")
     rows = made_sensors.pairs_rows("straight, with an offset", gains=(1.0,) * 4)
     rows[:, 1] += 1.0
-    write_table("pairs.csv", PAIR_HEADER, rows, "t1")
+    Path("pairs.csv").write_bytes(table(PAIR_HEADER, rows, "t1"))
     at, load, forces = made_sensors.Robot(np.array(TILE.sensors_m), moved_m=0.008, loads=(60.0, 120.0, 180.0)).presses()
-    write_table("presses.csv", PRESS_HEADER, np.column_stack([at, load, 32768.0 + 60.0 * forces]), "t1")
+    rows = np.column_stack([at, load, 32768.0 + 60.0 * forces])
+    Path("presses.csv").write_bytes(table(PRESS_HEADER, rows, "t1"))
     return folder
 
 
@@ -284,7 +286,7 @@ def test_a_profile_of_another_tile_stays_as_it_was(underfoot, measured):
 def test_dead_sensors_are_refused_with_the_file(underfoot, measured):
     rows = np.loadtxt("pairs.csv", delimiter=",", skiprows=1, usecols=(0, 2, 3, 4))
     rows[:, 2] = 700.0
-    write_table("dead.csv", PAIR_HEADER, rows, "t1")
+    Path("dead.csv").write_bytes(table(PAIR_HEADER, rows, "t1"))
     found = underfoot("calibrate", "fsr", "--pairs", "dead.csv", "--profile", "t1.json")
     assert found.status == 1
     assert found.error.startswith(

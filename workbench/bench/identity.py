@@ -159,7 +159,7 @@ class WalkAccuracy:
     """Results for simulated people: contacts, steps, and persons.
 
     `splits` are feet with two contacts, `joins` contacts with two feet, each for more than 0.1 s. `sides_right` refers
-    to the steps that have a side. `person_idf1` and `person_switches` are of footsteps.
+    to the steps that have a side. `person_idf1` is of footsteps.
     """
 
     contacts: Identity
@@ -171,7 +171,6 @@ class WalkAccuracy:
     sides_right: int
     persons: int
     person_idf1: float
-    person_switches: int
 
 
 def simulate_walk(floor: Floor, people: Sequence[Person], seconds: float) -> WalkAccuracy:
@@ -222,10 +221,7 @@ def _accuracy(
     sides = [(step.side == "left") == bool(footfalls[foot]["left"]) for step, foot in stepped if step.side != "unknown"]
     persons = [(int(footfalls[foot]["person"]), step.person) for step, foot in stepped]
     together: dict[int, dict[int, int]] = {}
-    switches, last = 0, dict[int, int]()
     for true, found_id in persons:
-        switches += last.get(true, found_id) != found_id
-        last[true] = found_id
         together.setdefault(true, {})[found_id] = together.get(true, {}).get(found_id, 0) + 1
     return WalkAccuracy(
         contacts=found,
@@ -237,5 +233,4 @@ def _accuracy(
         sides_right=sum(sides),
         persons=len({found_id for _, found_id in persons}),
         person_idf1=2.0 * _best_assignment(together) / max(2 * len(persons) + len(steps) - len(stepped), 1),
-        person_switches=switches,
     )

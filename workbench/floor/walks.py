@@ -197,7 +197,6 @@ class _Footfall(Struct, eq=False):
     start_s: float
     end_s: float
     place_m: NDArray[np.float64]
-    heel_m: NDArray[np.float64]
     roll_m: NDArray[np.float64]
     force_n: float
     is_whole: bool
@@ -219,7 +218,6 @@ class _Footfall(Struct, eq=False):
             contact.start_s,
             contact.end_s,
             weight @ track,
-            track[loaded[0]],
             track[loaded[-1]] - track[loaded[0]],
             float(contact.force_n.mean()),
             is_step(contact),

@@ -79,7 +79,7 @@ def test_a_tile_belongs_to_the_address_that_sends_it_until_that_is_silent():
             assert not parser.is_contested(0)  # its own sender may have gone, and come back at another port
             assert heard(own, 0, 2, 0.2) == [2]
             assert parser.is_contested(0)
-            assert parser.counts_of(0).foreign == parser.counts.foreign == 1
+            assert parser.counts.foreign == 1
             mine, stranger = (port.sender_name(number) for number in parser.senders_of(0))
             assert mine == f"127.0.0.1:{own.getsockname()[1]}"
             assert stranger == f"127.0.0.1:{other.getsockname()[1]}"

@@ -9,7 +9,7 @@ from scipy.signal import freqs_zpk, lsim
 
 from underfoot.errors import BadValue
 from underfoot.models.filtering import poles
-from underfoot.models.filtering.poles import Poles, of_biquads, of_states
+from underfoot.models.filtering.poles import Poles, of_biquads, of_outputs
 
 RATE = 48_000.0
 
@@ -44,7 +44,7 @@ def test_a_drive_that_is_straight_between_samples_is_answered_exactly(seed):
         x = (ahead @ np.concatenate([x, [before, (now - before) / step]]))[:n]
         expected.append(c @ x + d * now)
         before = now
-    np.testing.assert_allclose(played(of_states(a, b, c, d), given, 4000.0), expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(played(of_outputs(a, b, [(c, d)])[0], given, 4000.0), expected, rtol=0, atol=1e-11)
 
 
 def test_scipy_says_the_same_of_a_ramp():
@@ -74,13 +74,15 @@ def test_a_sine_comes_out_as_the_transfer_says():
 
 @pytest.mark.parametrize("cuts", [(1, 2, 3), (7, 64, 71, 900), tuple(range(13, 1000, 13))])
 def test_cuts_do_not_change_a_bit(cuts):
-    system = of_states(*random_system(3))
+    a, b, c, d = random_system(3)
+    (system,) = of_outputs(a, b, [(c, d)])
     given = np.random.default_rng(0).standard_normal(1000)
     assert played(system, given).tobytes() == played(system, given, cuts=cuts).tobytes()
 
 
 def test_it_may_run_in_place():
-    system = of_states(*random_system(4))
+    a, b, c, d = random_system(4)
+    (system,) = of_outputs(a, b, [(c, d)])
     given = np.random.default_rng(0).standard_normal(300)
     expected = played(system, given)
     poles.run(*system.at_rate(RATE), given, given)
@@ -100,7 +102,7 @@ def test_very_slow_and_very_fast_poles_are_exact_too(speed):
 
 def test_what_is_neither_driven_nor_heard_is_left_out():
     a = np.diag([-1.0, -2.0, -3.0])
-    kept = of_states(a, np.array([1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0]), 0.0)
+    (kept,) = of_outputs(a, np.array([1.0, 0.0, 1.0]), [(np.array([1.0, 1.0, 0.0]), 0.0)])
     np.testing.assert_allclose(kept.poles, [-1.0])
 
 

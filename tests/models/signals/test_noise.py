@@ -5,6 +5,7 @@ import pytest
 from event_rows import rows_of
 from scipy import signal, stats
 
+from underfoot.models.filtering import second_order
 from underfoot.models.signals import noise
 from underfoot.models.signals.events import event_list
 from underfoot.models.signals.random import stream_key
@@ -43,9 +44,10 @@ def designed_texture(mean_s=0.02, burst_s=0.001, centre_hz=300.0, width_hz=15.0,
 
 
 def texture(frames, coefficients, key=KEY, block=None):
-    state, y = noise.TEXTURE_STATE.zeros(), np.empty(frames)
+    state, y = second_order.STATE.zeros(), np.empty(frames)
     for first, count in stretches(frames, block):
-        noise.run_texture(key, START + first, coefficients, state, y[first : first + count])
+        noise.bursts(key, START + first, coefficients, y[first : first + count])
+        second_order.run(y[first : first + count], coefficients.band_pass, state, y[first : first + count])
     return y
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from underfoot.errors import BadFile
-from underfoot.files import read_file, write_file
+from underfoot.files import read_file
 
 LARGEST_READING = 65535.0
 _LARGEST = 1e9
@@ -107,13 +107,8 @@ def read_presses(path: str | Path, tile: str = "") -> Presses:
     return Presses(str(names[mine][0]), at_m, columns["force_n"][mine], readings, known)
 
 
-def write_table(path: str | Path, header: str, rows: NDArray[np.float64], tile: str) -> None:
-    """Write a CSV of numbers beside the file and move it into place; a column `tile` in the header is filled in."""
-    write_file(path, table(header, rows, tile))
-
-
 def table(header: str, rows: NDArray[np.float64], tile: str) -> bytes:
-    """Return a CSV of numbers as `write_table` writes it."""
+    """Return a CSV of numbers; a column `tile` in the header is filled in."""
     names = header.split(",")
     at = names.index("tile") if "tile" in names else None
     before, after = (rows, rows[:, :0]) if at is None else (rows[:, :at], rows[:, at:])

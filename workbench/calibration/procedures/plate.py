@@ -92,7 +92,6 @@ class PositionStep(Step):
     """Step at one position of the servo: its move, or a footstep."""
 
     position: float = 0.0
-    is_footstep: bool = False
 
 
 class PlateProcedure(PagedProcedure):
@@ -196,7 +195,7 @@ class PlateProcedure(PagedProcedure):
                 f"Walk over it as usual; its servo is at position {position:g}.",
                 press=on,
             )
-            steps.append(PositionStep(page, self._footstep, k, position, is_footstep=True))
+            steps.append(PositionStep(page, self._footstep, k, position))
         return steps
 
     # --- data of each page ---

@@ -196,11 +196,6 @@ class Parser:
         known = self._state.tiles[tile]
         return bool(known["stale"] + known["doubled"] > WINDOW + 4 * known["accepted"])
 
-    def counts_of(self, tile: int) -> FrameCounts:
-        """Return the counts of one tile's frames; corrupted ones belong to no tile."""
-        known = self._state.tiles[tile]
-        return FrameCounts(*(int(known[name]) for name, _ in _COUNTS))
-
     def senders_of(self, tile: int) -> tuple[int, int]:
         """Return the number of the sender that a tile belongs to, and of the last other sender of its frames."""
         known = self._state.tiles[tile]

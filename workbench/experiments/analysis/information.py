@@ -6,22 +6,12 @@ insufficient samplings, arXiv physics/0307138, 2003), which removes most of the 
 """
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.experiments.analysis.estimate import Estimate
-
-
-def transmitted_bits(counts: ArrayLike, *, corrected: bool = True) -> float:
-    """Return the information in bits that answers (columns) carry about stimuli (rows); at least 0.
-
-    >>> transmitted_bits(12 * np.eye(8), corrected=False)
-    3.0
-    """
-    return _bits(_matrix(counts), _corrected_bits if corrected else _plug_in_bits)
 
 
 def information(counts: ArrayLike) -> Estimate:
@@ -38,10 +28,22 @@ def information(counts: ArrayLike) -> Estimate:
     """
     matrix = _matrix(counts)
     matrix = matrix[matrix.any(axis=1)][:, matrix.any(axis=0)]
-    value = _bits(matrix, _corrected_bits)
+    value = transmitted_bits(matrix)
     bits, above, spread = _compared(matrix)
     low, high = (_crossing(bits, above - sign * _SCORE * spread) for sign in (1.0, -1.0))
     return Estimate("information", value, min(low, value), max(high, value), "bit")
+
+
+def transmitted_bits(counts: ArrayLike) -> float:
+    """Return the corrected information in bits that answers (columns) carry about stimuli (rows); at least 0.
+
+    >>> round(transmitted_bits(12 * np.eye(8)), 2)
+    3.0
+    """
+    matrix = _matrix(counts)
+    total = int(matrix.sum())
+    within = sum(int(row.sum()) / total * _entropy_bits(row) for row in matrix if row.any())
+    return max(float(_entropy_bits(matrix.sum(axis=0)) - within), 0.0)
 
 
 _SCORE = 1.96
@@ -101,12 +103,6 @@ def _many_bits(counts: NDArray[np.int64], terms: NDArray[np.float64]) -> NDArray
     return np.asarray((np.log(total) * total - terms[answers].sum(axis=-1) + within) / total / math.log(2.0))
 
 
-def _bits(matrix: NDArray[np.int64], entropy: Callable[[NDArray[np.int64]], float]) -> float:
-    total = int(matrix.sum())
-    within = sum(int(row.sum()) / total * entropy(row) for row in matrix if row.any())
-    return max(float(entropy(matrix.sum(axis=0)) - within), 0.0)
-
-
 def _matrix(counts: ArrayLike) -> NDArray[np.int64]:
     matrix = np.asarray(counts)
     good = matrix.ndim == 2 and matrix.sum() > 0 and (matrix >= 0).all() and (matrix == matrix.astype(np.int64)).all()
@@ -114,12 +110,7 @@ def _matrix(counts: ArrayLike) -> NDArray[np.int64]:
     return matrix.astype(np.int64)
 
 
-def _plug_in_bits(counts: NDArray[np.int64]) -> float:
-    shares = counts[counts > 0] / counts.sum()
-    return float(-(shares * np.log2(shares)).sum())
-
-
-def _corrected_bits(counts: NDArray[np.int64]) -> float:
+def _entropy_bits(counts: NDArray[np.int64]) -> float:
     n = counts[counts > 0]
     return float((np.log(n.sum()) - (n * _log_of_count(n)).sum() / n.sum()) / math.log(2.0))
 

@@ -34,6 +34,7 @@ _LANES, _FEW = 8, 24
 """Poles processed at once; and the number of poles whose states stay in registers from sample to sample (as `_LANES`
 poles do), without waiting for memory."""
 _NEGLIGIBLE = 1e-100
+_LEAST_SHARE = 1e-12
 _SERIES = 0.3
 """Below this |p h|, exp(p h) - 1 would cancel; a series of 12 terms is exact to 1e-16 up to here."""
 
@@ -171,25 +172,13 @@ def of_biquads(zeros: ArrayLike, poles: ArrayLike, gain: float) -> Poles:
     return Poles(p[upper], residues[upper], gain if len(z) == len(p) else 0.0)
 
 
-def of_states(
-    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], direct: float, least: float = 1e-12
-) -> Poles:
-    """Return the system x' = a x + b u, y = c x + direct u, without poles that are not controllable or not observable.
-
-    A pole is left out if its part of the output stays below `least` of the largest.
-
-    >>> lowpass = of_states(np.array([[-100.0]]), np.array([100.0]), np.array([1.0]), 0.0)
-    >>> lowpass.poles.real.tolist(), lowpass.residues.real.tolist()  # 100 / (s + 100)
-    ([-100.0], [100.0])
-    """
-    return of_outputs(a, b, [(c, direct)], least)[0]
-
-
 def of_outputs(
-    a: NDArray[np.float64], b: NDArray[np.float64], outputs: Iterable[tuple[NDArray[np.float64], float]],
-    least: float = 1e-12,
-) -> list[Poles]:  # fmt: skip
-    """Return the systems of several `outputs` (c, direct) of the same states, as `of_states` does for one.
+    a: NDArray[np.float64], b: NDArray[np.float64], outputs: Iterable[tuple[NDArray[np.float64], float]]
+) -> list[Poles]:
+    """Return the system x' = a x + b u, y = c x + direct u of each of the `outputs` (c, direct).
+
+    Poles that are not controllable or not observable are left out: their part of the output is below `_LEAST_SHARE` of
+    the largest.
 
     >>> a, b = np.array([[0.0, 1.0], [-1e4, -20.0]]), np.array([0.0, 1.0])  # an oscillator at 100 rad/s
     >>> position, velocity = of_outputs(a, b, [(np.array([1.0, 0.0]), 0.0), (np.array([0.0, 1.0]), 0.0)])
@@ -202,7 +191,7 @@ def of_outputs(
     for c, direct in outputs:
         residues = (c @ vectors) * driven
         size = np.abs(residues) / np.abs(poles.real)
-        kept = (poles.imag >= 0.0) & (size > least * size.max(initial=0.0))
+        kept = (poles.imag >= 0.0) & (size > _LEAST_SHARE * size.max(initial=0.0))
         found.append(Poles(poles[kept], residues[kept], direct))
     return found
 

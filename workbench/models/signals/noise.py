@@ -18,7 +18,6 @@ BAND_STATE = Layout("band_noise", high_pass=second_order.STATE, low_pass=second_
 BAND_COEFFICIENTS = Layout(
     "band_noise_coefficients", "gain", high_pass=second_order.COEFFICIENTS, low_pass=second_order.COEFFICIENTS
 )
-TEXTURE_STATE = second_order.STATE
 TEXTURE_COEFFICIENTS = Layout("texture_coefficients", "interval", "burst", "gain", band_pass=second_order.COEFFICIENTS)
 """Mean interval and length of a burst in frames, and the gain before the band-pass."""
 
@@ -140,20 +139,6 @@ def bursts(key: np.uint64, frame: int, coefficients: Memory, out: Floats) -> Non
             onset = int(math.floor(cell * CELL + after))
             for at in range(max(onset, frame), min(onset + burst, end)):
                 out[at - frame] += gain * _white_sample(burst_key, event * _LONGEST_BURST + at - onset)
-
-
-@kernel
-def run_texture(key: np.uint64, frame: int, coefficients: Memory, state: Memory, out: Floats) -> None:
-    """Fill `out` with the texture, unit RMS.
-
-    >>> coefficients, state, texture = TEXTURE_COEFFICIENTS.zeros(), TEXTURE_STATE.zeros(), np.empty(48000)
-    >>> design_texture(MEAN_INTERVAL_S, BURST_S, CENTRE_HZ, WIDTH_HZ, 48000.0, coefficients)
-    >>> run_texture(np.uint64(1), 0, coefficients, state, texture)
-    >>> bool(0.5 < texture.std() < 2.0)
-    True
-    """
-    bursts(key, frame, coefficients, out)
-    second_order.run(out, coefficients.band_pass, state, out)
 
 
 @part

@@ -26,8 +26,8 @@ STATE = Layout("tone", phase=PHASE, sine=LANES, twice_cosine=LANES, sum=LANES, b
 def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> NDArray[np.float64]:
     """Return a tone of `round(seconds * rate)` frames: `sum a_k sin(2 pi k f0 t)`, k = 1 ... len(amplitudes), t from 0.
 
-    Harmonics at or above half the rate are left out; `audible_harmonics` gives how many remain. Raises `BadValue` for
-    f0_hz or rate not above 0, seconds below 0, and amplitudes that are not a row of finite numbers.
+    Harmonics at or above half the rate are left out. Raises `BadValue` for f0_hz or rate not above 0, seconds
+    below 0, and amplitudes that are not a row of finite numbers.
 
     >>> tone(50.0, [1.0], 0.02, 400.0).round(3)[:3]
     array([0.   , 0.707, 1.   ])
@@ -42,30 +42,13 @@ def tone(f0_hz: float, amplitudes: ArrayLike, seconds: float, rate: float) -> ND
     return signal
 
 
-def peak_bound(amplitudes: ArrayLike, roughness: float = 0.0) -> float:
-    """Return a bound of the samples of a tone, roughened to depth `roughness`: `(1 + |m|) sum |a_k|`.
+def peak_bound(amplitudes: ArrayLike) -> float:
+    """Return a bound of the samples of a tone, `sum |a_k|`.
 
-    >>> peak_bound([1.0, -0.5], 0.5)
-    2.25
+    >>> peak_bound([1.0, -0.5])
+    1.5
     """
-    return (1.0 + abs(roughness)) * float(np.abs(amplitudes).sum())
-
-
-@kernel
-def audible_harmonics(f0_hz: float, count: int, rate: float) -> int:
-    """Return how many of `count` harmonics of `f0_hz` lie below half the rate; the rest are left out.
-
-    >>> audible_harmonics(3000.0, 10, 48000.0)
-    7
-    """
-    half = 0.5 * rate
-    pitch = abs(f0_hz)
-    if count * pitch < half:
-        return count
-    below = int(half / pitch)
-    if below * pitch >= half:
-        below -= 1
-    return min(count, below)
+    return float(np.abs(amplitudes).sum())
 
 
 @kernel
