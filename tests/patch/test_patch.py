@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from underfoot.errors import BadFile, BadValue, UnderfootError
 from underfoot.nodes import REGISTRY
 from underfoot.patch import preset_files
-from underfoot.patch.patch import FORMAT, FURTHEST, VERSION, Patch, PlacedNode
+from underfoot.patch.groups import FURTHEST
+from underfoot.patch.patch import FORMAT, VERSION, Patch, PlacedNode
 
 ROUGHLY = settings(max_examples=150)
 

@@ -264,8 +264,8 @@ class Binding:
         """Compile an adapter as if it were in the node's file."""
         from numba import carray
 
-        port_names = f"{self.cls.__name__}_{name}"
-        source = "\n".join([f"def {port_names}{arguments}:", *lines])
+        adapter = f"{self.cls.__name__}_{name}"
+        source = "\n".join([f"def {adapter}{arguments}:", *lines])
         names: dict[str, Any] = {"carray": carray, "shifted": shifted, "events_at": events_at, "inf": math.inf}
         names["controls_at"] = self.controls.at
         names |= {function: allocating(part(body)) for function, body in self.functions.items()}
@@ -273,7 +273,7 @@ class Binding:
             if layout is not None:
                 names[key] = layout.at
         exec(compile(source, self._file, "exec"), names)
-        function = names[port_names]
+        function = names[adapter]
         function.__module__ = self.cls.__module__
         return callback(signature, function)
 

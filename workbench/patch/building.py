@@ -44,9 +44,9 @@ class Built(NamedTuple):
 
 
 class _Buffers(Struct):
-    """Signal buffers of a block. Buffers that the engine fills have a row per tile; others are shared by all rows."""
+    """Signal buffers, or event lists, of a block. With 0 `rows`, one is shared by all tiles."""
 
-    rows: list[int] = field(default_factory=lambda: [0])  # buffer 0 is zero, for inputs without a wire
+    rows: list[int] = field(default_factory=lambda: [0])  # the first is zero, or empty, for inputs without a wire
     of: dict[str, int] = field(default_factory=dict)
 
     def add(self, name: str = "", rows: int = 0) -> int:
@@ -54,10 +54,6 @@ class _Buffers(Struct):
             self.of[name] = len(self.rows)
         self.rows.append(rows)
         return len(self.rows) - 1
-
-
-class _Lists(_Buffers):
-    """Event lists of a block. List 0 is empty."""
 
 
 class Builder:
@@ -77,7 +73,7 @@ class Builder:
         self.rate, self.block, self.seed = rate, block, patch.seed
         self.source_of = {target: source for source, target in patch.wires}
         self.nodes = np.zeros(len(parts), NODE)
-        self.buffers, self.lists = _Buffers(), _Lists()
+        self.buffers, self.lists = _Buffers(), _Buffers()
         self.inputs: list[int] = []
         self.watched: list[int] = []
         self.event_inputs: list[int] = []
@@ -195,7 +191,7 @@ class Builder:
         node["state_size"] = whole_lines(binding.state_size(part.values, self.rate))
         node["coefficients_size"] = whole_lines(binding.coefficients_size(part.values, self.rate))
         node["data_at"] = sum(one.size for one in self.data)
-        self.data.append(part.type.data(part.values, self.rate))
+        self.data.append(binding.data(part.values, self.rate))
 
     # --- all together ---
 

@@ -36,9 +36,7 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from underfoot.drawing import Drawing
 from underfoot.errors import require
@@ -153,10 +151,6 @@ class NodeType(Struct, frozen=True, dict=True):
         """Compile the kernels, or load them from the cache."""
         for kernel in (self.binding.run, self.binding.tail):
             assert kernel is None or kernel.address
-
-    def data(self, values: Values, rate: float) -> NDArray[np.float64]:
-        """Return the data that the kernels of an instance read besides its controls."""
-        return self.binding.data(values, rate)
 
     def drawings(self, values: Values) -> tuple[Drawing, ...]:
         """Return what `distributions` draws; `BadFile` names the node's file if it fails."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from underfoot.errors import BadFile
 from underfoot.files import is_within
-from underfoot.parameters import FilePath
+from underfoot.patch.file_paths import files_of
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -17,12 +17,7 @@ def outside_files(patch: Patch, registry: Registry, folder: Path | None) -> tupl
     >>> [str(path) for path in outside_files(patch, REGISTRY, Path("patches"))]
     ['patches/../secret.wav']
     """
-    named = (
-        (folder or Path()) / node.parameters[name]
-        for node in patch.nodes
-        for name, parameter in registry[node.type].parameters.items()
-        if isinstance(parameter, FilePath) and node.parameters.get(name)
-    )
+    named = ((folder or Path()) / path for _, _, path in files_of(patch, registry))
     return tuple(dict.fromkeys(path for path in named if folder is None or not is_within(path, folder)))
 
 

@@ -13,7 +13,6 @@ from underfoot.files import read_file, write_file
 from underfoot.parameters import IDENTIFIER
 from underfoot.patch.custom_nodes import run_needed
 from underfoot.patch.groups import (
-    FURTHEST,
     Group,
     Note,
     check_label,
@@ -29,9 +28,6 @@ from underfoot.patch.node_files import has_nodes
 _T = TypeVar("_T")
 FORMAT = "underfoot-patch"
 VERSION = 1
-
-__all__ = ["FORMAT", "FURTHEST", "VERSION", "Patch", "PlacedNode", "Wire"]
-
 
 LEAST_SCALE, MOST_SCALE = 0.01, 100.0
 """Range of the factor on all requested errors."""

@@ -216,10 +216,6 @@ class Program:
         found = self._events(self._lists[scope])
         return np.column_stack([found.time, found.strength, found.duration])[: len(found)]
 
-    def value(self, id: str, name: str) -> object:
-        """Return the last value set for a parameter."""
-        return self._values[self.index[id]][name]
-
     def _put_strikes(self, end: float) -> None:
         """Put the strikes before `end` into the tables."""
         while self._pending and self._pending[0][2] < end:
