@@ -90,7 +90,7 @@ class DeviceFloor:
     @property
     def counts(self) -> FrameCounts:
         """Counts of received frames."""
-        return self.reader.counts
+        return self.reader.parser.counts
 
     @property
     def late(self) -> int:
@@ -165,14 +165,15 @@ class DeviceFloor:
 
     def _rate_line(self) -> str:
         """Return a line if a tile's frame numbers do not rise, nor its clock, or its rate is not the declared one."""
+        parser = self.reader.parser
         for row, tile in enumerate(self.floor.tiles):
-            if self.reader.is_out_of_order(row):
+            if parser.is_out_of_order(row):
                 return f"tile {tile.id} sends frame numbers that do not rise, so its frames are taken for old ones"
-            if self.reader.stands_still(row):
+            if parser.stands_still(row):
                 return f"tile {tile.id} sends the same microseconds in all frames, so its samples have no time"
-            if self.reader.runs_backwards(row):
+            if parser.runs_backwards(row):
                 return f"tile {tile.id} sends microseconds that fall from frame to frame, so its samples have no time"
-            period = self.reader.period_us(row)
+            period = parser.period_us(row)
             if period > 0 and abs(period * 1e-6 * self.rate_hz - 1.0) > _WRONG_RATE:
                 return f"tile {tile.id} sends {1e6 / period:.0f} samples a second, not {self.rate_hz:.0f}"
         return ""

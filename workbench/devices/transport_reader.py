@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.devices.framing.parser import FrameCounts, Parser
+from underfoot.devices.framing.parser import Parser
 from underfoot.devices.transport import Transport, asked
 from underfoot.errors import DeviceError
 
@@ -25,7 +25,7 @@ class TransportReader:
     """Reads `transport` in a thread of its own from `start` to `close`, and reopens it after failures.
 
     `on_samples` is called in that thread with the samples, as from `Parser.feed`, valid until it returns, and their
-    arrival time by `time.monotonic`. `notices` are lines for the user.
+    arrival time by `time.monotonic`. `notices` are lines for the user; `parser` tells of the frames so far.
     """
 
     def __init__(
@@ -33,8 +33,8 @@ class TransportReader:
     ) -> None:
         self.transport = transport
         self.notices: deque[str] = deque(maxlen=100)
-        self._parser = Parser(form)
-        self._parser.feed(b"")  # loads the kernel in advance
+        self.parser = Parser(form)
+        self.parser.feed(b"")  # loads the kernel in advance
         self._on_samples = on_samples
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"reads {transport.name}", daemon=True)
@@ -57,39 +57,18 @@ class TransportReader:
             taken.append(self.notices.popleft())
         return taken
 
-    @property
-    def counts(self) -> FrameCounts:
-        """Counts of all frames so far."""
-        return self._parser.counts
-
-    def period_us(self, tile: int) -> int:
-        """Return the microseconds between a tile's samples, by its own clock; 0 if not known yet."""
-        return self._parser.period_us(tile)
-
-    def stands_still(self, tile: int) -> bool:
-        """Return whether a tile's microseconds do not change from frame to frame."""
-        return self._parser.stands_still(tile)
-
-    def runs_backwards(self, tile: int) -> bool:
-        """Return whether a tile's microseconds fall from frame to frame."""
-        return self._parser.runs_backwards(tile)
-
-    def is_out_of_order(self, tile: int) -> bool:
-        """Return whether nearly all frames of a tile are refused, because its sequence numbers do not rise."""
-        return self._parser.is_out_of_order(tile)
-
     def foreign_sender_line(self, tile: int) -> str:
         """Return a line if a tile's frames also come from an address that it does not belong to."""
-        if not self._parser.is_contested(tile):
+        if not self.parser.is_contested(tile):
             return ""
-        own, other = (self.transport.sender_name(number) for number in self._parser.senders_of(tile))
+        own, other = (self.transport.sender_name(number) for number in self.parser.senders_of(tile))
         return f"frames of tile {tile} come from {other} too, and are left out: the tile belongs to {own}"
 
     def _run(self) -> None:
         while not self._stop.is_set():
             try:
                 asked(self.transport, self.transport.open)
-                self._parser.resync()
+                self.parser.resync()
                 self._read()
             except DeviceError as error:
                 if not self._is_missed:
@@ -110,7 +89,7 @@ class TransportReader:
                 self._is_missed = False
             self.is_open = True
             now_s = time.monotonic()
-            samples = self._parser.feed(data, self.transport.senders, now_s)
+            samples = self.parser.feed(data, self.transport.senders, now_s)
             if len(samples):
                 if is_silent:
                     self.notices.append(f"{self.transport.name} sends again")

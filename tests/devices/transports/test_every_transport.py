@@ -155,7 +155,7 @@ def test_both_forms_come_through(scheme, write, until):
         data = write(rows(50, first=1))
         assert sender.send(data, [len(data)])
         until(lambda: len(set(heard)) == 51, "all are read")
-        assert reader.counts.corrupted == 0
+        assert reader.parser.counts.corrupted == 0
 
 
 # --- gone and back ---

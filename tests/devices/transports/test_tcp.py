@@ -72,7 +72,7 @@ def test_a_frame_that_comes_in_pieces_is_one_frame(until):
                     tile.sendall(data[transport.count : end])
                     until(lambda end=end: transport.count == end, "the piece is read by itself")
                 until(lambda: heard == [0, 1, 2], "all are read")
-                assert reader.counts.corrupted == 0
+                assert reader.parser.counts.corrupted == 0
         finally:
             reader.close()
 
