@@ -212,6 +212,7 @@ def test_an_error_names_file_place_value_and_what_is_allowed(tmp_path):
 def test_a_folder_has_a_profile_for_some_tiles(tmp_path):
     whole().save(tmp_path / "t1.json")
     assert list(profiles_of(tmp_path, default_floor(1, 2))) == ["t1"]
+    assert profiles_of("", default_floor()) == profiles_of(None, default_floor()) == {}
     with pytest.raises(BadFile, match="not a folder"):
         profiles_of(tmp_path / "none", default_floor())
 

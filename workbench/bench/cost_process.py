@@ -38,7 +38,7 @@ def run(connection: Connection, request: CostRequest) -> None:
             request.floor,
             feet=request.feet,
             block=request.block,
-            profiles=profiles_of(request.profiles, request.floor) if request.profiles else {},
+            profiles=profiles_of(request.profiles, request.floor),
             folder=Path(request.folder) if request.folder else None,
             simulated=request.simulated,
         )

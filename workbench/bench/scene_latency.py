@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from underfoot.bench.requirements.requirement import Requirement
 from underfoot.engine.commands import PressTile
+from underfoot.engine.rings import Reader
 from underfoot.engine.session import Session
-from underfoot.engine.session_memory import ForceReader, VibrationReader
+from underfoot.engine.session_memory import ForceReader
 from underfoot.engine.target import Target
 from underfoot.errors import UnderfootError
 from underfoot.floor.layout import Floor, default_floor
@@ -84,7 +85,7 @@ def measured(kind: type[Scene], settings: Mapping[str, Any], seconds: float = 30
     scene = kind(target.floor, settings, seed)
     session = Session(target, scene.patch(REGISTRY), REGISTRY)
     try:
-        forces, vibration = ForceReader(session.memory.force), VibrationReader(session.memory.vibration)
+        forces, vibration = ForceReader(session.memory.force), Reader(session.memory.vibration)
         session.start()
         _wait(session)
         stage = Stage(session, scene)

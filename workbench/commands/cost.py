@@ -71,7 +71,7 @@ def cost(options: CostOptions) -> None:
             floor,
             feet=len(floor.tiles) if options.feet is None else options.feet,
             block=options.block,
-            profiles=profiles_of(options.profiles, floor) if options.profiles else {},
+            profiles=profiles_of(options.profiles, floor),
             folder=options.patch.parent,
             simulated=options.simulated,
         )

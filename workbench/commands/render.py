@@ -304,7 +304,7 @@ def _job(options: RenderOptions, path: Path, patch: "Patch", values: "Values") -
         rate_hz=rate_hz,
         block=options.block,
         seed=options.seed,
-        profiles=profiles_of(options.profiles, floor) if options.profiles else {},
+        profiles=profiles_of(options.profiles, floor),
         simulation=simulation,
         plates=tuple(options.plates),
         folder=path.parent,

@@ -25,7 +25,7 @@ from underfoot.engine.simulated_step import STEP_S, step_forces
 from underfoot.engine.tile_pulse import TilePulse
 from underfoot.errors import require
 from underfoot.floor.layout import Floor
-from underfoot.floor.profile import Profile
+from underfoot.floor.profile import NOMINAL_ACCELERATION, Profile
 from underfoot.models.filtering.cascade import checked
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
@@ -262,7 +262,7 @@ class TileEqualiser(Command, frozen=True):
     kind: ClassVar[str] = "Correct"
 
     tile: str
-    acceleration_per_unit: float = 20.0
+    acceleration_per_unit: float = NOMINAL_ACCELERATION
     sections: tuple[tuple[float, ...], ...] = ()
     rate_hz: float = RATE_HZ
 

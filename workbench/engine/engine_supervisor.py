@@ -37,7 +37,7 @@ class EngineSupervisor:
         return max(frame, self._memory.vibration.written), when if frame else None
 
     def start(self) -> None:
-        """Start an engine process, or take the one on standby; it waits for its setup."""
+        """Take the engine on standby in place of one that died, or start one; it waits for its setup."""
         self._engine, self._standby = self._standby or engine_process(), None
 
     def stand_by(self, setup: Setup | None) -> None:
@@ -83,10 +83,6 @@ class EngineSupervisor:
             reason = f"nothing was played for {STALL_S:g} s; look whether the sound card and its server answer"
         self._engine, self._stalled = None, False
         return reason
-
-    def replace(self) -> None:
-        """Replace an engine that died by the one on standby, or a new one."""
-        self._engine, self._standby = self._standby or engine_process(), None
 
     def close(self) -> None:
         """Ramp the engine down, and end both processes."""

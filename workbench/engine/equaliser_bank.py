@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from underfoot.clock import FADE, SPAN
+from underfoot.floor.profile import NOMINAL_ACCELERATION
 from underfoot.kernels import kernel
 from underfoot.models.filtering import cascade
 
-QUIET = 1e-9 * 20.0
+QUIET = 1e-9 * NOMINAL_ACCELERATION
 """Acceleration in m/s^2 below which an equaliser's ringing ends: 1e-9 of a usual full scale."""
 
 ROW = np.dtype(

@@ -24,7 +24,7 @@ _BATCH_S, _BATCHES = 2e-3, 5
 
 @dataclass(frozen=True)
 class ErrorPoint:
-    """An requested error, the error found, and the run time in ms."""
+    """A requested error, the error found, and the run time in ms."""
 
     asked: float
     found: float

@@ -1,12 +1,12 @@
 """Export of a recording in a separate process, while the window stays responsive."""
 
-import signal
 import time
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from underfoot.engine.child_process import leave_to_session
 from underfoot.engine.survey_process import TELL_S, Progress
 from underfoot.errors import UnderfootError
 from underfoot.records.exports import ExportSource, ExportStopped, format_of
@@ -29,7 +29,7 @@ def run(connection: Connection, request: ExportRequest) -> None:
 
     Any message to it stops the export, and removes the incomplete file.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
+    leave_to_session("SIGINT")
     due = time.monotonic() + TELL_S
 
     def progress(text: str, share: float) -> bool:

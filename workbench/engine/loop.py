@@ -3,7 +3,6 @@
 from collections import deque
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -116,7 +115,7 @@ class Loop:
     def build(self, patch: Patch, scopes: tuple[str, ...] = ()) -> Program:
         """Build the program of a patch for this loop. Allocates and loads kernels: never in the callback."""
         return Program(
-            patch if self.options.seed is None else msgspec.structs.replace(patch, seed=self.options.seed),
+            patch if self.options.seed is None else replace(patch, seed=self.options.seed),
             self.registry,
             self.source.floor.ids,
             rate=self.rate_hz,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from underfoot.array_cache import ArrayCache
 from underfoot.clock import RATE_HZ
+from underfoot.engine.commands import Play, Strike
 from underfoot.engine.levels import Level
 from underfoot.engine.loop import Loop, LoopOptions
 from underfoot.engine.preview import one_step
@@ -59,7 +60,7 @@ def kept_picture(path: Path) -> PresetPicture | None:
 
 
 def picture_in_background(path: Path) -> PresetPicture:
-    """Do the same in a separate process of lowest priority."""
+    """Do as `picture_of`, in a process of its own, which gets the lowest priority."""
     with suppress(OSError, AttributeError):
         os.nice(19 - os.nice(0))
     return picture_of(path)
@@ -75,8 +76,6 @@ def _picture(numbers: NDArray[np.float64]) -> PresetPicture:
 
 
 def _computed(patch: Patch, folder: Path) -> NDArray[np.float64]:
-    from underfoot.engine.commands import Play, Strike
-
     force_n, source = one_step("t1", SECONDS, RATE_HZ)
     loop = Loop(patch, REGISTRY, source, LoopOptions(folder=folder, plates=("accelerometer",)))
     loop.send(Play(True), 0)

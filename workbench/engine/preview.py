@@ -67,13 +67,11 @@ def previewed(
         if ends_by_itself and at + n >= WHOLE_STEP_S * rate_hz and not any(loop.program.awake().values()):
             frames = at + n
             break
-    force_n, done = (
-        force_n[:frames],
-        {MEASURED: measured[:frames], COMMANDED: commanded[:frames], DRIVE: drive[:frames]},
-    )
+    if measures:
+        signals |= {MEASURED: measured, COMMANDED: commanded, DRIVE: drive}
     return (
-        force_n,
-        {name: frames_of[:frames] for name, frames_of in signals.items()} | (done if measures else {}),
+        force_n[:frames],
+        {name: frames_of[:frames] for name, frames_of in signals.items()},
         {name: np.concatenate(found) for name, found in events.items()},
     )
 

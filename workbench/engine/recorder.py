@@ -158,7 +158,7 @@ class Recorder:
                         self._safe += 1
                 case _:
                     lines.append(message)
-        self._collect_kept_messages()
+        self._read_rings()
         self._forget_what_is_kept()
         return lines
 
@@ -203,7 +203,7 @@ class Recorder:
         }
         self._process = ChildProcess("recorder", __name__, self._job, daemon=False)
 
-    def _collect_kept_messages(self) -> None:
+    def _read_rings(self) -> None:
         for table, reader in self._readers.items():
             self._missed += [RecordRows(table, first, rows) for first, rows in _seen(reader)]
             reader.look()
@@ -213,7 +213,7 @@ class Recorder:
 
     def _hand_over(self) -> None:
         """Hand the reading of the rings over to the process."""
-        self._collect_kept_messages()
+        self._read_rings()
         first_command = self._commands - sum(isinstance(one, RecordCommand) for one in self._unsafe)
         starts = {table: reader.next for table, reader in self._readers.items()}
         self._readers = {}

@@ -180,13 +180,13 @@ class Reader:
         self._seen = ring.written
         self.next = self._seen if start is None else start
 
-    def read(self, most: int | None = None) -> tuple[int, NDArray[Any]]:
-        """Return the number of the first row, and the rows new since the last read, at most `most` of them.
+    def read(self) -> tuple[int, NDArray[Any]]:
+        """Return the number of the first row, and the rows new since the last read.
 
         Rows overwritten before they could be read, or never written, are missing, which shows in the first row's
         number. Rows before and after such a gap are returned by two reads.
         """
-        return self._read(self.ring.written, copy_rows, most)
+        return self._read(self.ring.written, copy_rows)
 
     def look(self) -> None:
         """Note the present end of the ring, for `read_seen`."""
@@ -200,7 +200,7 @@ class Reader:
         """
         return self._read(max(self._seen, self.next), _copy_seen)
 
-    def _read(self, end: int, copy: Callable[..., int], most: int | None = None) -> tuple[int, NDArray[Any]]:
+    def _read(self, end: int, copy: Callable[..., int]) -> tuple[int, NDArray[Any]]:
         ring = self.ring
         capacity = ring.where.capacity
         gap, gap_end = int(ring.header["gap"][0]), int(ring.header["gap_end"][0])
@@ -209,8 +209,6 @@ class Reader:
             first = gap_end
         elif first < gap < end:
             end = gap
-        if most is not None:
-            end = min(end, first + most)
         out = np.empty((max(end - first, 0), ring.where.width), ring.where.dtype)
         if not len(out):  # nothing new: a window that waits for the engine need not load Numba
             self.next = end

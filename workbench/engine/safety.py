@@ -15,6 +15,7 @@ from underfoot.array_tables import F1, addresses, borrow
 from underfoot.clock import FADE, RAMP
 from underfoot.engine.safety_lanes import ROWS, WORK, limit_group
 from underfoot.engine.safety_rows import ROW, STAGE, along, is_still
+from underfoot.floor.profile import NOMINAL_ACCELERATION
 from underfoot.kernels import intrinsic, kernel
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ PANIC = 48
 class Limits(Struct, frozen=True):
     """Limits of one channel, relative to full scale, and the acceleration of full scale in m/s^2."""
 
-    acceleration_per_unit: float = 20.0
+    acceleration_per_unit: float = NOMINAL_ACCELERATION
     peak: float = 0.95
     rms: float = 0.35
 

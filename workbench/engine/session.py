@@ -49,7 +49,8 @@ from underfoot.engine.reports import (
     Started,
 )
 from underfoot.engine.requests import CompileRequest, ErrorCurveRequest, OutlinesRequest, PreviewRequest, Setup
-from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory, VibrationReader
+from underfoot.engine.rings import Reader
+from underfoot.engine.session_memory import ForceReader, ResponseReader, SessionMemory
 from underfoot.engine.status import Field
 from underfoot.engine.target import Target, force_rate_hz, is_simulated, plates_of
 from underfoot.floor.profile import profiles_of, round_trip_frames
@@ -90,14 +91,14 @@ class Session:
         self.patch = patch.check(registry)
         self.scopes: tuple[str, ...] = ()
         self.playing, self.level_db = True, FIRST_LEVEL_DB
-        profiles = profiles_of(target.profiles, target.floor) if target.profiles else {}
+        profiles = profiles_of(target.profiles, target.floor)
         is_of_the_card = target.kind != "simulator" or not is_simulated(target)  # or measured on the simulated tile
         if is_of_the_card and not target.round_trip_frames:
             self.target = replace(target, round_trip_frames=round_trip_frames(profiles, target.rate, target.block))
         self._equalisers = {equaliser.tile: equaliser for equaliser in equalisers_of(profiles)}
         self.force_rate_hz = force_rate_hz(target)
         self.memory = SessionMemory.create(len(target.floor.tiles), target.rate, self.force_rate_hz)
-        self.vibration, self.scope = VibrationReader(self.memory.vibration), VibrationReader(self.memory.scope)
+        self.vibration, self.scope = Reader(self.memory.vibration), Reader(self.memory.scope)
         self.response = ResponseReader(self.memory.commanded, self.memory.measured)
         self.memory.status.put(Field.LEVEL_DB, self.level_db)
         self.memory.status.put(Field.PLAYING, self.playing)
@@ -184,9 +185,7 @@ class Session:
     # --- playing ---
 
     def edit(self, patch: Patch, scopes: tuple[str, ...] = (), *, anew: bool = False, settle_s: float = 0.0) -> None:
-        """Play this patch from now on: changed numbers are ramped; other changes build a new program, which is faded
-        in.
-        """
+        """Play this patch from now on: changed numbers are ramped; other changes build a program, which is faded in."""
         moved = self.moved_numbers(patch) if scopes == self.scopes and not anew else None
         if self._is_compiled:
             self._begins_anew, self._settle_s = anew, settle_s
@@ -464,7 +463,7 @@ class Session:
             return
         self._handle_engine_reports()
         if self._may_restart("engine", self._engine.reap()):
-            self._engine.replace()
+            self._engine.start()
             self._start_engine()
 
     # --- processes that died ---

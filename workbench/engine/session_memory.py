@@ -99,17 +99,6 @@ class SessionMemory:
         return self.force, self.vibration, self.commanded, self.measured, self.scope
 
 
-class VibrationReader:
-    """Reads one value per tile and frame: `read` gives the first new session frame, and float32 [frame, tile]."""
-
-    def __init__(self, ring: Ring) -> None:
-        self._reader = Reader(ring)
-
-    def read(self) -> tuple[int, NDArray[np.float32]]:
-        """Return the first new session frame, and the frames since the last read."""
-        return self._reader.read()
-
-
 class ResponseReader:
     """Reads commanded and measured acceleration of the same session frames, however late the second arrives."""
 

@@ -3,6 +3,8 @@
 from enum import IntEnum, auto
 from multiprocessing.shared_memory import SharedMemory
 
+from msgspec.structs import fields
+
 from underfoot.engine.reports import Health
 from underfoot.engine.shared_blocks import new_block
 
@@ -33,15 +35,7 @@ class Field(IntEnum):
     PLAYING = auto()
 
 
-_WHOLE: dict[Field, type] = {
-    Field.RUNNING: bool,
-    Field.XRUNS: int,
-    Field.LOST: int,
-    Field.FRAME: int,
-    Field.AWAKE: int,
-    Field.JUMPS: int,
-}
-_OF_HEALTH = tuple(field for field in Field if field < Field.REPORTED)
+_OF_HEALTH = [(one.name, Field[one.name.upper()], one.type) for one in fields(Health)]
 _PANIC = 8 * len(Field)  # offset of the byte
 
 
@@ -94,8 +88,7 @@ class Status:
 
     def health(self) -> Health:
         """Return the numbers that are of interest outside."""
-        numbers = dict(zip(Field, self._numbers.tolist(), strict=True))
-        return Health(**{field.name.lower(): _WHOLE.get(field, float)(numbers[field]) for field in _OF_HEALTH})
+        return Health(**{name: type(self.get(field)) for name, field, type in _OF_HEALTH})
 
     def close(self) -> None:
         """Release the memory; its creator also removes it."""

@@ -1,12 +1,12 @@
 """Survey of a recording in a separate process, while the window stays responsive."""
 
-import signal
 import time
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from underfoot.engine.child_process import leave_to_session
 from underfoot.errors import UnderfootError
 from underfoot.records.recording import Recording
 from underfoot.records.survey import Survey, cache_survey, has_envelopes, make_envelopes, survey
@@ -25,7 +25,7 @@ class Progress:
 
 def run(connection: Connection, path: str) -> None:
     """Send `Progress`, and each time a `Survey` of new data, the last one complete; or an error line."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that opened the window
+    leave_to_session("SIGINT")
     with suppress(OSError):
         try:
             with Recording(Path(path)) as recording:
@@ -48,7 +48,7 @@ def _survey(connection: Connection, recording: Recording) -> None:
 
     sent = [0, 0]
 
-    def with_warnings(made: Survey) -> Survey:
+    def not_sent(made: Survey) -> Survey:
         contacts, steps = made.contacts[sent[0] :], made.steps[sent[1] :]
         sent[:] = len(made.contacts), len(made.steps)
         return Survey(contacts, steps, made.until_s, made.whole)
@@ -61,7 +61,7 @@ def _survey(connection: Connection, recording: Recording) -> None:
     def found(made: Survey) -> bool:
         if is_due():
             connection.send(Progress("Looking for footsteps", min(made.until_s / length_s, 1.0)))
-            connection.send(with_warnings(made))
+            connection.send(not_sent(made))
         return not connection.poll()
 
     if not has_envelopes(recording):
@@ -70,4 +70,4 @@ def _survey(connection: Connection, recording: Recording) -> None:
     made = survey(recording, found)
     if made.whole:
         cache_survey(recording, made)
-        connection.send(with_warnings(made))
+        connection.send(not_sent(made))

@@ -14,7 +14,7 @@ from underfoot.devices.transports import TRANSPORTS, split_target, transport_of
 from underfoot.errors import BadValue, DeviceError
 from underfoot.floor.forces import ForceSeries
 from underfoot.floor.layout import Floor, default_floor
-from underfoot.floor.profile import Profile, profiles_of
+from underfoot.floor.profile import profiles_of
 from underfoot.floor.simulated_plates import PlateOutput
 from underfoot.floor.tile_parameters import simulation
 from underfoot.records.force_files import read_force_file
@@ -129,15 +129,16 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
     """Return the force source of a target, from session frame `frame` on. A `DeviceFloor` reads once it is started."""
     if target.kind == "replay":
         return Replay(_recorded(target), target.floor, target.rate, start=frame, repeats=True)
+    profiles = profiles_of(target.profiles, target.floor)
     if target.kind in TRANSPORTS:
         transport = transport_of(target.kind, target.source)
-        return DeviceFloor(transport, target.floor, target.rate, _profiles(target), target.sensor_hz, frame)
+        return DeviceFloor(transport, target.floor, target.rate, profiles, target.sensor_hz, frame)
     if target.kind != "simulator":
         allowed = ", ".join((*WITHOUT_HARDWARE, *TRANSPORTS))
         raise DeviceError(f"there is no target of kind {target.kind!r}; allowed: {allowed}")
     tiles, people = simulation(target.simulation)
     simulated = SimulatedFloor(
-        target.floor, target.rate, walking=target.walker, simulation=tiles, profiles=_profiles(target), people=people
+        target.floor, target.rate, walking=target.walker, simulation=tiles, profiles=profiles, people=people
     )
     simulated.skip(frame)
     return simulated
@@ -145,7 +146,3 @@ def source_of(target: Target, frame: int = 0) -> ForceSource:
 
 def _recorded(target: Target) -> ForceSeries:
     return read_force_file(target.source, target.floor, target.stretch_s)[0]
-
-
-def _profiles(target: Target) -> dict[str, Profile]:
-    return profiles_of(target.profiles, target.floor) if target.profiles else {}

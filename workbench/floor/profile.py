@@ -384,11 +384,13 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
         write_file(path, self.dumps() + b"\n")
 
 
-def profiles_of(folder: str | Path, floor: Floor) -> dict[str, Profile]:
-    """Return the profiles `<tile>.json` in a folder by tile id; tiles without one are omitted.
+def profiles_of(folder: str | Path | None, floor: Floor) -> dict[str, Profile]:
+    """Return the profiles `<tile>.json` in a folder by tile id; tiles without one are omitted. None without a folder.
 
     `BadFile` where the folder is not there, and for a file that is not a profile.
     """
+    if not folder:
+        return {}
     folder = Path(folder)
     if not folder.is_dir():
         raise BadFile(f"{folder} is not a folder of profiles")

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from underfoot.engine.commands import Level, Strike, Swap
 from underfoot.engine.reports import CommandApplied, OutputChanged, PatchRefused, Report
+from underfoot.engine.rings import Reader
 from underfoot.engine.session import Session
-from underfoot.engine.session_memory import VibrationReader
 from underfoot.floor.profile import NOMINAL_ACCELERATION, profiles_of
 from underfoot.patch.patch import Patch
 
@@ -29,9 +29,9 @@ class Presenter:
     def __init__(self, session: Session) -> None:
         self.session = session
         tiles, rate = len(session.target.floor.tiles), session.target.rate
-        self._played = _Kept(VibrationReader(session.memory.vibration), tiles, rate)
-        self._measured = _Kept(VibrationReader(session.memory.measured), tiles, rate)
-        profiles = profiles_of(session.target.profiles, session.target.floor) if session.target.profiles else {}
+        self._played = _Kept(Reader(session.memory.vibration), tiles, rate)
+        self._measured = _Kept(Reader(session.memory.measured), tiles, rate)
+        profiles = profiles_of(session.target.profiles, session.target.floor)
         self.full_scale = np.array(
             [
                 profiles[tile.id].acceleration_per_unit if tile.id in profiles else NOMINAL_ACCELERATION
@@ -122,7 +122,7 @@ class Presenter:
 class _Kept:
     """The latest frames of a ring."""
 
-    def __init__(self, reader: VibrationReader, tiles: int, rate: int) -> None:
+    def __init__(self, reader: Reader, tiles: int, rate: int) -> None:
         self._reader, self._tiles, self._rate = reader, tiles, rate
         self._parts: deque[tuple[int, NDArray[np.float32]]] = deque()
 
