@@ -46,7 +46,7 @@ def portaudio() -> ModuleType:
     """Return the sounddevice module; raise `DeviceError` if PortAudio is missing."""
     try:
         import sounddevice
-    except (OSError, ImportError) as error:
+    except Exception as error:  # the class of the error of a PortAudio that does not begin is in the module itself
         cure = "install libportaudio2" if sys.platform.startswith("linux") else "install sounddevice again"
         raise DeviceError(f"PortAudio is not there ({error}); {cure}") from None
     return sounddevice
@@ -78,15 +78,13 @@ def _raw_memory(sounddevice: ModuleType) -> tuple[Callable[..., Any], Callable[.
 def devices() -> list[Card]:
     """Return the output devices; empty if PortAudio is missing or finds no card."""
     try:
-        import sounddevice
-
+        sounddevice = portaudio()
+    except DeviceError:
+        return []
+    try:
         found = [device for device in sounddevice.query_devices() if device["max_output_channels"] > 0]
         systems = {device["hostapi"]: str(sounddevice.query_hostapis(device["hostapi"])["name"]) for device in found}
-    except (OSError, ImportError, RuntimeError):
-        return []
-    except Exception as error:  # PortAudioError is only defined if sounddevice could be imported
-        if type(error).__name__ != "PortAudioError":
-            raise
+    except (OSError, RuntimeError, sounddevice.PortAudioError):
         return []
     cards = []
     for device in found:
@@ -111,14 +109,12 @@ def require_card(name: str) -> None:
 def max_channels(name: str) -> int:
     """Return the channels of the device in one stream; `MAX_CHANNELS` also if there is no such device."""
     try:
-        import sounddevice
-
-        device = sounddevice.query_devices(device_of(name), "output")
-    except (OSError, ImportError, RuntimeError, ValueError):
+        sounddevice = portaudio()
+    except DeviceError:
         return MAX_CHANNELS
-    except Exception as error:  # as above
-        if type(error).__name__ != "PortAudioError":
-            raise
+    try:
+        device = sounddevice.query_devices(device_of(name), "output")
+    except (OSError, RuntimeError, ValueError, sounddevice.PortAudioError):
         return MAX_CHANNELS
     return min(int(device["max_output_channels"]), MAX_CHANNELS)
 
