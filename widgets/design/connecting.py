@@ -3,7 +3,8 @@
 from PySide6.QtCore import QPointF
 
 from underfoot.patch.node import Port
-from underfoot.patch.patch import Patch, Wire
+from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.items import NodeItem, WireItem
 from underfoot.widgets.design.node_geometry import ROW, PlacedPort
 from underfoot.widgets.design.patch_editing import can_connect, refusal, wire_at

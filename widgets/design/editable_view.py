@@ -10,7 +10,8 @@ from underfoot.errors import BadFile, BadValue
 from underfoot.patch.grouping import grouped, put_into, taken_out, ungrouped
 from underfoot.patch.groups import Note, SplitGroup, chain
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch, Wire
+from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.quantities import counted
 from underfoot.widgets import theme
 from underfoot.widgets.controls.inline_edit import InlineEdit
@@ -104,7 +105,7 @@ class EditableView(PatchView):
 
     def _group_of(self, wire: Wire) -> str:
         """Return the innermost group that contains both ends of a wire."""
-        nodes = {end.partition(".")[0] for end in wire}
+        nodes = {node_id(end) for end in wire}
         around = [group.id for group in self.document.patch.groups if nodes <= set(group.members)]
         return around[-1] if around else ""
 

@@ -7,7 +7,8 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from underfoot.patch.groups import Group, Note
-from underfoot.patch.patch import PlacedNode, Wire
+from underfoot.patch.patch import PlacedNode
+from underfoot.patch.wiring import Wire
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_view import COLOURS
 from underfoot.widgets.design.items import NodeItem, WireItem

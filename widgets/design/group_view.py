@@ -6,7 +6,8 @@ from msgspec import Struct
 
 from underfoot.patch.groups import Group, innermost, parents
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets import theme
 from underfoot.widgets.design.node_geometry import NodeDescription, PortRow, display_name
 
@@ -36,7 +37,7 @@ class GroupView(Struct, frozen=True):
 
     def ends(self, wire: Wire) -> tuple[str, str]:
         """Return the visible ends of a wire; "" for an end outside, and twice "" for a hidden wire."""
-        source, target = (self.shown_as.get(end.partition(".")[0], "") for end in wire)
+        source, target = (self.shown_as.get(node_id(end), "") for end in wire)
         return ("", "") if source == target else (source, target)
 
 
@@ -74,10 +75,7 @@ def description_of_group(patch: Patch, registry: Registry, group: Group) -> Node
     nodes = sorted((n for n in patch.nodes if n.id in inside), key=lambda node: (node.at[1], node.at[0]))
     wired = {end for wire in patch.wires for end in wire}
     crossing = {
-        end
-        for wire in patch.wires
-        if (wire[0].partition(".")[0] in inside) != (wire[1].partition(".")[0] in inside)
-        for end in wire
+        end for wire in patch.wires if (node_id(wire[0]) in inside) != (node_id(wire[1]) in inside) for end in wire
     }
     inputs, outputs = [], []
     for node in nodes:

@@ -16,6 +16,7 @@ from underfoot.parameters import Count, Number, Numbers, Parameter, Rows, Text
 from underfoot.patch.groups import Group, chain, innermost
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import LEAST_SCALE, MOST_SCALE, Patch
+from underfoot.patch.wiring import node_id, port_name
 from underfoot.quantities import counted, pretty_text
 from underfoot.widgets import theme
 from underfoot.widgets.controls.bars_editor import BarsEditor
@@ -118,7 +119,7 @@ class Inspector(QScrollArea):
         around = [(one.id, one.title, one.published) for one in patch.groups if {*self._ids}.intersection(one.members)]
         ends = [(id, name) for id in self._ids[:1] for name in self._registry[there[id].type].parameters]
         if self._group is not None:
-            ends = [(end.partition(".")[0], end.partition(".")[2]) for end in self._group.published]
+            ends = [(node_id(end), port_name(end)) for end in self._group.published]
         units = [getattr(self._declared(*end), "unit", "") for end in ends]
         looks = (shape, group, around, units)
         if looks != self._shape:
@@ -263,7 +264,7 @@ class Inspector(QScrollArea):
     def _offer_publishing(self, editor: ParameterEditor, end: str) -> None:
         """Add a menu that exposes the parameter on the sub-patch that is shown or has its node, and on those around."""
         groups = self._patch.groups
-        first = self._group.id if self._group is not None else innermost(groups).get(end.partition(".")[0], "")
+        first = self._group.id if self._group is not None else innermost(groups).get(node_id(end), "")
         around = [group for id in chain(groups, first) for group in groups if group.id == id]
         for group in reversed(around):
             where = "" if group.id == first else f" around it{group.title and f': {group.title}'}"

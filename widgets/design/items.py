@@ -9,7 +9,8 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPainterPathStroker, QPen, QPolygonF
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneHoverEvent, QStyleOptionGraphicsItem, QWidget
 
-from underfoot.patch.patch import PlacedNode, Wire
+from underfoot.patch.patch import PlacedNode
+from underfoot.patch.wiring import Wire, port_name
 from underfoot.quantities import pretty_text, pretty_unit
 from underfoot.widgets import theme
 from underfoot.widgets.design.marks import button_at, is_inactive, paint_far_marks, paint_marks
@@ -155,7 +156,7 @@ class NodeItem(QGraphicsItem):
 
     def wire_place(self, side: str, end: str) -> QPointF:
         """Return the scene position of a wire's end at "node.port"."""
-        return self.port_place(side, end.partition(".")[2])
+        return self.port_place(side, port_name(end))
 
     def port_place(self, side: str, name: str) -> QPointF:
         """Return the scene position of the wires' ends at a port."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 from underfoot.errors import BadFile, BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.node import Port, Registry
-from underfoot.patch.patch import FORMAT, Patch, PlacedNode, Wire
+from underfoot.patch.patch import FORMAT, Patch, PlacedNode
+from underfoot.patch.wiring import Wire, downstream, node_id, upstream
 from underfoot.quantities import pretty_text
 from underfoot.widgets.theme import GRID
 
@@ -143,42 +144,18 @@ def port_of(patch: Patch, registry: Registry, end: str, side: str) -> Port:
     return (type.input_ports if side == "in" else type.output_ports)[name]
 
 
-def downstream(patch: Patch, ids: Iterable[str]) -> set[str]:
-    """Return these nodes and all that their outputs reach."""
-    return _reached(((source, target) for source, target in patch.wires), ids)
-
-
 def is_only_heard(patch: Patch, registry: Registry, id: str) -> bool:
     """Return whether the output of this node reaches only audio outputs, and no tile."""
-    reached = (registry[patch.node(one).type] for one in downstream(patch, [id]))
+    reached = (registry[patch.node(one).type] for one in downstream(patch.wires, [id]))
     to_sound = [type.to_sound for type in reached if type.is_sink]
     return bool(to_sound) and all(to_sound)
-
-
-def upstream(patch: Patch, ids: Iterable[str]) -> set[str]:
-    """Return these nodes and all that feed them."""
-    return _reached(((target, source) for source, target in patch.wires), ids)
-
-
-def _reached(edges: Iterable[Wire], ids: Iterable[str]) -> set[str]:
-    following: dict[str, list[str]] = {}
-    for a, b in edges:
-        following.setdefault(a.partition(".")[0], []).append(b.partition(".")[0])
-    reached = set(ids)
-    frontier = list(reached)
-    while frontier:
-        for id in following.get(frontier.pop(), []):
-            if id not in reached:
-                reached.add(id)
-                frontier.append(id)
-    return reached
 
 
 def open_targets(patch: Patch, registry: Registry, source: str) -> list[str]:
     """Return the inputs that an output can be wired to: unwired ones first, then those whose wire would be replaced."""
     id, _, port = source.partition(".")
     output = registry[patch.node(id).type].output_ports[port]
-    behind = upstream(patch, [id])
+    behind = upstream(patch.wires, [id])
     wired = {target for _, target in patch.wires}
     found = [
         f"{node.id}.{name}"
@@ -194,7 +171,7 @@ def changed_nodes(before: Patch, after: Patch) -> set[str]:
     """Return the ids of nodes that are new, or whose parameters or wires differ; moved nodes are not included."""
     old = {node.id: node for node in before.nodes}
     changed = {node.id for node in after.nodes if node.id not in old or not _plays_same(old[node.id], node)}
-    changed |= {target.partition(".")[0] for _, target in set(before.wires) ^ set(after.wires)}
+    changed |= {node_id(target) for _, target in set(before.wires) ^ set(after.wires)}
     if before.seed != after.seed or _soloed(before) != _soloed(after):
         return {node.id for node in after.nodes}
     return changed & {node.id for node in after.nodes}

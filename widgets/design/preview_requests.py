@@ -10,9 +10,10 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from underfoot.engine.reports import Distributions, Outlines, Preview
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import downstream
 from underfoot.widgets.design.canvas import Canvas
 from underfoot.widgets.design.inspector import Inspector
-from underfoot.widgets.design.patch_editing import changed_nodes, downstream, is_only_heard
+from underfoot.widgets.design.patch_editing import changed_nodes, is_only_heard
 from underfoot.widgets.design.preview import PreviewPanel
 from underfoot.widgets.design.silence import why_silent
 from underfoot.widgets.design.slot_listening import OTHER_PREFIX, SlotListening
@@ -66,7 +67,7 @@ class PreviewRequests(QObject):
 
     def update_patch(self, before: Patch, patch: Patch) -> None:
         """Request the previews that an edit changed."""
-        changed = downstream(patch, changed_nodes(before, patch))
+        changed = downstream(patch.wires, changed_nodes(before, patch))
         if self.slots is not None:
             self.slots.patch_changed(patch, changed)
         ids = {node.id for node in patch.nodes}

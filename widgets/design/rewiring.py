@@ -9,7 +9,8 @@ from underfoot.errors import BadValue
 from underfoot.parameters import Number, Parameter
 from underfoot.patch.groups import Group, renamed
 from underfoot.patch.node import NodeType, Port, Registry
-from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets.design.patch_editing import can_connect, port_of, refusal
 
 
@@ -111,13 +112,13 @@ def removed_and_bridged(patch: Patch, registry: Registry, ids: Iterable[str]) ->
     into = {target: source for source, target in patch.wires}
     types = {node.id: registry[node.type] for node in patch.nodes}
     for source, target in patch.wires:
-        id = source.partition(".")[0]
-        if target.partition(".")[0] in gone:
+        id = node_id(source)
+        if node_id(target) in gone:
             continue
         while id in gone:
             first = (into[end] for port in types[id].inputs if (end := f"{id}.{port.name}") in into)
             source = next(first, "")
-            id = source.partition(".")[0]
+            id = node_id(source)
         if id and (source, target) not in after.wires and not refusal(after, registry, source, target):
             after = after.connect(source, target, registry)
     return after
@@ -154,7 +155,7 @@ def replaced(patch: Patch, registry: Registry, id: str, type: str) -> tuple[Patc
 def _without_published(group: Group, id: str) -> Group:
     if not group.published:
         return group
-    kept = tuple(end for end in group.published if end.partition(".")[0] != id)
+    kept = tuple(end for end in group.published if node_id(end) != id)
     return msgspec.structs.replace(group, published=kept)
 
 

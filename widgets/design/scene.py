@@ -10,7 +10,8 @@ from PySide6.QtWidgets import QGraphicsScene
 from underfoot.engine.reports import Costs
 from underfoot.patch.groups import parents
 from underfoot.patch.node import Registry
-from underfoot.patch.patch import Patch, PlacedNode, Wire
+from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.wiring import Wire, node_id
 from underfoot.widgets import theme
 from underfoot.widgets.design.group_items import GroupFrameItem, GroupNodeItem, NoteItem, StubItem
 from underfoot.widgets.design.group_view import description_of_group, group_view_of, node_of_group
@@ -179,7 +180,7 @@ class PatchScene(QGraphicsScene):
         """Return the names of the outside nodes at the other end of a wire, and of all others at the same port."""
         near, far = (0, 1) if side == "out" else (1, 0)
         ends = [other for other in self.patch.wires if other[near] == wire[near]]
-        outside = [end[far].partition(".")[0] for end in ends if not all(self.group_view.ends(end))]
+        outside = [node_id(end[far]) for end in ends if not all(self.group_view.ends(end))]
         if wire != next(end for end in ends if not all(self.group_view.ends(end))):
             return ""
         nodes = map(self.patch.node, dict.fromkeys(outside))

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import node_id
 
 ASLEEP_REPORTS = 8
 """Number of consecutive reports of costs, at 2 Hz, in which every node is asleep."""
@@ -16,7 +17,7 @@ def why_silent(patch: Patch, registry: Registry, id: str) -> str:
     """Return the node, at or before this one, that is muted or has unwired inputs, as text; "" if there is none."""
     sources = defaultdict(list)
     for source, target in patch.wires:
-        sources[target].append(source.partition(".")[0])
+        sources[target].append(node_id(source))
     waiting, seen = [id], {id}
     while waiting:
         here = waiting.pop(0)

@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QPainter, QPainterPath, QPixmap, QRegion, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from underfoot.patch.patch import Wire
+from underfoot.patch.wiring import Wire
 from underfoot.widgets.design.items import WireItem
 
 STILL_MS = 250

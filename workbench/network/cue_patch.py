@@ -16,6 +16,7 @@ from underfoot.parameters import Tiles
 from underfoot.patch import preset_files
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch, PlacedNode
+from underfoot.patch.wiring import port_name, renamed_end
 
 SETTABLE = ("number", "count", "choice")
 """Kinds of parameters that a cue may set; none of them names a file."""
@@ -74,7 +75,7 @@ def _preset_on(preset: str, by_gain: Mapping[float, list[str]], tiles: tuple[str
     loaded = Patch.load(known[preset], registry)
     names = {node.id: f"{node.id}--{preset}" for node in loaded.nodes}
     nodes = [msgspec.structs.replace(node, id=names[node.id]) for node in loaded.nodes]
-    wires = [tuple(".".join((names[end.partition(".")[0]], end.partition(".")[2])) for end in wire)
+    wires = [tuple(renamed_end(end, names) for end in wire)
              for wire in loaded.wires]  # fmt: skip
     renamed = msgspec.structs.replace(loaded, nodes=tuple(nodes), wires=tuple(wires))
     parts = _listening(renamed, [tile for some in by_gain.values() for tile in some], tiles, registry)
@@ -106,7 +107,7 @@ def _with_outputs(
         gain = PlacedNode(f"gain--{output.id}", "gain", node.at, {"gain": 10.0 ** (gain_db / 20.0)})
         nodes += [gain, output]
         for target, source in wired.items():
-            port = target.partition(".")[2]
+            port = port_name(target)
             wires.append((source, f"{gain.id}.signal" if target == first else f"{output.id}.{port}"))
         wires.append((f"{gain.id}.out", f"{output.id}.{kind.inputs[0].name}"))
     return msgspec.structs.replace(parts, nodes=tuple(nodes), wires=tuple(wires))

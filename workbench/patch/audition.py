@@ -4,6 +4,7 @@ from msgspec import Struct
 
 from underfoot.patch.node import Port, Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import downstream
 from underfoot.quantities import quantity
 
 LEVEL_M_S2 = 1.0
@@ -129,10 +130,4 @@ def _without_solo(patch: Patch) -> Patch:
 
 
 def _leads_to_a_sink(patch: Patch, registry: Registry, node: str) -> bool:
-    reached, frontier = {node}, [node]
-    while frontier:
-        id = frontier.pop()
-        following = {target.partition(".")[0] for source, target in patch.wires if source.partition(".")[0] == id}
-        frontier += following - reached
-        reached |= following
-    return any(registry[patch.node(id).type].is_sink for id in reached)
+    return any(registry[patch.node(id).type].is_sink for id in downstream(patch.wires, [node]))

@@ -16,6 +16,7 @@ from underfoot.patch import driver, tables
 from underfoot.patch.node import NodeType
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import NODE, Tables
+from underfoot.patch.wiring import node_id
 
 ENGINE_SIGNALS = ("force_n", "x_m", "y_m")
 """Signals from the engine: a tile's tared force, and the contact position in the tile's frame."""
@@ -270,7 +271,7 @@ class Builder:
     def _unread(self) -> NDArray[np.uint8]:
         """Return the outputs that go neither to a node, nor to an output of the floor, nor to a scope."""
         ids = {part.id for part in self.parts}
-        read = {source for target, source in self.source_of.items() if target.partition(".")[0] in ids}
+        read = {source for target, source in self.source_of.items() if node_id(target) in ids}
         read |= {*self.scopes, *(_first(part) for part in self.parts if part.type.is_sink)}
         outputs = {f"{part.id}.{port.name}" for part in self.parts for port in part.type.outputs}
         unread = np.zeros(len(self.buffers.rows), np.uint8)

@@ -9,14 +9,14 @@ that fits. If none fits, it outputs nothing. An output cannot be bypassed, becau
 Asked errors of the nodes are multiplied by the patch's error factor: the result is the patch as built, not as drawn.
 """
 
-from collections import defaultdict
 from functools import cache
 
 import msgspec
 
 from underfoot.parameters import Choice, Number, Parameter
 from underfoot.patch.node import NodeType, Port, Registry
-from underfoot.patch.patch import Patch, Wire
+from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import Wire, downstream, node_id, port_name
 
 
 def effective_patch(patch: Patch, registry: Registry) -> Patch:
@@ -95,7 +95,7 @@ def _unmuted(patch: Patch, types: dict[str, NodeType]) -> list[Wire]:
     """Return the wires that neither start at a muted node nor end at a muted output."""
     muted = {node.id for node in patch.nodes if node.muted}
     sinks = {id for id in muted if types[id].is_sink}
-    return [wire for wire in patch.wires if _id(wire[0]) not in muted and _id(wire[1]) not in sinks]
+    return [wire for wire in patch.wires if node_id(wire[0]) not in muted and node_id(wire[1]) not in sinks]
 
 
 def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list[Wire]:
@@ -105,7 +105,7 @@ def _bypassed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> li
 
     @cache
     def origin(source: str, target: str) -> str:
-        id = _id(source)
+        id = node_id(source)
         if id not in past:
             return source if _fits(source, target, types) else ""
         for port in types[id].inputs:
@@ -124,20 +124,15 @@ def _soloed(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> list
     soloed = {node.id for node in patch.nodes if node.soloed}
     if not soloed:
         return wires
-    carrying, into = set(soloed), defaultdict(set)
-    for source, target in wires:
-        into[_id(target)].add(_id(source))
-    for id in msgspec.structs.replace(patch, wires=tuple(wires)).order():
-        if into[id] & carrying:
-            carrying.add(id)
+    carrying = downstream(wires, soloed)
 
     def stays(wire: Wire) -> bool:
-        source, target = _id(wire[0]), _id(wire[1])
+        source, target = node_id(wire[0]), node_id(wire[1])
         if target in soloed:
             return True
         if types[target].is_sink:
             return target in carrying
-        adds = types[target].is_sum and wire[1].partition(".")[2] not in types[target].parameters
+        adds = types[target].is_sum and port_name(wire[1]) not in types[target].parameters
         return not adds or target not in carrying or source in carrying
 
     return [wire for wire in wires if stays(wire)]
@@ -167,13 +162,9 @@ def _silenced(patch: Patch, types: dict[str, NodeType], wires: list[Wire]) -> Pa
 
 
 def _fits(source: str, target: str, types: dict[str, NodeType]) -> bool:
-    output, into = _output(source, types), types[_id(target)].input_ports[target.partition(".")[2]]
+    output, into = _output(source, types), types[node_id(target)].input_ports[port_name(target)]
     return output.kind == into.kind and (not output.unit or not into.unit or output.unit == into.unit)
 
 
 def _output(source: str, types: dict[str, NodeType]) -> Port:
-    return types[_id(source)].output_ports[source.partition(".")[2]]
-
-
-def _id(end: str) -> str:
-    return end.partition(".")[0]
+    return types[node_id(source)].output_ports[port_name(source)]

@@ -7,6 +7,7 @@ import msgspec
 
 from underfoot.errors import BadValue, require
 from underfoot.parameters import IDENTIFIER
+from underfoot.patch.wiring import node_id, renamed_end
 
 COLOURS = ("grey", "teal", "amber", "violet", "green", "red")
 """Colours of a group's frame."""
@@ -93,7 +94,7 @@ def without(groups: Iterable[Group], gone: Collection[str]) -> tuple[Group, ...]
             kept.append(group)
             continue
         members = tuple(member for member in group.members if member not in gone)
-        published = tuple(end for end in group.published if end.partition(".")[0] not in gone)
+        published = tuple(end for end in group.published if node_id(end) not in gone)
         if members:
             kept.append(msgspec.structs.replace(group, members=members, published=published))
     return tuple(kept)
@@ -105,17 +106,12 @@ def renamed(groups: Iterable[Group], names: Mapping[str, str]) -> tuple[Group, .
         msgspec.structs.replace(
             group,
             members=tuple(names.get(member, member) for member in group.members),
-            published=tuple(_renamed_end(end, names) for end in group.published),
+            published=tuple(renamed_end(end, names) for end in group.published),
         )
         if any(member in names for member in group.members)
         else group
         for group in groups
     )
-
-
-def _renamed_end(end: str, names: Mapping[str, str]) -> str:
-    id, dot, name = end.partition(".")
-    return f"{names.get(id, id)}{dot}{name}"
 
 
 def check_notes_and_groups(
@@ -138,7 +134,7 @@ def check_notes_and_groups(
         require(group.colour in COLOURS, f"groups[{i}].colour", group.colour, ", ".join(COLOURS))
         check_place(f"groups[{i}]", group.at)
         for end in group.published:
-            known = end.partition(".")[0] in group.members and end in parameters
+            known = node_id(end) in group.members and end in parameters
             require(known, f"groups[{i}].published", end, "parameters of its nodes, as node.parameter")
     check_members(groups, members)
 

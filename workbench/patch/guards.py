@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import following, node_id, port_name, reached
 
 
 def guarded(
@@ -18,10 +19,8 @@ def guarded(
     A node that is displayed by a scope is not guarded.
     """
     types = {node.id: registry[node.type] for node in patch.nodes}
-    after: dict[str, set[str]] = {id: set() for id in types}
-    for source, target in patch.wires:
-        after[_id(source)].add(_id(target))
-    watched = {_id(scope) for scope in scopes}
+    after = following(patch.wires)
+    watched = {node_id(scope) for scope in scopes}
     wired = {target: source for source, target in patch.wires}
     guards: dict[str, list[str]] = {}
     for id in patch.order():
@@ -31,9 +30,9 @@ def guarded(
         if id not in needed or stopped:
             continue
         found = _guards(id, types, wired, patch.wires, needed, watched)
-        if found and not any(_leads(id, _id(guard), after) for guard in found):
+        if found and reached([id], after).isdisjoint(map(node_id, found)):
             for guard in found:
-                after[_id(guard)].add(id)
+                after[node_id(guard)].add(id)
             guards[id] = found
     return tuple(id for id in _sorted(patch.order(), after) if id in needed), guards
 
@@ -51,9 +50,9 @@ def _guards(
         return None
     found: list[str] = []
     for source, target in wires:
-        if _id(source) != id or _id(target) not in needed:
+        if node_id(source) != id or node_id(target) not in needed:
             continue
-        consumer, port = _id(target), target.partition(".")[2]
+        consumer, port = node_id(target), port_name(target)
         muting = types[consumer].muted_by
         others = [wired[f"{consumer}.{name}"] for name in muting if name != port and f"{consumer}.{name}" in wired]
         if port in muting and others and consumer not in watched:
@@ -64,16 +63,6 @@ def _guards(
             return None
         found += behind
     return list(dict.fromkeys(found))
-
-
-def _leads(start: str, goal: str, after: Mapping[str, set[str]]) -> bool:
-    """Return whether there is a path from `start` to `goal`."""
-    seen, frontier = {start}, [start]
-    while frontier:
-        for id in after[frontier.pop()] - seen:
-            seen.add(id)
-            frontier.append(id)
-    return goal in seen
 
 
 def _sorted(order: Sequence[str], after: Mapping[str, set[str]]) -> list[str]:
@@ -88,7 +77,3 @@ def _sorted(order: Sequence[str], after: Mapping[str, set[str]]) -> list[str]:
         for follower in after[id]:
             waits[follower] -= 1
     return done
-
-
-def _id(end: str) -> str:
-    return end.partition(".")[0]

@@ -24,6 +24,7 @@ from underfoot.patch.groups import (
 )
 from underfoot.patch.node import NodeType, Registry, installed_nodes
 from underfoot.patch.node_files import has_nodes
+from underfoot.patch.wiring import Wire, node_id, renamed_end
 
 _T = TypeVar("_T")
 FORMAT = "underfoot-patch"
@@ -60,9 +61,6 @@ class PlacedNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 CanvasItem = TypeVar("CanvasItem", PlacedNode, Note, Group)
-
-Wire = tuple[str, str]
-"""Wire from "node.port" to "node.port"."""
 
 
 class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -149,7 +147,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.structs.replace(
             self,
             nodes=tuple(node for node in self.nodes if node.id not in gone),
-            wires=tuple(w for w in self.wires if not gone & {end.partition(".")[0] for end in w}),
+            wires=tuple(w for w in self.wires if not gone & {node_id(end) for end in w}),
             notes=tuple(note for note in self.notes if note.id not in gone),
             groups=without(self.groups, gone),
         )
@@ -236,7 +234,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         def moved(one: CanvasItem) -> CanvasItem:
             return msgspec.structs.replace(one, id=names[one.id], at=(one.at[0] + by[0], one.at[1] + by[1]))
 
-        wires = tuple((_rename(a, names), _rename(b, names)) for a, b in other.wires)
+        wires = tuple((renamed_end(a, names), renamed_end(b, names)) for a, b in other.wires)
         return msgspec.structs.replace(
             self,
             nodes=(*self.nodes, *map(moved, other.nodes)),
@@ -292,7 +290,7 @@ class Patch(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the node ids, each after the nodes that its inputs come from; `BadValue` for a cycle."""
         sources: dict[str, list[str]] = {node.id: [] for node in self.nodes}
         for source, target in self.wires:
-            sources[target.partition(".")[0]].append(source.partition(".")[0])
+            sources[node_id(target)].append(node_id(source))
         order: dict[str, None] = {}
         for start in sources:
             path: dict[str, Any] = {}
@@ -393,8 +391,3 @@ def _check_wire(place: str, wire: Wire, types: Mapping[str, NodeType]) -> None:
 def _set_of(given: Iterable[_T], name: str = "ids", allowed: str = 'a list of ids, such as ["tone"]') -> set[_T]:
     require(isinstance(given, Iterable) and not isinstance(given, str), name, given, allowed)
     return set(given)
-
-
-def _rename(end: str, names: Mapping[str, str]) -> str:
-    id, _, port = end.partition(".")
-    return f"{names[id]}.{port}"

@@ -20,6 +20,7 @@ from underfoot.patch.guards import guarded
 from underfoot.patch.node import NodeType, Registry
 from underfoot.patch.patch import Patch
 from underfoot.patch.tables import ALL
+from underfoot.patch.wiring import downstream, node_id, upstream
 
 _COUNT = list(EVENTS.parts).index("count")
 """Index of the count in an event list."""
@@ -260,29 +261,13 @@ def _nodes_to_outputs(patch: Patch, registry: Registry, scopes: Sequence[str]) -
     for scope in scopes:
         if scope not in known:
             raise BadValue(f"scope is {scope!r}; allowed: {', '.join(known) or 'none'}")
-    needed = {id for id, type in types.items() if type.is_sink} | {scope.partition(".")[0] for scope in scopes}
-    frontier = list(needed)
-    sources: dict[str, list[str]] = {}
-    for source, target in patch.wires:
-        sources.setdefault(target.partition(".")[0], []).append(source.partition(".")[0])
-    while frontier:
-        for source in sources.get(frontier.pop(), []):
-            if source not in needed:
-                needed.add(source)
-                frontier.append(source)
-    return needed
+    ends = {id for id, type in types.items() if type.is_sink} | {node_id(scope) for scope in scopes}
+    return upstream(patch.wires, ends)
 
 
 def _follow_floor(patch: Patch, registry: Registry) -> set[str]:
     """Return the nodes that read signals of the floor, and those that depend on them."""
-    found = {node.id for node in patch.nodes if registry[node.type].engine_signals}
-    into: dict[str, set[str]] = {}
-    for source, target in patch.wires:
-        into.setdefault(target.partition(".")[0], set()).add(source.partition(".")[0])
-    for id in patch.order():
-        if into.get(id, set()) & found:
-            found.add(id)
-    return found
+    return downstream(patch.wires, [node.id for node in patch.nodes if registry[node.type].engine_signals])
 
 
 def _placed(values: dict[str, Any], type: NodeType, folder: Path | None) -> dict[str, Any]:

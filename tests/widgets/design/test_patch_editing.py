@@ -7,10 +7,10 @@ from underfoot.errors import BadFile
 from underfoot.nodes import REGISTRY as NODES
 from underfoot.patch import preset_files
 from underfoot.patch.patch import Patch
+from underfoot.patch.wiring import downstream
 from underfoot.widgets.design.patch_editing import (
     aligned,
     changed_nodes,
-    downstream,
     is_only_heard,
     open_targets,
     pasted,
@@ -67,7 +67,7 @@ def test_only_what_is_downstream_of_a_change_is_rendered_again():
     patch = sample().connect("hum.out", "shaker.acceleration", REGISTRY)
     assert changed_nodes(patch, patch.move({"hum": (8.0, 8.0)})) == set()
     after = patch.set("hum", "frequency", 60.0, REGISTRY)
-    assert downstream(after, changed_nodes(patch, after)) == {"hum", "shaker"}
+    assert downstream(after.wires, changed_nodes(patch, after)) == {"hum", "shaker"}
     assert changed_nodes(patch, patch.disconnect([("push.force", "step.force")])) == {"step"}
 
 
