@@ -311,6 +311,24 @@ def test_contact_begins_at_the_events_time(hardness, part):
     assert against(found[7:], displacement) < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("modes", "mass", "velocity", "stiffness", "exponent", "damping", "error"),
+    [
+        (([15_100.0], [45.0], [6.0], [0.4]), 0.025, 0.26, 5.6e5, 1.15, 1.0, 2e-4),
+        (([8e3, 16e3, 18e3], [47.0, 10.0, 25.0], [5.0, 2.2, 2.2], [0.5, 0.4, 1.0]), 0.026, 1.2, 3e6, 1.2, 0.1, 1e-4),
+        (([5.8e3, 10.4e3], [79.0, 53.0], [2.8, 3.6], [0.9, 0.5]), 0.007, 9.25, 8.5e9, 1.14, 9.9, 3e-4),
+    ],
+    ids=["one fast mode", "three fast modes", "stopped by damping"],
+)
+def test_the_node_meets_its_error_where_modes_are_fast_or_damping_stops_the_hammer(
+    modes, mass, velocity, stiffness, exponent, damping, error
+):
+    blow = mass, stiffness, exponent, damping
+    found = throw(modes, [(0.0, velocity, 0.0)], 960, thrown=hammer(*blow, error=error))[0][2]
+    expected = solved(mass, velocity, stiffness, exponent, damping, modes, np.arange(960) / RATE)[1]
+    assert against(found, expected) <= error
+
+
 def test_a_second_throw_leaves_the_object_ringing():
     modes, far = some_modes(10), 700
     first = throw(modes, [(0.0, 1.0, 0.0)], 2_000)[0]

@@ -42,6 +42,10 @@ _PATIENT, _IMPATIENT, _LEAST = 8192, 2048, 8
 """Sub-step budget of a hammer that chatters on the object: after `_PATIENT`, and each further `_IMPATIENT`, sub-steps
 per frame are halved, down to `_LEAST`. A strike that leaves takes (10 / error)^(1/4), at most some hundreds."""
 _PATIENCE = 16 * BLOCK  # interval between searches for modes below the floor
+_LEAST_SPEED = 1e-9  # m/s, of a hammer whose sub-steps are counted
+_MISSED = 0.02
+"""Relative error of a mode's excitation by a contact of one sub-step per radian of the mode."""
+_HEARD_S = 0.1  # the error is that of a blow and this much of its ringing
 _SLOWEST = 1e-6  # rad/s: lowest frequency of a phasor; slower modes are indistinguishable from a free mass
 
 
@@ -128,24 +132,55 @@ def tail(state: Memory, known: Memory) -> float:
 
 
 @kernel
-def substeps(
-    error: float,
-    mass_kg: float,
-    stiffness: float,
-    exponent: float,
-    velocity_m_s: float,
-    mobility_per_kg: float,
-    rate_hz: float,
-) -> int:
-    """Return the sub-steps per frame for a relative error of `error` in the displacement, 1 to `MOST_SUBSTEPS`.
+def substeps(hammer: Memory, velocity: float, mobility: float, rate: float) -> int:
+    """Return the sub-steps per frame that resolve the contact to the hammer's error, 1 to `MOST_SUBSTEPS`.
 
-    `mobility_per_kg` is the sum of shape^2 / mass. A contact lasts about 2.94 x / v, where x is the lossless depth.
+    `mobility` is the sum of shape^2 / mass of the modes (1/kg).
     """
-    velocity_m_s = max(velocity_m_s, 1e-9)
-    mass = 1.0 / (1.0 / mass_kg + mobility_per_kg)
-    depth = ((exponent + 1.0) * mass * velocity_m_s**2 / (2.0 * stiffness)) ** (1.0 / (exponent + 1.0))
-    steps = (10.0 / error) ** 0.25
-    return int(min(max(math.ceil(steps * velocity_m_s / (2.94 * depth * rate_hz)), 1.0), MOST_SUBSTEPS))
+    steps = (10.0 / hammer.error) ** 0.25
+    return _within(steps / (rate * _contact_s(hammer, velocity, mobility)))
+
+
+@part
+def _contact_s(hammer: Memory, velocity: float, mobility: float) -> float:
+    """Return about how long (s) a contact lasts, or takes to stop a hammer that damping stops: 2.94 depth / speed."""
+    velocity = max(velocity, _LEAST_SPEED)
+    mass = 1.0 / (1.0 / hammer.mass + mobility)
+    stiffness = hammer.stiffness * max(1.0, 0.5 * hammer.damping * velocity)
+    power = hammer.exponent + 1.0
+    return 2.94 * (power * mass * velocity**2 / (2.0 * stiffness)) ** (1.0 / power) / velocity
+
+
+@part
+def _within(steps: float) -> int:
+    return int(min(max(math.ceil(steps), 1.0), MOST_SUBSTEPS))
+
+
+@part
+def _substeps_of_modes(hammer: Memory, velocity: float, mobility: float, known: Memory) -> int:
+    """Return the sub-steps per frame that excite the audible modes to the hammer's error (docs/models.md#impacts).
+
+    `mobility` is the sum of shape^2 / mass.
+    """
+    exponent, audible, velocity = hammer.exponent, known.audible, max(velocity, _LEAST_SPEED)
+    order = min(exponent + 2.0, 4.0)
+    lasts = _contact_s(hammer, velocity, mobility)
+    impulse = 2.0 * velocity / (1.0 / hammer.mass + mobility)
+    kink = hammer.stiffness * velocity**exponent * (1.0 + hammer.damping * velocity) * math.gamma(exponent + 1.0)
+    ringing = wrong = pressed = 0.0
+    for m in range(int(known.modes)):
+        pole = audible.pole_modulus[m]
+        push = audible.displacement[m] * known.mobility[m]
+        excited = push * impulse * kink / (kink + impulse * pole ** (exponent + 1.0))
+        lingers = 0.25 / (known.decay[m] + 0.5 / _HEARD_S)
+        ringing += lingers * excited**2
+        wrong += lingers * (excited * (pole / known.rate) ** order) ** 2
+        pressed += push * impulse / (1.0 + pole * lasts)
+    size = ringing + lasts * pressed**2
+    if not size > 0.0:
+        return 1
+    error = _MISSED * math.sqrt(wrong / size)
+    return _within((error / hammer.error) ** (1.0 / order))
 
 
 @part
@@ -278,7 +313,8 @@ def _release(hammer: Memory, velocity: float, start: int, part: float, known: Me
         s.substeps_left = _PATIENT if steps == 0 else math.inf
     if steps == 0:
         speed = abs(velocity) + abs(speed)
-        steps = substeps(hammer.error, s.mass, hammer.stiffness, hammer.exponent, speed, mobility, known.rate)
+        steps = substeps(hammer, speed, mobility, known.rate)
+        steps = max(steps, _substeps_of_modes(hammer, speed, mobility, known))
     s.in_contact = 1.0
     s.substeps = steps
     s.penetration = s.elastic_force = s.mean_force = s.force_slope = 0.0

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.arguments import number
 from underfoot.errors import require
+from underfoot.layouts import Memory
 from underfoot.models.modal import contact_motion, hammer, phasors
 from underfoot.models.modal.bank import checked_modes
 from underfoot.models.signals.events import event_list
@@ -91,7 +92,7 @@ def strike(by: Hammer, target: ModalObject, seconds: float, rate: float, error: 
     rate = float(rate)
     frames = round(float(seconds) * rate)
     require(frames <= 2**28, "seconds", seconds, f"at most 2^28 frames, {2**28 / rate:.6g} s at this rate")
-    steps = hammer.substeps(error, by.mass_kg, by.stiffness, by.exponent, by.velocity_m_s, mobility, rate)
+    steps = hammer.substeps(_thrown(by, error), by.velocity_m_s, mobility, rate)
     steps = (steps + 1) // 2
     coarse = _run(by, modes, steps, frames, rate)
     change = np.inf
@@ -115,17 +116,19 @@ def _run(by: Hammer, modes: NDArray[np.float64], substeps: int, frames: int, rat
     sizes = phasors.sizes(modes.shape[1])
     known, state = contact_motion.OBJECT.zeros(**sizes), contact_motion.STATE.zeros(row=sizes["row"])
     hammer.design(modes, 1.0, 1.0, rate, 0.0, known)
-    thrown = hammer.HAMMER.zeros()
-    thrown.mass, thrown.stiffness, thrown.exponent, thrown.damping = (
-        by.mass_kg,
-        by.stiffness,
-        by.exponent,
-        by.damping_s_m,
-    )
-    thrown.load, thrown.error, thrown.substeps = by.load_n, 0.0, substeps
+    thrown = _thrown(by, 0.0)
+    thrown.substeps = substeps
     out = hammer.Response(np.empty(frames), np.empty(frames), np.empty(frames))
     hammer.ring(event_list((0.0, by.velocity_m_s)), thrown, 0, known, state, out)
     return Impact(out.force, out.displacement, out.acceleration, substeps)
+
+
+def _thrown(by: Hammer, error: float) -> Memory:
+    """Return the hammer for kernels."""
+    thrown = hammer.HAMMER.zeros()
+    thrown.mass, thrown.stiffness, thrown.exponent = by.mass_kg, by.stiffness, by.exponent
+    thrown.damping, thrown.load, thrown.error = by.damping_s_m, by.load_n, error
+    return thrown
 
 
 def _distance(coarse: Impact, fine: Impact) -> float:
