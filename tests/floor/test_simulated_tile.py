@@ -39,7 +39,7 @@ def test_tiles_of_one_floor_are_drawn_apart():
 
 
 def test_a_tile_of_values_at_the_ends_of_their_ranges_is_drawn_within_them():
-    kind = TileParameters(sensors=Fsr(hysteresis=1.0, creep=0.5), shaker=Shaker(resonance_hz=500.0, colour_hz=1e4))
+    kind = TileParameters(sensors=Fsr(hysteresis=1.0, creep=0.4), shaker=Shaker(resonance_hz=500.0, colour_hz=1e4))
     for seed in range(20):
         tile = SimulatedTile(TILE, kind, seed)
         assert max(part.hysteresis for part in tile.parts) <= 1.0

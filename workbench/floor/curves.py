@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from underfoot.errors import require
 from underfoot.models.tile.fsr_curves import cubic_hermite
-from underfoot.models.tile.fsr_hysteresis import MOST_PLAYS, HysteresisModel, compensate
+from underfoot.models.tile.fsr_hysteresis import MOST_CREEP, MOST_PLAYS, HysteresisModel, compensate
 
 ABOVE, BELOW = 0.25, 0.10
 """Extrapolation beyond the knots, as a share of full scale: above the highest force, and below 0."""
@@ -34,7 +34,7 @@ class Compensation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
     def __post_init__(self) -> None:
         _require_knots(self.readings, self.forces_n, self.slopes)
-        require(0.0 <= self.creep <= 0.5, "creep", self.creep, "0 to 0.5")
+        require(0.0 <= self.creep <= MOST_CREEP, "creep", self.creep, f"0 to {MOST_CREEP}")
         require(len(self.widths) <= MOST_PLAYS, "widths", len(self.widths), f"at most {MOST_PLAYS}")
         require(all(width > 0.0 for width in self.widths), "widths", self.widths, "numbers above 0")
         require(len(self.weights) == len(self.widths) + 1, "weights", len(self.weights), "one more than widths")

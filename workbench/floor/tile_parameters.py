@@ -88,7 +88,7 @@ class TileParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     True
     >>> TileParameters.loads('{"format": "underfoot-simulation", "version": 1, "sensors": {"creep": 2}}', "a.json")
     Traceback (most recent call last):
-    underfoot.errors.BadFile: a.json: $.sensors.creep is 2.0; allowed: 0 to 0.5
+    underfoot.errors.BadFile: a.json: $.sensors.creep is 2.0; allowed: 0 to 0.4
     """
 
     title: str = ""

@@ -8,6 +8,7 @@ import pytest
 from underfoot.errors import BadValue
 from underfoot.models.tile import fsr
 from underfoot.models.tile.fsr import FSR_RANGES, FULL_COUNTS, RATED_N, Fsr
+from underfoot.models.tile.fsr_hysteresis import STATE, HysteresisModel, compensate
 
 RATE = 1000.0
 QUIET = Fsr(spread=0.0, hysteresis=0.0, creep=0.0, noise_counts=0.0)
@@ -121,6 +122,17 @@ def test_creep_goes_back_as_slowly_as_it_came():
     assert felt[50] > 210.0
     assert (np.diff(felt) <= 1e-9).all()
     assert 200.0 < felt[-1] < 0.5 * (200.0 + felt[50])
+
+
+@pytest.mark.parametrize("creep", [0.05, FSR_RANGES["creep"][1]])
+def test_a_sudden_press_is_read_at_once_and_its_creep_compensated(creep):
+    part = changed(QUIET, creep=creep)
+    forces = np.append(0.0, np.full(2000, 500.0))
+    counts = read(part, forces)
+    assert counts[1] > 0.0
+    model = HysteresisModel(creep, relative=False, widths=np.empty(0), weights=np.ones(1))
+    found = compensate(part.corner_n(counts), np.arange(forces.size) / RATE, model, np.zeros(1, STATE)[0])
+    np.testing.assert_allclose(found, forces, rtol=2e-3)
 
 
 def test_a_sensor_that_rested_under_a_load_reads_it_steadily():

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from underfoot.errors import require
 from underfoot.kernels import allocating, kernel, part
 from underfoot.models.signals.random import normal, stream_key, uniform
+from underfoot.models.tile.fsr_hysteresis import MOST_CREEP
 from underfoot.models.tile.variation import varied
 
 FULL_COUNTS = 65_535
@@ -123,7 +124,7 @@ FSR_RANGES = {
     "share": (1e-4, 1.0),
     "spread": (0.0, 0.9),
     "hysteresis": (0.0, 1.0),
-    "creep": (0.0, 0.5),
+    "creep": (0.0, MOST_CREEP),
     "noise_counts": (0.0, 1e4),
 }
 """Allowed range of each parameter of a sensor."""

@@ -22,6 +22,8 @@ LAGS_S = 0.03 * 10.0 ** (np.arange(12) / 2.0)
 """Time constants of creep, 30 ms to 9500 s."""
 _REFERENCE_S = 1.0
 """Time after which a constant load reads as its static value; creep is the deviation before and after."""
+MOST_CREEP = 0.4
+"""Largest creep, a share of the force per decade: from 0.494 on the lags leave nothing of a force that acts at once."""
 MOST_PLAYS = 12
 """Largest number of play operators in a `STATE`."""
 WIDTHS = (0.006, 0.015, 0.03, 0.05, 0.08, 0.12, 0.17, 0.25)
