@@ -15,11 +15,11 @@ from underfoot.patch import preset_files
 SINE = preset_files.patches()["stimulus-sp"]
 
 
-@pytest.mark.parametrize("end", [
-    lambda pid: os.killpg(pid, signal.SIGINT),  # Ctrl-C goes to all processes
-    lambda pid: os.kill(pid, signal.SIGTERM),
+@pytest.mark.parametrize(("end", "status"), [
+    (lambda pid: os.killpg(pid, signal.SIGINT), 130),  # Ctrl-C goes to all processes
+    (lambda pid: os.kill(pid, signal.SIGTERM), 143),
 ], ids=["Ctrl-C", "SIGTERM"])  # fmt: skip
-def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, folder, until, end):
+def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, folder, until, end, status):
     patches = [SINE, preset_files.patches()["gravel"], preset_files.patches()["snow"]]
     assert underfoot("render", *patches, "--seconds", "0.01").status == 0  # kernels are there
     command = [sys.executable, "-m", "underfoot", "render", *patches, "-o", "all", "--seconds", "3000"]
@@ -29,7 +29,7 @@ def test_what_stops_a_rendering_of_several_leaves_no_part_of_a_file(underfoot, f
         until(lambda: len(members(process.pid)) > min(cores(), len(patches)))
         end(process.pid)
         out, error = process.communicate(timeout=300.0)
-    assert (process.returncode, out, error.strip()) == (130, b"", b"")
+    assert (process.returncode, out, error.strip()) == (status, b"", b"")
     assert list((folder / "all").iterdir()) == []
     until(lambda: not members(process.pid))
 
@@ -51,15 +51,15 @@ with interrupted_by_signals():
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_command_ends_though_what_it_runs_never_returns(name):
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_command_ends_though_what_it_runs_never_returns(name, status, with_hangup):
     """As a node's kernel can: Python hears of no signal meanwhile."""
     command = [sys.executable, "-c", ENDLESS]
     heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=heard) as process:
         assert process.stdout.readline() == b"waiting\n"
         process.send_signal(getattr(signal, name))
-        assert process.wait(timeout=60.0) == 130
+        assert process.wait(timeout=60.0) == status
 
 
 def members(group):

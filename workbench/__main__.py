@@ -65,8 +65,8 @@ def main() -> None:
         status = cli.main(prog_name="underfoot", standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()  # here, where an error of it is caught
-    except click.exceptions.Abort:
-        sys.exit(130)
+    except (click.exceptions.Abort, KeyboardInterrupt) as error:
+        sys.exit(getattr(error.__cause__ or error, "status", 130))  # click has its own exception for Ctrl-C
     except click.UsageError as error:
         text = error.format_message().rstrip(".")
         see = f"see `{error.ctx.command_path} --help`" if error.ctx else ""
@@ -89,8 +89,6 @@ def main() -> None:
         if error.filename is None:
             raise
         _fail(f"{error.filename} cannot be reached: {(error.strerror or 'refused').lower()}")
-    except KeyboardInterrupt:
-        sys.exit(130)
     gc.freeze()  # or the interpreter looks through all that was loaded as it ends: 0.07 s
     sys.exit(status if isinstance(status, int) else 0)
 

@@ -11,7 +11,7 @@ import click
 
 from underfoot.commands import SentenceGroup
 from underfoot.commands.compiling import report_compiling
-from underfoot.commands.ending import ended_by_signals, interrupt
+from underfoot.commands.ending import raised_at_signals
 from underfoot.commands.options import chosen, click_parameters
 from underfoot.errors import BadMeasurement, BadValue, DeviceError, UnderfootError
 
@@ -82,7 +82,7 @@ def _on_target(calibration: "Calibration", rig: "MeasuringRig", options: "TileOp
             raise BadValue(f"{calibration.command()} needs {first} first: calibrate {first}, and give its --profile")
         required = CALIBRATIONS[calibration.requires]()
         known = _measured(required, rig, floor, MeasurementSetup(tile, known, options.seed), options).apply(known)
-    with report_compiling(), ended_by_signals(interrupt):
+    with report_compiling(), raised_at_signals():
         found = _measured(calibration, rig, floor, MeasurementSetup(tile, known, options.seed), options)
     options.conclude(found, known)
 

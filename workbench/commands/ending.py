@@ -18,28 +18,24 @@ def ended_by_signals(end: Callable[[], object]) -> Iterator[None]:
 
     What is printed from then on to a terminal that is closed is dropped. `nohup` is respected.
     """
-    terminals = [output for output in _OUTPUTS if os.isatty(output)]
+    with _told_of_signals(lambda number: end()):
+        yield
 
-    def hang_up() -> None:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for output in terminals:
-            os.dup2(nowhere, output)
-        os.close(nowhere)
-        end()
 
-    calls = {signal.SIGINT: end, signal.SIGTERM: end}
-    closed = getattr(signal, "SIGHUP", None)  # which Windows does not have
-    if closed is not None and signal.getsignal(closed) != signal.SIG_IGN:
-        calls[closed] = hang_up
-    with ExitStack() as stack:
-        for number, call in calls.items():
-            stack.callback(signal.signal, number, signal.signal(number, lambda *_, call=call: call()))
+@contextmanager
+def raised_at_signals() -> Iterator[None]:
+    """Raise `Interrupted` in this block at these signals."""
+
+    def interrupt(number: int) -> None:
+        raise Interrupted(number)
+
+    with _told_of_signals(interrupt):
         yield
 
 
 @contextmanager
 def interrupted_by_signals() -> Iterator[None]:
-    """Raise `KeyboardInterrupt` in this block at these signals; end the process if the block goes on after that.
+    """Raise `Interrupted` in this block at these signals; end the process if the block goes on after that.
 
     Python waits with it until a kernel returns, which one of an own node may never do.
     """
@@ -48,11 +44,12 @@ def interrupted_by_signals() -> Iterator[None]:
     told.setblocking(False)
 
     def watch() -> None:
-        if heard.recv(1) and not left.wait(_STUCK_S):
-            os._exit(130)
+        number = heard.recv(1)
+        if number and not left.wait(_STUCK_S):
+            os._exit(_status(number[0]))
 
     watching = threading.Thread(target=watch, name="signals", daemon=True)
-    with heard, ended_by_signals(interrupt):
+    with heard, raised_at_signals():
         before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
         watching.start()
         try:
@@ -64,6 +61,35 @@ def interrupted_by_signals() -> Iterator[None]:
             watching.join()
 
 
-def interrupt() -> None:
-    """Raise `KeyboardInterrupt`."""
-    raise KeyboardInterrupt
+class Interrupted(KeyboardInterrupt):
+    """A signal ends the command; `status` is its exit status, by which a shell or a service manager knows which."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.status = _status(number)
+
+
+def _status(number: int) -> int:
+    return 128 + number
+
+
+@contextmanager
+def _told_of_signals(end: Callable[[int], object]) -> Iterator[None]:
+    """Call `end` with the number of each of these signals; first drop what goes to a terminal that is closed."""
+    terminals = [output for output in _OUTPUTS if os.isatty(output)]
+
+    def hang_up(number: int) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for output in terminals:
+            os.dup2(nowhere, output)
+        os.close(nowhere)
+        end(number)
+
+    calls: dict[int, Callable[[int], object]] = {signal.SIGINT: end, signal.SIGTERM: end}
+    closed = getattr(signal, "SIGHUP", None)  # which Windows does not have
+    if closed is not None and signal.getsignal(closed) != signal.SIG_IGN:
+        calls[closed] = hang_up
+    with ExitStack() as stack:
+        for number in calls:
+            stack.callback(signal.signal, number, signal.signal(number, lambda number, _: calls[number](number)))
+        yield
