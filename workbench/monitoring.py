@@ -67,6 +67,8 @@ class StreamOptions:
 class FileStream:
     """Stream of a force table, as fast as possible."""
 
+    is_live = False
+    """Whether it cannot be had again."""
     failure = ""
     """Failure that did not end the stream, reported at the end."""
 
@@ -119,6 +121,7 @@ class FileStream:
 class SessionStream:
     """Stream of a running session, in real time. `DeviceError` if nothing can be played."""
 
+    is_live = True
     failure = ""
 
     def __init__(self, target: Target, seconds: float | None, record: Path | None, patch: Path | None) -> None:

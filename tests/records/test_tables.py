@@ -79,6 +79,17 @@ def test_a_table_is_whole_or_not_there(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["steps.csv"]
 
 
+def test_a_live_table_is_there_with_all_its_lines_before_it_ends(tmp_path):
+    """A process that is killed, or loses its power, leaves what it has written."""
+    path = tmp_path / "steps.csv"
+    path.write_text("what was there")
+    with step_table(path, live=True) as write:
+        write([STEP])
+        lines = path.read_text().splitlines()
+        assert [line.partition(",")[0] for line in lines] == ["step", str(STEP.step)]
+        assert [file.name for file in tmp_path.iterdir()] == ["steps.csv"]
+
+
 @pytest.mark.parametrize("name", ["no/steps.csv", "folder"])
 def test_what_cannot_be_written_is_a_bad_file_that_leaves_nothing(tmp_path, name):
     (tmp_path / "folder").mkdir()

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from underfoot.errors import BadFile, BadValue
 
 if TYPE_CHECKING:
     from underfoot.floor.footsteps import Step
+    from underfoot.floor.step_finder import Detections
     from underfoot.monitoring import FileStream, SessionStream
 
 
@@ -92,23 +94,23 @@ def monitor(options: MonitorOptions) -> None:
         raise BadFile(stream.failure)
 
 
+_Write = Callable[["Detections"], None]
+
+
 def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> None:
     """Print and write what the stream brings, until it ends or a signal ends it."""
     from underfoot.floor.gait_summary import gait_of
     from underfoot.monitoring import step_figures, step_line
-    from underfoot.records.tables import contact_table, step_table
 
     every: list[Step] = []
     with ExitStack() as stack:
         stack.callback(stream.close)
         stack.enter_context(ended_by_signals(stream.stop))
-        put_steps = stack.enter_context(step_table(options.steps)) if options.steps else None
-        put_contacts = stack.enter_context(contact_table(options.contacts, stream.floor)) if options.contacts else None
+        tables: list[_Write] | None = None
         for found in stream:
-            if put_contacts:
-                put_contacts(found.rows)
-            if put_steps:
-                put_steps(found.steps)
+            if tables is None:  # not before: a session that cannot begin leaves the files that were there
+                tables = list(_tables(stream, options, stack))
+            _put(found, tables, stream)
             every += found.steps
             for step in found.steps:
                 print(json.dumps(step_figures(step)) if options.as_json else step_line(step), flush=True)
@@ -117,3 +119,28 @@ def _follow(stream: "FileStream | SessionStream", options: MonitorOptions) -> No
     if not options.as_json:
         for gait in gait_of(every):
             print(f"underfoot: {gait.line()}", file=sys.stderr, flush=True)
+
+
+def _tables(stream: "FileStream | SessionStream", options: MonitorOptions, stack: ExitStack) -> Iterator[_Write]:
+    """Open the tables that are asked for."""
+    from underfoot.records.tables import contact_table, step_table
+
+    if options.contacts is not None:
+        put_contacts = stack.enter_context(contact_table(options.contacts, stream.floor, live=stream.is_live))
+        yield lambda found: put_contacts(found.rows)
+    if options.steps is not None:
+        put_steps = stack.enter_context(step_table(options.steps, live=stream.is_live))
+        yield lambda found: put_steps(found.steps)
+
+
+def _put(found: "Detections", tables: list[_Write], stream: "FileStream | SessionStream") -> None:
+    """Write what was found. A live stream goes on without a table that the disk refuses; what is in it is kept."""
+    for write in list(tables):
+        try:
+            write(found)
+        except BadFile as error:
+            if not stream.is_live:
+                raise
+            tables.remove(write)
+            stream.failure = f"{error}; it has what came before"
+            print(f"underfoot: {stream.failure}", file=sys.stderr, flush=True)

@@ -1,8 +1,9 @@
 """Tables: columns by name for scripts, and CSV files of commands.
 
 A file is UTF-8 CSV with a header, written beside its target and moved there when it is complete. Commands write line by
-line in a `with` block; an earlier file is replaced only if the block ends without an exception. `BadFile` if it cannot
-be written.
+line in a `with` block; an earlier file is replaced only if the block ends without an exception. A table of what cannot
+be measured again is `live`: it is moved there at once, and gets whole lines, so that a full disk or a killed process
+leaves what came before. `BadFile` if it cannot be written.
 """
 
 import math
@@ -110,7 +111,7 @@ def force_table(path: str | Path, columns: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
+def step_table(path: str | Path, *, live: bool = False) -> Iterator[Callable[[Iterable[Step]], None]]:
     """Open a step table for writing; yield a function that appends steps, one line each. NaN is an empty cell.
 
     >>> import tempfile
@@ -124,7 +125,7 @@ def step_table(path: str | Path) -> Iterator[Callable[[Iterable[Step]], None]]:
     '1,t1,left,0.200000,600.000,760.000,500.000,740.000,320.0000,,210.000,200.000,0,,,,,,,'
     >>> folder.cleanup()
     """
-    with _table(path, ",".join(_STEP_COLUMNS)) as lines:
+    with (_live_table if live else _table)(path, ",".join(_STEP_COLUMNS)) as lines:
         yield lambda steps: lines(_step_line(step) for step in steps)
 
 
@@ -134,9 +135,9 @@ def step_lines(steps: Iterable[Step]) -> list[str]:
 
 
 @contextmanager
-def contact_table(path: str | Path, floor: Floor) -> Iterator[Callable[[ContactRows], None]]:
+def contact_table(path: str | Path, floor: Floor, *, live: bool = False) -> Iterator[Callable[[ContactRows], None]]:
     """Open a contact table for writing, in the floor's frame; yield a function that appends rows, one line each."""
-    with _table(path, "time_s,contact,x_m,y_m,force_n,tiles") as lines:
+    with (_live_table if live else _table)(path, "time_s,contact,x_m,y_m,force_n,tiles") as lines:
         yield lambda rows: lines(_contact_lines(rows, floor))
 
 
@@ -155,10 +156,31 @@ def _table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], 
         try:
             lines([header])
             yield lines
-            with written(path):
-                file.flush()
         finally:
-            file.close()
+            with written(path):
+                file.close()
+
+
+@contextmanager
+def _live_table(path: str | Path, header: str) -> Iterator[Callable[[Iterable[str]], None]]:
+    with _table(path, header):
+        pass
+    with written(path):
+        file = path_of(path).open("ab", buffering=0)
+
+    def lines(texts: Iterable[str]) -> None:
+        left = memoryview("".join(f"{text}\n" for text in texts).encode())
+        whole = file.tell()
+        with written(path):
+            try:
+                while left:  # a disk may take a part
+                    left = left[file.write(left) :]
+            except OSError:
+                file.truncate(whole)
+                raise
+
+    with file:
+        yield lines
 
 
 def _cell(value: object) -> str:
