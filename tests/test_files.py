@@ -38,6 +38,17 @@ def test_a_block_that_raises_leaves_everything_as_it_was(tmp_path, error):
     assert [file.name for file in tmp_path.iterdir()] == ["a.txt"]
 
 
+def test_what_a_killed_process_left_of_a_file_is_gone_with_the_next_that_is_written(tmp_path):
+    """Nothing removed the hidden parts: a machine that is switched off every night collected them."""
+    left, present, other = (tmp_path / name for name in (".a.txt.0123abcd", ".a.txt.89abcdef", ".b.txt.0123abcd"))
+    for path in (left, present, other):
+        path.write_bytes(b"half")
+    for path in (left, other):
+        os.utime(path, (path.stat().st_mtime - 7200.0,) * 2)
+    write_file(tmp_path / "a.txt", b"whole")
+    assert {path.name for path in tmp_path.iterdir()} == {"a.txt", present.name, other.name}
+
+
 def test_what_cannot_be_is_a_bad_file_that_leaves_nothing(tmp_path):
     (tmp_path / "folder").mkdir()
     with pytest.raises(BadFile, match=r"no.a\.txt cannot be written: no such file"):

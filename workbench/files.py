@@ -5,14 +5,17 @@ import os
 import re
 import secrets
 import stat
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from platformdirs import user_cache_dir
 
 from underfoot.errors import BadFile, require
 from underfoot.version import __version__
+
+_LEFT_S = 3600.0
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
@@ -63,7 +66,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
 
     If the block raises, the file is removed and `path` is unchanged. Behind a link, the file that it names is replaced.
     Permissions are those of the old file, or of any new one. Raise `BadFile` if the file cannot be created or moved;
-    exceptions of the block itself pass through (see `written`).
+    exceptions of the block itself pass through (see `written`). What a killed process left of this file is removed.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -75,6 +78,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
     require_replaceable(path)
     target = Path(os.path.realpath(path_of(path)))
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
+    _remove_left(target)
     with written(path):
         part.touch(exist_ok=False)
     try:
@@ -87,6 +91,16 @@ def replaced(path: str | Path) -> Iterator[Path]:
             part.replace(target)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _remove_left(target: Path) -> None:
+    """Remove the parts of a file whose writers were killed: those that nothing was written to for an hour."""
+    of_it = re.compile(rf"\.{re.escape(target.name)}\.[0-9a-f]{{8}}")
+    with suppress(OSError):  # somebody else's, or removed meanwhile
+        for name in filter(of_it.fullmatch, os.listdir(target.parent)):
+            part = target.with_name(name)
+            if time.time() - part.stat().st_mtime > _LEFT_S:
+                part.unlink()
 
 
 def no_file(path: str | Path) -> str:
