@@ -148,6 +148,51 @@ def test_an_address_that_a_plug_in_cannot_read_is_named_in_a_line(python, comman
     assert "radio is 'far': ValueError: invalid literal for int()" in told.stderr
 
 
+@pytest.mark.parametrize("fails", ["send", "unplug", "plug", "close"])
+def test_an_emulators_end_of_a_plug_in_that_fails_ends_the_command_in_a_line(python, fails):
+    """It was a traceback, and the exit status that of a success."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpSender, UdpTransport\n"
+        "class RadioSender(UdpSender):\n    option = 'radio'\n"
+        f"    def {fails}(self, *_):\n        raise KeyError('antenna')\n"
+        "class Radio(UdpTransport):\n    scheme = 'radio'\n    sender = RadioSender\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-m", "underfoot", "emulate", "--radio", "9", "--unplug", "0.01:0.01", "--seconds", "0.05")
+    assert (told.returncode, "Traceback" in told.stderr) == (1, False)
+    assert told.stderr.splitlines()[-1].endswith(": KeyError: 'antenna'")
+
+
+CHOSEN = """
+from types import SimpleNamespace
+from PySide6.QtWidgets import QApplication, QWidget
+from underfoot.engine.target import Target
+from underfoot.floor.layout import default_floor
+from underfoot.widgets.dialogs.file_chooser import FileChooser
+from underfoot.widgets.dialogs.transport_dialog import TransportDialog
+from underfoot.widgets.session.target_chooser import TargetChooser
+from underfoot.widgets.session.targets import choices
+
+application, controller = QApplication([]), SimpleNamespace(target=Target(default_floor()))
+window = QWidget()
+(key,) = (key for key, text in choices() if text == "Radio…")
+TargetChooser(window, controller, None, FileChooser(window, str, print), print, print).choose(key)
+print(window.findChild(TransportDialog).windowTitle())
+"""
+
+
+@pytest.mark.parametrize("scheme", ["floor", "simulation", "recording"])
+def test_a_transport_of_a_plug_in_is_chosen_in_the_window_whatever_its_name(python, scheme):
+    """Another entry of the target menu answered for it."""
+    code = (
+        "from underfoot.devices.transports.udp import UdpTransport\n"
+        f"class Radio(UdpTransport):\n    scheme, title = '{scheme}', 'Radio'\n"
+    )
+    install(python.site, "radio", "underfoot.transports", "radio:Radio", {"radio.py": code})
+    told = python("-c", CHOSEN)
+    assert told.stdout == "Radio\n", told.stderr
+
+
 @pytest.mark.parametrize(("end", "option"), [("UdpSender", "--udp"), ("RadioSender", "--radio-link")])
 def test_the_emulator_sends_beside_a_transport_of_a_plug_in(python, end, option):
     """One that shares the end of another, or whose option has a hyphen, ended every `emulate` with a traceback."""

@@ -124,7 +124,7 @@ def test_hardware_is_chosen_in_a_dialog(window, qtbot):
     """A real pseudo-terminal, with an emulated floor behind it on which a walker walks."""
     sender = PtySender()
     emulator = Emulator(sender, SimulatedFloor(default_floor()))
-    window.main_bar.target_chosen.emit("serial")
+    window.main_bar.target_chosen.emit("transport serial")
     dialog = window.findChild(TransportDialog)
     dialog.address.setEditText("/dev/no such port")
     qtbot.keyClick(dialog.address, Qt.Key.Key_Return)

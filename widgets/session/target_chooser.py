@@ -43,8 +43,8 @@ class TargetChooser:
             ask("A simulated tile", "Tiles (*.json);;All files (*)", selection.use_simulation)
         elif kind == "floor":
             ask("A floor", "Floors (*.json);;All files (*)", selection.use_floor)
-        elif kind in TRANSPORTS:
-            self._ask_address(kind)
+        elif kind == "transport":
+            self._ask_address(*what)
         elif kind == "recording":
             ask("A recording", "Recordings (*.underfoot *.uf)", self._open_recording)
         else:

@@ -28,7 +28,7 @@ def choices() -> Choices:
         ("recording", "Open a recording…"),
         ("forces", "Play recorded forces from a file…"),
         ("", ""),
-        *((scheme, f"{transport.title}…") for scheme, transport in TRANSPORTS.items()),
+        *((f"transport {scheme}", f"{transport.title}…") for scheme, transport in TRANSPORTS.items()),
     )
 
 
@@ -42,7 +42,7 @@ def keys_of(target: Target) -> frozenset[str]:
     if target.kind == "replay":
         return frozenset({"forces"})
     if target.kind in TRANSPORTS:
-        return frozenset({target.kind})
+        return frozenset({f"transport {target.kind}"})
     known = {str(path): f"simulation {name}" for name, path in preset_files.simulations().items()}
     tile = known.get(target.simulation, "simulation") if target.simulation else "simulation ideal"
     grid = grid_of(target.floor)

@@ -16,7 +16,7 @@ from underfoot.commands.files import FILE, FLOOR, FORCES
 from underfoot.commands.options import takes_options
 from underfoot.devices.transport import Sender, made
 from underfoot.devices.transports import TRANSPORTS
-from underfoot.errors import BadFile, BadValue
+from underfoot.errors import BadFile, BadValue, DeviceError
 from underfoot.plugins import refuse
 
 if TYPE_CHECKING:
@@ -162,6 +162,8 @@ def _run(emulator: "Emulator", tiles: str) -> None:
     counts = emulator.injector.counts
     faulty = ", ".join(f"{getattr(counts, kind)} {kind}" for kind in KINDS)
     print(f"underfoot: {counts.frames} frames, {faulty}; {emulator.undelivered} samples unheard", file=sys.stderr)
+    if emulator.failure:
+        raise DeviceError(emulator.failure)
 
 
 def _injector(options: EmulateOptions) -> "FaultInjector":

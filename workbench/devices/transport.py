@@ -112,14 +112,14 @@ def made(name: str, of: Callable[[str], T], text: str) -> T:
         raise BadValue(f"{name} is {text!r}: {type(error).__name__}: {error}") from error
 
 
-def asked(transport: Transport, call: Callable[[], T]) -> T:
-    """Call `open`, `read` or `close` of a transport. A plug-in's can raise anything: any error is a `DeviceError`."""
+def asked(end: Transport | Sender, call: Callable[[], T]) -> T:
+    """Call `open`, `send` or another of these methods. A plug-in's can raise anything: any error is a `DeviceError`."""
     try:
         return call()
     except DeviceError:
         raise
     except Exception as error:
-        raise DeviceError(f"{transport.name}: {type(error).__name__}: {error}") from error
+        raise DeviceError(f"{end.name}: {type(error).__name__}: {error}") from error
 
 
 def host_and_port(text: str) -> tuple[str, int]:

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,8 @@ from underfoot.devices.emulation.faults import FaultInjector
 from underfoot.devices.force_source import ForceSource
 from underfoot.devices.framing.wire_format import ACCELERATION, FORCES, FRAME_BYTES, SAMPLE
 from underfoot.devices.link_acceleration import EACH
-from underfoot.devices.transport import Sender
-from underfoot.errors import require
+from underfoot.devices.transport import Sender, asked
+from underfoot.errors import DeviceError, require
 
 _RATE = 48_000.0
 _AHEAD_S = 0.05  # samples are computed this far ahead: a delay in sending one would otherwise delay the next
@@ -39,8 +40,9 @@ class Emulator:
 
     `readings` converts newtons (n, tiles, 4) to counts. The tiles' numbers are their rows, from 0; `only` selects one
     of them. Each sample is sent at its own time, together with those already late. After `seconds` it ends by itself;
-    `over` is then true. `undelivered` counts samples that were not sent whole. `acceleration` are readings (n, tiles)
-    of accelerometers, four for each sample of force, repeated from the first on.
+    `is_finished` is then true. If its sender fails, it ends, too; `failure` says why. `undelivered` counts samples that
+    were not sent whole. `acceleration` are readings (n, tiles) of accelerometers, four for each sample of force,
+    repeated from the first on.
     """
 
     def __init__(
@@ -58,7 +60,7 @@ class Emulator:
         require(acceleration is None or not (injector and injector.csv), "acceleration", "given", "binary frames alone")
         self._acceleration = acceleration
         require(seconds is None or seconds > 0.0, "seconds", seconds, "above 0")
-        self.sender, self.injector, self.undelivered = sender, injector or FaultInjector(), 0
+        self.sender, self.injector, self.undelivered, self.failure = sender, injector or FaultInjector(), 0, ""
         self._source, self._readings = source, readings
         self._seconds = math.inf if seconds is None else seconds
         clock = clock or TileClock()
@@ -90,7 +92,7 @@ class Emulator:
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join()
-        self.sender.close()
+        asked(self.sender, self.sender.close)
 
     def samples(self, stamps: NDArray[np.float64], force_n: NDArray[np.float64]) -> NDArray[np.void]:
         """Return records of `wire_format.SAMPLE` for forces (n, tiles, 4) at these session frames (n,).
@@ -116,6 +118,12 @@ class Emulator:
         return samples.reshape(-1)
 
     def _run(self) -> None:
+        try:
+            self._send_all()
+        except DeviceError as error:
+            self.failure = str(error)
+
+    def _send_all(self) -> None:
         self._send_until(1.0 / _RATE, -math.inf)  # loads the source's kernels before timing matters
         began, end = time.monotonic(), 0.0
         while end < self._seconds and self._wait_until(began + end - 0.5 * _AHEAD_S):
@@ -129,9 +137,9 @@ class Emulator:
     def _cut(self, at_s: float, plugs: bool) -> None:
         """Unplug the transport, or plug it in again."""
         if not plugs:
-            self.sender.unplug()
+            asked(self.sender, self.sender.unplug)
             return
-        self.sender.plug()
+        asked(self.sender, self.sender.plug)
         if self.sender.powers_tiles:
             self._sequence, self._start_frame, self._start_us = 0, at_s * _RATE, 0
 
@@ -160,5 +168,5 @@ class Emulator:
             ends = [at + 1 for at, byte in enumerate(data) if byte == 10]
         else:
             ends = list(range(FRAME_BYTES, len(data) + 1, FRAME_BYTES))
-        if data and not self.sender.send(data, ends):
+        if data and not asked(self.sender, partial(self.sender.send, data, ends)):
             self.undelivered += samples
