@@ -285,10 +285,13 @@ def test_a_whole_network_is_sent_to(serve):
         assert b"/underfoot/contacts" in hears.recv(65536)
 
 
-@pytest.mark.skipif(
+unshared = pytest.mark.skipif(
     not shutil.which("unshare") or subprocess.run(["unshare", "-rn", "ip", "link"], capture_output=True).returncode,
     reason="this system makes no network without a way out",
 )
+
+
+@unshared
 def test_a_network_that_is_away_is_said_until_it_is_back():
     """As where a cable is not plugged in yet."""
     script = """if True:
@@ -303,12 +306,45 @@ def test_a_network_that_is_away_is_said_until_it_is_back():
         Poll()(lambda: not server.problem)
         server.close()
     """
-    command, helpers = (
-        ["unshare", "-rn", sys.executable, "-c", script],
-        {"PYTHONPATH": str(Path(__file__).parents[1] / "helpers")},
-    )
-    said = subprocess.run(command, env=os.environ | helpers, capture_output=True, text=True, check=True)
-    assert said.stdout == "nothing can be sent to 127.0.0.1:9: network is unreachable\n"
+    assert in_a_network_of_its_own(script) == "nothing can be sent to 127.0.0.1:9: network is unreachable\n"
+
+
+@unshared
+def test_that_cues_cannot_be_answered_is_said_until_they_can():
+    """As behind a wall that lets nothing out: nobody was told, here or there."""
+    script = """if True:
+        import socket, subprocess
+        from polling import Poll
+        from pythonosc.osc_message_builder import build_msg
+        from underfoot.floor.layout import default_floor
+        from underfoot.network.plan import NetworkPlan
+        from underfoot.network.server import NetworkServer
+        def ip(*words):
+            subprocess.run(["ip", *words], check=True)
+        ip("link", "set", "lo", "up")
+        ip("address", "add", "10.0.0.1/32", "dev", "lo")
+        server = NetworkServer(NetworkPlan.of(listen="0.0.0.0:9001"), default_floor(), 48_000.0, 1000.0)
+        client = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        client.bind(("10.0.0.1", 9002))
+        client.sendto(build_msg("/underfoot/mark", ["now"]).dgram, ("127.0.0.1", 9001))
+        (cue,) = Poll()(server.cues)
+        ip("address", "del", "10.0.0.1/32", "dev", "lo")
+        def problem():
+            server.answer_refused(cue, "it is too late")
+            return server.problem
+        print(Poll()(problem))
+        ip("address", "add", "10.0.0.1/32", "dev", "lo")
+        Poll()(lambda: not problem())
+        server.close()
+    """
+    assert in_a_network_of_its_own(script) == "cues cannot be answered: 10.0.0.1:9002: network is unreachable\n"
+
+
+def in_a_network_of_its_own(script):
+    """What a script prints where no network is there, not even this machine's own."""
+    helpers = {"PYTHONPATH": str(Path(__file__).parents[1] / "helpers")}
+    command = ["unshare", "-rn", sys.executable, "-c", script]
+    return subprocess.run(command, env=os.environ | helpers, capture_output=True, text=True, check=True).stdout
 
 
 def test_lines_and_triggers_of_a_serial_port_are_marks(serve, until):

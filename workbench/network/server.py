@@ -102,7 +102,7 @@ class NetworkServer:
         self._reads, self._acts = _Allowance(MOST_DATAGRAMS_S), _Allowance(MOST_CUES_S)
         self._ended, self._released = False, threading.Event()
         self._problem = ""
-        self._failing: dict[Address, tuple[float, str]] = {}  # since when, and why
+        self._failing: dict[str, tuple[float, float, str]] = {}  # of what: since when, until when, and why
         self._lsl: LslStreams | None = None
         self._inlets: list[LslMarks | SerialMarks] = []
         self._listening = _bound(plan.listen) if plan.listen is not None else None
@@ -127,8 +127,8 @@ class NetworkServer:
     @property
     def problem(self) -> str:
         """Parts of the plan that fail, with reasons; "" if none."""
-        failing, now_s = tuple(self._failing.items()), time.monotonic()
-        unsent = (f"nothing can be sent to {to}: {why}" for to, (s, why) in failing if now_s - s > LASTING_S)
+        failing = tuple(self._failing.items())
+        unsent = (f"{what}: {why}" for what, (since_s, last_s, why) in failing if last_s - since_s > LASTING_S)
         return "; ".join(filter(None, (self._problem, *unsent, *(inlet.problem for inlet in self._inlets))))
 
     # --- output ---
@@ -185,7 +185,7 @@ class NetworkServer:
 
     def _answer(self, sender: Sender | None, name: str, *arguments: Argument) -> None:
         if sender is not None:
-            self._do(partial(self._send_by, self._listening, message(f"/{NAME}/{name}", *arguments), sender))
+            self._do(partial(self._send_answer, message(f"/{NAME}/{name}", *arguments), sender))
 
     def _do(self, job: Callable[[], object]) -> None:
         """Run a job in the thread."""
@@ -255,19 +255,29 @@ class NetworkServer:
 
     def _send(self, datagram: bytes, to: Address) -> None:
         why = self._send_by(self._out, datagram, (to.host, to.port))
-        if why:
-            self._failing.setdefault(to, (time.monotonic(), why))
-        else:
-            self._failing.pop(to, None)
+        self._note(f"nothing can be sent to {to}", why)
 
-    def _send_by(self, way: socket.socket | None, datagram: bytes, to: Sender) -> str:
+    def _send_answer(self, datagram: bytes, sender: Sender) -> None:
+        why = self._send_by(self._listening or self._out, datagram, sender)
+        self._note("cues cannot be answered", why and f"{sender[0]}:{sender[1]}: {why}")
+
+    def _send_by(self, way: socket.socket, datagram: bytes, to: Sender) -> str:
         """Send a datagram; return why that is not possible, or ""."""
         try:
-            (way or self._out).sendto(datagram, to)
+            way.sendto(datagram, to)
         except OSError as error:  # no route, or no buffer space; the next frame replaces this one
             return (error.strerror or "refused").lower()
         self.counts.sent += 1
         return ""
+
+    def _note(self, what: str, why: str) -> None:
+        """Note what cannot be sent, or, without a reason, that it can."""
+        if why:
+            now_s = time.monotonic()
+            since_s, *_ = self._failing.get(what, (now_s,))
+            self._failing[what] = (since_s, now_s, why)
+        else:
+            self._failing.pop(what, None)
 
     # --- input ---
 
@@ -309,7 +319,7 @@ class NetworkServer:
             return
         self.counts.received += 1
         if isinstance(cue, HelloCue):
-            self._send_by(self._listening, self._hello, sender)
+            self._send_answer(self._hello, sender)
         else:
             self._cues.append(Received(cue, sender))
 
