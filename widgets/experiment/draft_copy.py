@@ -1,13 +1,12 @@
 """The copy of an unsaved study, which outlives its window and a crash."""
 
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
 
 from underfoot.errors import UnderfootError
-from underfoot.files import make_folder, read_file, written
+from underfoot.files import make_folder, read_file
 from underfoot.widgets.session.autosave import AUTOSAVE_MS, CopyWriter, WorkSlot
 
 
@@ -51,16 +50,10 @@ class DraftCopy(QObject):
     def put_aside(self) -> None:
         """Move what was found, and cannot be read, where no copy replaces it; tell where."""
         assert self._slot is not None
-        path = self._slot.path
-        names = (path.with_name(f"unreadable-{number}.draft") for number in count(1))
-        to = next(name for name in names if not name.exists())
         try:
-            with written(to):
-                path.replace(to)
+            self._notify(self._slot.keep_unreadable())
         except UnderfootError as error:
             self._notify(str(error))
-            return
-        self._notify(f"{path} cannot be read; it is kept as {to.name}")
 
     def close(self) -> None:
         """Write what was not copied yet; the copy stays for the next window."""

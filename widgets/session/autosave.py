@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from PySide6.QtCore import QLockFile
 
 from underfoot.errors import BadFile, UnderfootError
-from underfoot.files import read_file, write_file
+from underfoot.files import read_file, write_file, written
 from underfoot.patch.node import Registry
 from underfoot.patch.patch import Patch
 
@@ -73,6 +73,14 @@ class WorkSlot:
         if self.is_own:
             self.path.unlink(missing_ok=True)
 
+    def keep_unreadable(self) -> str:
+        """Move the file, which cannot be read, where no copy replaces it; return a line that says where."""
+        names = (self.path.with_name(f"unreadable-{number}{self.path.suffix}") for number in count(1))
+        to = next(name for name in names if not name.exists())
+        with written(to):
+            self.path.replace(to)
+        return f"{self.path} cannot be read; it is kept as {to.name}"
+
     def close(self) -> None:
         """Release the slot, and keep its content."""
         if self._lock is not None:
@@ -125,8 +133,11 @@ class Autosave(WorkSlot):
     def recover(
         self, registry: Registry, register_nodes: RegisterNodes = lambda patch, folder: None
     ) -> RecoveredWork | None:
-        """Return the work that a crashed window left in this slot; None if there is none, or it cannot be read."""
-        if not self.is_own:
+        """Return the work that a crashed window left in this slot, if any.
+
+        `BadFile` if it cannot be read, as that of another version: it is moved where no copy replaces it.
+        """
+        if not self.is_own or not self.path.exists():
             return None
         try:
             work = msgspec.json.decode(read_file(self.path))
@@ -134,7 +145,7 @@ class Autosave(WorkSlot):
             found = self._read(work, registry, register_nodes)
             return replace(found, other=other, for_restart=work.get("for_restart") is True)
         except (UnderfootError, msgspec.DecodeError, UnicodeDecodeError, KeyError, TypeError):
-            return None
+            raise BadFile(self.keep_unreadable()) from None
 
     def _read(self, work: dict[str, Any], registry: Registry, register_nodes: RegisterNodes) -> RecoveredWork:
         text, path = msgspec.json.encode(work["patch"]), Path(work["path"]) if work["path"] else None

@@ -204,9 +204,15 @@ class OpenPatch(QObject):
 
     def restore_or_open(self, path: Path | None, default_patch: Patch) -> None:
         """Open, at the start, the work left by a crash, else the requested file, else this patch."""
-        recovered = self.autosave.recover(self._registry, self.nodes.register_nodes)
+        recovered, unreadable = None, ""
+        try:
+            recovered = self.autosave.recover(self._registry, self.nodes.register_nodes)
+        except UnderfootError as error:
+            unreadable = str(error)
 
         def keep() -> None:
+            if unreadable:
+                self.notified.emit(unreadable)
             if recovered is not None:
                 self._writer.submit(self.autosave.put_aside)  # after the copies before
                 self.notified.emit("Unsaved work from last time is kept: start Underfoot without a file to restore it.")
@@ -221,6 +227,8 @@ class OpenPatch(QObject):
                 self.notified.emit("Underfoot was not closed normally last time: your unsaved work is restored.")
         else:
             self._set_document(default_patch, None, saved=default_patch)
+            if unreadable:
+                self.notified.emit(unreadable)
 
     def read(self, path: Path, then: Callable[[], object] = lambda: None) -> bool:
         """Open the patch in a file, and call `then`; if that fails, report it and change nothing.

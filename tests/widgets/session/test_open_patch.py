@@ -211,6 +211,22 @@ def test_work_is_put_aside_also_when_every_place_is_taken(tmp_path):
     assert {autosave.recover(REGISTRY).patch.title for autosave in after} == titles
 
 
+@pytest.mark.parametrize("is_asked_for", [False, True])
+def test_work_that_cannot_be_read_is_kept_beside_the_next_and_that_is_said(qtbot, tmp_path, is_asked_for):
+    """As that of another version: the next copy replaced it."""
+    noise_patch().save(tmp_path / "hiss.json")
+    left = b'{"format": "underfoot-work", "patch": {"version": 99}, "path": ""}'
+    for name in ("unreadable-1.json", "unreadable-2.json"):
+        work = tmp_path / "unsaved" / "work-0.json"
+        work.parent.mkdir(exist_ok=True)
+        work.write_bytes(left)
+        window = quiet_window(qtbot, tmp_path, tmp_path / "hiss.json" if is_asked_for else None)
+        assert work.with_name(name).read_bytes() == left
+        assert window.status.message.endswith(f"work-0.json cannot be read; it is kept as {name}")
+        design(window).document.edit(noise_patch("Edited"), "All")
+        window.leave()
+
+
 @pytest.mark.parametrize(
     "text", ["", "{", '{"level_db": "loud"}', "\udcff".encode(errors="surrogateescape").decode("latin-1")]
 )
