@@ -79,8 +79,15 @@ def test_a_plate_feels_softer_with_vibration_as_table_6_3_says_and_no_further():
 def test_bad_values_are_refused_in_one_line():
     with pytest.raises(BadValue, match="footwear is 'clog'; allowed: barefoot, shoe"):
         sole.threshold_m_s2(100.0, "clog")
-    with pytest.raises(BadValue, match="finite"):
-        sole.felt([math.nan], RATE)
+
+
+@pytest.mark.parametrize("measure", [sole.felt, sole.band_levels, sole.windowed_peak, sole.share_in_band])
+def test_a_vibration_is_of_one_tile_finite_or_refused(measure):
+    two_tiles = np.stack([sine(1.0, 200.0), sine(2.0, 900.0)], axis=1)
+    for bad in (two_tiles, [0.0, math.nan], [math.inf], 1.0, "loud"):
+        with pytest.raises(BadValue, match=r"^acceleration_m_s2 is .*; allowed: finite numbers in one dimension$"):
+            measure(bad, RATE)
+    measure([], RATE)
 
 
 def test_a_rendering_says_what_is_felt():

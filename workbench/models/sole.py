@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
+from underfoot.arguments import numbers
 from underfoot.errors import require
 
 Footwear = Literal["barefoot", "shoe"]
@@ -93,7 +94,7 @@ def felt(acceleration_m_s2: ArrayLike, rate_hz: float) -> Felt:
 
 
 def band_levels(acceleration_m_s2: ArrayLike, rate_hz: float) -> NDArray[np.float64]:
-    """Return the peak amplitude in each band of `BAND_HZ`, in the window where it is largest: shape (bands,).
+    """Return the peak amplitude of acceleration (n,) in each band of `BAND_HZ`, where it is largest: shape (bands,).
 
     >>> levels = band_levels(np.sin(2 * np.pi * 200.0 * np.arange(48000) / 48000.0), 48000.0)
     >>> BAND_HZ[int(levels.argmax())], round(float(levels.max()), 2)
@@ -109,8 +110,7 @@ def band_levels(acceleration_m_s2: ArrayLike, rate_hz: float) -> NDArray[np.floa
 
 def _power(acceleration_m_s2: ArrayLike, rate_hz: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean square of each spectral line, [window, line], and the frequencies of the lines."""
-    signal = np.asarray(acceleration_m_s2, dtype=np.float64)
-    require(signal.ndim == 1 and bool(np.isfinite(signal).all()), "acceleration", "not so", "finite, one dimension")
+    signal = numbers("acceleration_m_s2", acceleration_m_s2)
     size = round(WINDOW_S * rate_hz)
     hop = max(size // 2, 1)
     padded = np.pad(signal, (hop, size))
@@ -159,7 +159,7 @@ def stiffness_in_words(peak_m_s2: float) -> str:
 
 
 def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
-    """Return a stable peak of noise, as in table 6.1.
+    """Return a stable peak of noise (n,), as in table 6.1.
 
     The median of the maxima of 10 ms windows over the stretch of highest amplitude, i.e. the windows that reach half of
     the largest value. The start of the first window is arbitrary and changes the result by up to 2.6 dB, so the median
@@ -169,7 +169,7 @@ def windowed_peak(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
     1.0
     """
     size = max(round(0.01 * rate_hz), 1)
-    signal = np.abs(np.asarray(acceleration_m_s2, dtype=np.float64))
+    signal = np.abs(numbers("acceleration_m_s2", acceleration_m_s2))
     beginnings = range(0, min(size, len(signal) - size + 1), max(size // 10, 1))
     if not beginnings:
         return float(signal.max(initial=0.0))
@@ -184,14 +184,15 @@ def _median_of_windows(signal: NDArray[np.float64], size: int) -> float:
 
 
 def share_in_band(acceleration_m_s2: ArrayLike, rate_hz: float) -> float:
-    """Return the share of a signal's energy within `FELT_HZ`; 0 for silence.
+    """Return the share of a signal's (n,) energy within `FELT_HZ`; 0 for silence.
 
     >>> round(share_in_band(np.sin(2 * np.pi * 200.0 * np.arange(48000) / 48000.0), 48000.0), 3)
     1.0
     """
-    signal = np.asarray(acceleration_m_s2, dtype=np.float64)
-    power = np.abs(np.fft.rfft(signal)) ** 2
-    frequencies = np.fft.rfftfreq(len(signal), 1.0 / rate_hz)
+    signal = numbers("acceleration_m_s2", acceleration_m_s2)
+    size = max(signal.size, 1)
+    power = np.abs(np.fft.rfft(signal, size)) ** 2
+    frequencies = np.fft.rfftfreq(size, 1.0 / rate_hz)
     total = float(power.sum())
     inside = power[(frequencies >= FELT_HZ[0]) & (frequencies <= FELT_HZ[1])].sum()
     return float(inside) / total if total > 0.0 else 0.0
