@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from underfoot.calibration.files.measurements import PRESS_HEADER, read_pairs, read_presses, table
-from underfoot.errors import BadFile
+from underfoot.calibration.files.measurements import PRESS_HEADER, Pairs, Presses, read_pairs, read_presses, table
+from underfoot.errors import BadFile, BadValue
 
 PAIRS = "time_s,tile,sensor,reading,force_n\n"
 PRESSES = "tile,x_m,y_m,force_n,r1,r2,r3,r4\n"
@@ -92,3 +92,46 @@ def test_tables_may_have_decimal_commas(tmp_path, between):
     path = tmp_path / "pairs.csv"
     path.write_text(PAIRS.replace(",", between) + between.join(["0,099", "t1", "1", "782", "12,5"]) + "\n")
     assert read_pairs(path).rows().tolist() == [[0.099, 1.0, 782.0, 12.5]]
+
+
+def test_a_script_may_give_lists_and_its_arrays_stay_as_they_are():
+    sensor = np.array([0.0, 3.0])
+    found = Pairs("t1", [0, 1], sensor, [2000, 3000], (10, 20))
+    assert found.rows().tolist() == [[0.0, 1.0, 2000.0, 10.0], [1.0, 4.0, 3000.0, 20.0]]
+    assert sensor.dtype == float
+    assert Presses("t1", [[0, 0.1]], [50], [[1, 2, 3, 4]], [[5, 6, 7, 8]]).rows().shape == (1, 11)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sensor": [1, 4]}, "sensor is 4; allowed: 0 to 3, for the sensors that files number 1 to 4"),
+        ({"sensor": [0.5, 1.0]}, "sensor is 0.5; allowed: 0 to 3"),
+        ({"reading": [2000.0]}, "the shape of reading is (1,); allowed: (2,)"),
+        ({"reading": [[2000.0], [3000.0]]}, "the shape of reading is (2, 1); allowed: (2,)"),
+        ({"reading": [2000.0, np.nan]}, "reading is array([2000., nan]); allowed: finite numbers"),
+        ({"force_n": [10.0, np.inf]}, "force_n is array([10., inf]); allowed: finite numbers"),
+        ({"force_n": ["ten", "twenty"]}, "force_n is no array of numbers"),
+    ],
+)
+def test_pairs_of_a_script_that_are_none_are_refused(change, message):
+    columns = {"time_s": [0.0, 1.0], "sensor": [0, 0], "reading": [2000.0, 3000.0], "force_n": [10.0, 20.0], **change}
+    with pytest.raises(BadValue) as refusal:
+        Pairs("t1", **columns)
+    assert str(refusal.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"at_m": [0.0, 0.1]}, "the shape of at_m is (2,); allowed: (2, 2)"),
+        ({"readings": [[1.0] * 4]}, "the shape of readings is (1, 4); allowed: (2, 4)"),
+        ({"newtons": [[1.0] * 3] * 2}, "the shape of newtons is (2, 3); allowed: (2, 4) or (2, 8)"),
+        ({"force_n": [50.0, np.nan]}, "force_n is array([50., nan]); allowed: finite numbers"),
+    ],
+)
+def test_presses_of_a_script_that_are_none_are_refused(change, message):
+    columns = {"at_m": [[0.0, 0.0], [0.1, 0.0]], "force_n": [50.0, 60.0], "readings": [[1.0] * 4] * 2, **change}
+    with pytest.raises(BadValue) as refusal:
+        Presses("t1", **columns)
+    assert str(refusal.value) == message

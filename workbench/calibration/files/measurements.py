@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from underfoot.errors import BadFile
+from underfoot.errors import BadFile, BadValue, require
 from underfoot.files import read_file
 
 LARGEST_READING = 65535.0
@@ -26,13 +26,23 @@ _NEWTONS = ("n1", "n2", "n3", "n4"), ("c1", "c2", "c3", "c4")
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of a sensor's reading and the reference force: all (n,), in file order; `sensor` 0 to 3."""
+    """Pairs of a sensor's reading and the reference force: all (n,), in file order; `sensor` 0 to 3.
+
+    `BadValue` for columns that are no finite numbers, or not of one length.
+    """
 
     tile: str
     time_s: NDArray[np.float64]
     sensor: NDArray[np.intp]
     reading: NDArray[np.float64]
     force_n: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        _check_rows(self, time_s=(), sensor=(), reading=(), force_n=())
+        wrong = self.sensor[~np.isin(self.sensor, (0, 1, 2, 3))]
+        if wrong.size:
+            raise BadValue(f"sensor is {wrong[0]:g}; allowed: 0 to 3, for the sensors that files number 1 to 4")
+        object.__setattr__(self, "sensor", self.sensor.astype(np.intp))
 
     def rows(self) -> NDArray[np.float64]:
         """Return time, sensor from 1, reading and force: (n, 4)."""
@@ -44,7 +54,8 @@ class Presses:
     """Loads on one tile at known positions: `at_m` (n, 2), `force_n` (n,), `readings` (n, 4).
 
     `newtons` (n, 4) are the sensors' forces, less those of the empty tile, where they are known; (n, 8) with those in
-    which hysteresis and creep are compensated.
+    which hysteresis and creep are compensated. `BadValue` for other shapes, and positions, loads or readings that are
+    no finite numbers.
     """
 
     tile: str
@@ -52,6 +63,13 @@ class Presses:
     force_n: NDArray[np.float64]
     readings: NDArray[np.float64]
     newtons: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        _check_rows(self, at_m=(2,), force_n=(), readings=(4,))
+        if self.newtons is not None:
+            object.__setattr__(self, "newtons", np.array(self.newtons, np.float64))
+            rows, known = len(self.force_n), self.newtons.shape
+            require(known in ((rows, 4), (rows, 8)), "the shape of newtons", known, f"({rows}, 4) or ({rows}, 8)")
 
     @property
     def static_n(self) -> NDArray[np.float64]:
@@ -68,6 +86,20 @@ class Presses:
         """Return position, force, readings and newtons: (n, 7) to (n, 15)."""
         newtons = self.readings[:, :0] if self.newtons is None else self.newtons
         return np.column_stack([self.at_m, self.force_n, self.readings, newtons])
+
+
+def _check_rows(measured: Pairs | Presses, **shapes: tuple[int, ...]) -> None:
+    """Make arrays of these columns; `BadValue` unless they are finite, and a row of each has its shape."""
+    rows: tuple[int, ...] = ()
+    for name, shape in shapes.items():
+        try:
+            column = np.array(getattr(measured, name), np.float64, ndmin=1)
+        except (TypeError, ValueError):
+            raise BadValue(f"{name} is no array of numbers; allowed: {', '.join(shapes)} of equal length") from None
+        rows = rows or column.shape[:1]
+        require(column.shape == rows + shape, f"the shape of {name}", column.shape, f"{rows + shape}")
+        require(bool(np.isfinite(column).all()), name, column, "finite numbers")
+        object.__setattr__(measured, name, column)
 
 
 PAIR_HEADER = ",".join(_PAIRS)
