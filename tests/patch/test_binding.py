@@ -1,12 +1,14 @@
 """A node's functions are given what they name: everything there is, and nothing that is not."""
 
 import math
+import sys
+from types import ModuleType
 
 import numpy as np
 import pytest
 from bare_row import BareRow
 
-from underfoot.errors import BadValue
+from underfoot.errors import BadFile, BadValue
 from underfoot.layouts import Layout
 from underfoot.parameters import Choice, Count, Number, Numbers
 from underfoot.patch.node import Input, Output, node, prepared, prepared_columns
@@ -91,6 +93,34 @@ def test_a_node_s_functions_may_make_and_copy_arrays():
     row = BareRow(Reversed)
     row.run(0, 5, {"signal": np.arange(5.0)})
     assert row.outputs["out"].tolist() == [4.0, 3.0, 2.0, 1.0, 0.0]
+
+
+CELL = """
+from underfoot.patch.node import Input, Output, node
+
+@node("halved", "Tests")
+class Halved:
+    \"\"\"Half of a signal.\"\"\"
+
+    signal = Input()
+    out = Output()
+
+    def run(signal, out):
+        for i in range(out.size):
+            out[i] = 0.5 * signal[i]
+"""
+
+
+def test_a_node_of_a_notebook_which_has_no_file_runs_and_its_mistakes_are_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "notebook_cell", ModuleType("notebook_cell"))
+    cell = {"__name__": "notebook_cell"}
+    exec(CELL, cell)
+    row = BareRow(cell["Halved"])
+    row.run(0, 2, {"signal": np.array([1.0, 2.0])})
+    assert row.outputs["out"].tolist() == [0.5, 1.0]
+    exec(CELL.replace("0.5 *", "half *"), cell)
+    with pytest.raises(BadFile, match=r"^<node>: run of Halved cannot be compiled: NameError: name 'half' is not def"):
+        BareRow(cell["Halved"]).run(0, 2, {"signal": np.array([1.0, 2.0])})
 
 
 def test_functions_are_given_what_they_name():

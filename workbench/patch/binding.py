@@ -151,7 +151,7 @@ class Binding:
 
     @property
     def _file(self) -> str:
-        return sys.modules[self.cls.__module__].__file__ or "<node>"
+        return getattr(sys.modules.get(self.cls.__module__), "__file__", None) or "<node>"  # a notebook has no file
 
     # --- the adapters ---
 
