@@ -1,7 +1,9 @@
 """Tables of trials from other programs: what they say is read, and what they cannot say is one line."""
 
+import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from made_studies import first_answers, preset_protocol, protocol_text, walked
@@ -12,9 +14,10 @@ from underfoot.experiments.analysis.settings import Settings
 from underfoot.experiments.protocol import Protocol
 from underfoot.experiments.simulation import simulated_rows
 from underfoot.experiments.study import Study
-from underfoot.experiments.table import factors_of, rows_of
+from underfoot.experiments.table import columns_of, factors_of, rows_of
 from underfoot.experiments.trial_files import csv_text, read_csv, value_of, write_bids, write_csv
 from underfoot.nodes import REGISTRY
+from underfoot.patch import preset_files
 from underfoot.studies.results import results_of
 
 HEADER = "participant,method,trial"
@@ -278,3 +281,21 @@ def test_what_a_questionnaire_asked_is_in_every_row_of_its_participant_also_if_i
     write_bids(tmp_path / "bids", rows, "A study", study.protocol)
     listed = (tmp_path / "bids" / "participants.tsv").read_text().splitlines()
     assert listed == ["participant_id\tafter.real\tafter.remarks", "sub-P1\tagree\tcold, wet"]
+
+
+@pytest.mark.parametrize("name", preset_files.protocols())
+def test_every_column_is_described_in_bids_and_on_the_page(name, tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text()
+    protocol = preset_protocol(name)
+    rows = simulated_rows(protocol, 0, 1, {})[0]
+    write_bids(tmp_path, rows, "study", protocol)
+    sidecar = json.loads((tmp_path / "sub-S1" / "beh" / "sub-S1_task-study_beh.json").read_text())
+    factors = {name for stimulus in protocol.stimuli.values() for name in stimulus.factors}
+    own = [column for column in columns_of(rows) if not column.startswith("participant") and column not in factors]
+    assert [column for column in own if sidecar[column]["Description"].startswith("Answer, or fact")] == []
+    assert [column for column in own if f"`{column}`" not in page] == []
+
+
+def test_a_button_that_a_simulated_person_misses_was_there_until_it_vanished():
+    rows = simulated_rows(preset_protocol("target-selection"), 0, 1, {})[0]
+    assert {row["time_s"] for row in rows if row["selected"] == "no"} == {2.0}

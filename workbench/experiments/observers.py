@@ -323,7 +323,7 @@ class FootSelector(Observer):
         time = self.truth["reach_s"] + self.truth["reach_spread_s"] * random.standard_normal()
         longest = self.given["visible_s"]
         inside = float(np.hypot(*place)) <= 0.5 * float(trial.facts["width_m"]) and time <= longest
-        return {"selected": YES if inside else NO, "time_s": float(min(max(time, 0.0), longest))}
+        return {"selected": YES if inside else NO, "time_s": float(max(time, 0.0)) if inside else longest}
 
     def truths(self) -> dict[str, float]:
         """Return rates by Rayleigh's distribution; the small share of presses that come too late is neglected."""
