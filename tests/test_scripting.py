@@ -86,10 +86,21 @@ def test_a_distribution_is_plotted(folder):
     assert np.interp(median, slips.duration.points, slips.duration.cdf) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("script", SCRIPTS[5:])
+@pytest.mark.parametrize("script", SCRIPTS[5:-1])
 def test_the_rest_of_the_page_runs(script, folder, capsys):
     run(script)
     assert "inputs of tile-output" in capsys.readouterr().out
+
+
+def test_a_script_plays_live_and_finds_its_marks_in_the_recording(folder):
+    run(SCRIPTS[-1])["main"]()
+    with uf.Recording("live.underfoot") as recording:
+        marks = recording.marks()
+        changes = [frame for frame, kind, _ in recording.commands() if kind == "Set"]
+        assert recording.rate_hz == 48_000.0
+        assert recording.span[1] >= marks[-1].frame + 48_000
+    assert [mark.text for mark in marks] == ["stiffness 10000", "stiffness 1e+06"]
+    assert [mark.frame for mark in marks] == changes
 
 
 @pytest.mark.parametrize(("line", "files"), list(zip(LINES, (2, 6), strict=True)))

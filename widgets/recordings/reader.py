@@ -276,7 +276,7 @@ class RecordingReader(QObject):
         recording = self._recording
         if recording is None or self._base is None:
             return
-        rate = float(recording.about["rate"])
+        rate = recording.rate_hz
         found = {}
         for source, columns in self._columns.items():
             if frames > RAW_S * rate:
@@ -297,7 +297,7 @@ class RecordingReader(QObject):
         recording = self._recording
         if recording is None:
             return
-        rate = float(recording.about["rate"])
+        rate = recording.rate_hz
         rows = recording.force_samples_between(frame - 0.05 * rate, frame + 1.0)
         corners = rows[-1, 2:].reshape(-1, 4).copy() if len(rows) else None
         half = round(0.5 * WINDOW_S * rate)
@@ -320,7 +320,7 @@ def _opened(recording: Recording, floor: Floor) -> OpenedRecording:
         recording.path,
         recording.about,
         floor,
-        float(recording.about["rate"]),
+        recording.rate_hz,
         *recording.span,
         recording.marks(),
         recording.commands(),

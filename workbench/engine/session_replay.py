@@ -91,7 +91,7 @@ def _loop_of(recording: Recording, registry: Registry, block: int, plates: tuple
     with _readable(recording.path, "corrections"):
         equalisers = msgspec.json.decode(about.get("corrections", "[]"), type=tuple[TileEqualiser, ...])
     options = LoopOptions(
-        rate_hz=float(about["rate"]),
+        rate_hz=recording.rate_hz,
         block=block,
         equalisers=equalisers,
         channels=channels,

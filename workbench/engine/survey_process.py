@@ -37,7 +37,7 @@ def run(connection: Connection, path: str) -> None:
 def _survey(connection: Connection, recording: Recording) -> None:
     due = time.monotonic() + TELL_S
     first, end = recording.span
-    length_s = max((end - first) / float(recording.about["rate"]), 1e-9)
+    length_s = max((end - first) / recording.rate_hz, 1e-9)
 
     def is_due() -> bool:
         nonlocal due

@@ -55,7 +55,7 @@ def floor_of(path: str | Path) -> Floor:
 def _recorded(path: Path, stretch_s: tuple[float, float] | None) -> tuple[ForceSeries, Floor]:
     with Recording(path) as recording:
         floor = Floor.loads(recording.about["floor"], str(path))
-        rate, force_rate = float(recording.about["rate"]), float(recording.about["force_rate"])
+        rate, force_rate = recording.rate_hz, float(recording.about["force_rate"])
         first, end = recording.span
         begin, until = (first + rate * time_s for time_s in stretch_s) if stretch_s else (-np.inf, np.inf)
         length_s = min((until - begin) / rate, (end - first) / rate)

@@ -259,7 +259,7 @@ class Recording:
             unless_read.pop_all()
 
     def __repr__(self) -> str:
-        return f"<Recording {self.path.name}: {self._floor_tiles} tiles, {float(self.about['rate']):g} frames/s>"
+        return f"<Recording {self.path.name}: {self._floor_tiles} tiles, {self.rate_hz:g} frames/s>"
 
     def __enter__(self) -> "Recording":
         return self
@@ -345,7 +345,7 @@ class Recording:
         if ends[0] is None or ends[1] is None:
             return 0
         low, high, guess, probes = ends[0], ends[1] - 1, ends[0], 0
-        period = float(self.about["rate"]) / float(self.about["force_rate"])
+        period = self.rate_hz / float(self.about["force_rate"])
         while low < high:
             guess = min(max(guess, low), high) if probes % 3 else (low + high) // 2
             first, rows = next(self.blocks("force", guess))
@@ -358,6 +358,11 @@ class Recording:
             guess = first + int((frame - rows[0, 0]) / period)
             probes += 1
         return low
+
+    @property
+    def rate_hz(self) -> float:
+        """Session frames per second."""
+        return float(self.about["rate"])
 
     @property
     def span(self) -> tuple[int, int]:

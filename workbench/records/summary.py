@@ -38,7 +38,7 @@ def summary_of(path: Path) -> Summary:
         return Summary(
             path,
             _begun(recording),
-            (end - first) / float(recording.about["rate"]),
+            (end - first) / recording.rate_hz,
             floor,
             None if found is None else len(found.steps),
             _force(recording, first, end, len(floor.tiles)),

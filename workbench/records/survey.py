@@ -86,7 +86,7 @@ class RecordedForces:
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
         self.floor = Floor.loads(recording.about["floor"], str(recording.path))
-        self.rate = float(recording.about["rate"])
+        self.rate = recording.rate_hz
         self.rate_hz = float(recording.about["force_rate"])
         self.first, self.end = recording.span
 
@@ -187,7 +187,7 @@ def make_envelopes(recording: Recording, progress: Callable[[float], bool]) -> N
     """
     path = envelope_file(recording)
     make_folder(path.parent)
-    frames = float(recording.about["rate"]) / float(recording.about["force_rate"])
+    frames = recording.rate_hz / float(recording.about["force_rate"])
     first, end = recording.span
     try:
         with closing(sqlite3.connect(path, isolation_level=None)) as base:
